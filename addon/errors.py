@@ -1,0 +1,9 @@
+"""What a bake can end with besides light."""
+
+
+class BakeError(Exception):
+    """Input that cannot be baked. The message is one sentence naming the object and the remedy."""
+
+
+class Cancelled(Exception):
+    """The user asked the bake to stop; raised by `Progress.update`."""

@@ -1,0 +1,5 @@
+"""Photons to irradiance: a density estimate, or a final gather into a radiance cache."""
+
+from .irradiance import Irradiance
+
+__all__ = ["Irradiance"]

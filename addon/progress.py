@@ -1,0 +1,57 @@
+"""How a running bake tells how far it is, and is told to stop."""
+
+from collections.abc import Callable
+from time import perf_counter
+
+from .errors import Cancelled
+
+
+class Progress:
+    """Reports stages and their fractions to a listener, and raises `Cancelled` when asked to stop.
+
+    `update` is called from the bake's own thread by every loop that can last over 0.2 s; `cancel` may be called from
+    any thread or signal handler.
+
+    Parameters
+    ----------
+    listener : callable, optional
+        Called as ``listener(stage, fraction)`` with the stage's name and a fraction in [0, 1].
+    """
+
+    def __init__(self, listener: Callable[[str, float], None] | None = None) -> None:
+        self._listener = listener
+        self._cancelled = False
+        self._stage = ""
+        self._entered = 0.0
+        self._seconds: dict[str, float] = {}
+
+    def cancel(self) -> None:
+        """Ask the bake to stop at its next update."""
+        self._cancelled = True
+
+    @property
+    def cancelled(self) -> bool:
+        return self._cancelled
+
+    def update(self, stage: str, fraction: float) -> None:
+        """Say that `stage` is done to `fraction`.
+
+        Raises
+        ------
+        Cancelled
+            If `cancel` has been called.
+        """
+        if self._cancelled:
+            raise Cancelled
+        now = perf_counter()
+        if stage != self._stage:
+            self._stage, self._entered = stage, now
+        self._seconds[stage] = self._seconds.get(stage, 0.0) + now - self._entered
+        self._entered = now
+        if self._listener is not None:
+            self._listener(stage, fraction)
+
+    @property
+    def stage_seconds(self) -> dict[str, float]:
+        """Seconds between the first and the last update of each stage, in the stages' order."""
+        return dict(self._seconds)

@@ -1,0 +1,107 @@
+"""The scene: triangles, and what they are made of and lit by."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .lights import Lights
+from .materials import Materials
+
+
+@dataclass(frozen=True)
+class SceneObjects:
+    """The o objects (an instance is an object of its own) that the triangles belong to.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names for messages.
+    scatters : (o,) bool
+        Diffuse rays see the object: photons hit it and gather rays end on it.
+    casts_shadow : (o,) bool
+        Shadow rays see the object.
+    """
+
+    names: tuple[str, ...]
+    scatters: np.ndarray
+    casts_shadow: np.ndarray
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that light meets, in world space.
+
+    Attributes
+    ----------
+    vertices : (v, 3) float32, m
+    triangles : (t, 3) int32
+        Indices into `vertices`; no triangle has zero area.
+    corner_normals : (t, 3, 3) float32
+        Unit shading normal of each triangle corner.
+    corner_uvs : (t, 3, 2) float32
+        Texture coordinates of each triangle corner, from the UV map that the triangle's material reads.
+    material_of_triangle, object_of_triangle : (t,) int32
+    materials : Materials
+    objects : SceneObjects
+    lights : Lights
+    world_radiance : (3,) float32, W/(m² sr)
+        The same in every direction.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    corner_normals: np.ndarray
+    corner_uvs: np.ndarray
+    material_of_triangle: np.ndarray
+    object_of_triangle: np.ndarray
+    materials: Materials
+    objects: SceneObjects
+    lights: Lights
+    world_radiance: np.ndarray
+
+    @property
+    def n_triangles(self) -> int:
+        return len(self.triangles)
+
+    @cached_property
+    def bounds(self) -> np.ndarray:
+        """Lowest and highest corner of the axis-aligned box around the vertices, (2, 3) float32."""
+        return np.stack([self.vertices.min(0), self.vertices.max(0)])
+
+    @cached_property
+    def _cross(self) -> np.ndarray:
+        a, b, c = (self.vertices[self.triangles[:, i]].astype(np.float64) for i in range(3))
+        return np.cross(b - a, c - a)
+
+    @cached_property
+    def normals(self) -> np.ndarray:
+        """Unit geometric normal of each triangle by its winding, (t, 3) float32."""
+        return (self._cross / np.linalg.norm(self._cross, axis=1, keepdims=True)).astype(np.float32)
+
+    @cached_property
+    def areas(self) -> np.ndarray:
+        """Area of each triangle, (t,) float64, m²."""
+        return np.linalg.norm(self._cross, axis=1) / 2
+
+    def points(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Positions of barycentric coordinates (1−u−v, u, v) on triangles, (n, 3) float32."""
+        return interpolate(self.vertices[self.triangles[triangle]], u, v)
+
+    def uvs(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Texture coordinates of barycentric coordinates (1−u−v, u, v) on triangles, (n, 2) float32."""
+        return interpolate(self.corner_uvs[triangle], u, v)
+
+    def albedo(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Diffuse albedo of points on triangles, (n, 3) float32."""
+        materials = self.materials
+        material = self.material_of_triangle[triangle]
+        if not materials.textured:
+            return materials.albedo[material]
+        return materials.albedo_at(material, self.uvs(triangle, u, v))
+
+
+def interpolate(corners: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """Barycentric interpolation (1−u−v, u, v) of corner values (n, 3, d) to (n, d)."""
+    w = (1 - u - v)[:, None]
+    return w * corners[:, 0] + u[:, None] * corners[:, 1] + v[:, None] * corners[:, 2]

@@ -1,0 +1,70 @@
+"""Every knob of a bake: its unit, default, range and meaning, said once for the panel, the command line and the docs."""
+
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Literal, get_args
+
+from .errors import BakeError
+
+Gather = Literal["final", "density"]
+Quality = Literal["draft", "medium", "high"]
+
+
+def _knob(default: Any, low: float, high: float, meaning: str) -> Any:
+    return field(default=default, metadata={"low": low, "high": high, "meaning": meaning})
+
+
+@dataclass(frozen=True)
+class BakeSettings:
+    """How a bake is done; the defaults are quality Medium.
+
+    Raises
+    ------
+    BakeError
+        If a value is out of its range, naming the knob and the range.
+    """
+
+    gather: Gather = "final"
+    n_photons: int = _knob(1_000_000, 1_000, 1_000_000_000, "Photons emitted by all lights together")
+    max_bounces: int = _knob(32, 1, 1024, "Surfaces a photon may hit before it is dropped")
+    n_gather_rays: int = _knob(256, 4, 65_536, "Rays that a receiver sends out in a final gather")
+    n_cache_elements: int = _knob(60_000, 100, 10_000_000, "Surface elements of the radiance cache, beyond one a triangle")
+    n_cache_rays: int = _knob(64, 0, 4096, "Rays that an element of the radiance cache gathers with; 0 trusts its photons")
+    n_nearest: int = _knob(200, 8, 4096, "Photons that a density estimate looks for")
+    max_radius: float = _knob(
+        0.0, 0.0, 1e6, "Farthest that a density estimate looks, in metres; 0 finds it from the photons' density"
+    )
+    noise: float = _knob(
+        0.0, 0.0, 1.0, "Relative noise at which the final gather stops adding rays; 0 sends Gather Rays and no more"
+    )
+    add_direct: bool = field(default=False, metadata={"meaning": "Add the light that comes straight from the lights"})
+    seed: int = _knob(0, 0, 2**31 - 1, "The same seed gives the same light, whatever the number of threads")
+    n_threads: int = _knob(0, 0, 1024, "Threads; 0 takes every core")
+
+    def __post_init__(self) -> None:
+        if self.gather not in get_args(Gather):
+            raise BakeError(f"gather is {self.gather!r}; choose one of {', '.join(get_args(Gather))}.")
+        for knob in fields(self):
+            value = getattr(self, knob.name)
+            if "low" in knob.metadata and not knob.metadata["low"] <= value <= knob.metadata["high"]:
+                low, high = knob.metadata["low"], knob.metadata["high"]
+                raise BakeError(f"{knob.name} is {value}; choose a value from {low:g} to {high:g}.")
+
+
+_QUALITIES: dict[str, dict[str, int]] = {
+    "draft": dict(n_photons=200_000, n_gather_rays=64, n_cache_elements=20_000, n_cache_rays=0, n_nearest=100),
+    "medium": {},
+    "high": dict(n_photons=4_000_000, n_gather_rays=1024, n_cache_elements=200_000, n_cache_rays=128, n_nearest=400),
+}
+
+
+def settings_for(quality: Quality, **changes: Any) -> BakeSettings:
+    """The settings of a quality preset, with `changes` on top.
+
+    Raises
+    ------
+    BakeError
+        If there is no such quality, or a change is out of its range.
+    """
+    if quality not in _QUALITIES:
+        raise BakeError(f"quality is {quality!r}; choose one of {', '.join(_QUALITIES)}.")
+    return replace(BakeSettings(), **{**_QUALITIES[quality], **changes})

@@ -1,0 +1,60 @@
+"""What every tracer promises."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Hits:
+    """Where n rays end.
+
+    Attributes
+    ----------
+    triangle : (n,) int32
+        Triangle of the scene that each ray meets first, −1 where it meets none.
+    distance : (n,) float32, m
+        Along the ray's unit direction; infinite where the ray meets nothing.
+    u, v : (n,) float32
+        Barycentric weights of the triangle's second and third vertex.
+    normal : (n, 3) float32
+        The triangle's unit geometric normal by its winding; undefined where the ray meets nothing.
+    """
+
+    triangle: np.ndarray
+    distance: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    normal: np.ndarray
+
+    @property
+    def hit(self) -> np.ndarray:
+        """Which rays meet a triangle, (n,) bool."""
+        return self.triangle >= 0
+
+
+class Tracer(Protocol):
+    """Finds where rays meet a scene. Both calls may be made from several threads at once."""
+
+    def closest_hit(self, origins: np.ndarray, directions: np.ndarray, t_max: float = np.inf) -> Hits:
+        """The first triangle that scatters light along each ray.
+
+        Parameters
+        ----------
+        origins, directions : (n, 3) float32
+            World space, m; directions have unit length.
+        t_max : float
+            Farthest distance looked at, m.
+        """
+        ...
+
+    def occluded(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        """Whether a triangle that casts shadows lies strictly between each origin and its target, (n,) bool.
+
+        Parameters
+        ----------
+        origins, targets : (n, 3) float32
+            World space, m. The last 1e-4 of the way to the target is not looked at.
+        """
+        ...
