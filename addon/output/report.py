@@ -1,0 +1,109 @@
+"""What a bake did, for scripts and for comparing bakes: a JSON file."""
+
+import json
+import sys
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from .files import atomic_path
+
+Status = Literal["done", "failed", "cancelled"]
+
+
+@dataclass
+class Report:
+    """What is known of a bake; fields that it did not come to keep their defaults.
+
+    Attributes
+    ----------
+    status : 'done', 'failed' or 'cancelled'
+    message : str
+        One sentence; for a failure what was wrong and the remedy.
+    scene : str
+        Path of the .blend file, empty if it was never saved.
+    saved : str
+        Path of the .blend file that the light was saved to, empty if it was not.
+    attribute : str
+        Name of the colour attribute.
+    objects : list of str
+        Objects that got light.
+    settings : dict
+        Every knob of `BakeSettings`.
+    stage_seconds : dict of str to float, s
+        In the stages' order.
+    total_seconds : float, s
+    counts : dict of str to int
+        Triangles, receivers, photons, rays, as far as the bake counted them.
+    relative_noise : float or None
+        `Irradiance.relative_noise`.
+    peak_memory_mb : float or None, MB
+        Most memory the process held, Blender's own included; None where the system does not tell.
+    versions : dict of str to str
+    warnings : list of str
+    """
+
+    status: Status = "failed"
+    message: str = ""
+    scene: str = ""
+    saved: str = ""
+    attribute: str = ""
+    objects: list[str] = field(default_factory=list)
+    settings: dict[str, Any] = field(default_factory=dict)
+    stage_seconds: dict[str, float] = field(default_factory=dict)
+    total_seconds: float = 0.0
+    counts: dict[str, int] = field(default_factory=dict)
+    relative_noise: float | None = None
+    peak_memory_mb: float | None = None
+    versions: dict[str, str] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+    def write(self, path: Path) -> None:
+        """Write the report to `path` as JSON, whole or not at all.
+
+        Raises
+        ------
+        OSError
+            If the file cannot be written.
+        """
+        with atomic_path(path) as temporary:
+            text = json.dumps(asdict(self), indent=2, default=_plain, allow_nan=False)
+            temporary.write_text(text + "\n", encoding="utf-8")
+
+
+def _plain(number: Any) -> Any:
+    """NumPy's numbers as Python's, which is all that JSON knows."""
+    return number.item()
+
+
+def peak_memory_mb() -> float | None:
+    """Most memory that this process has held so far, MB (10⁶ bytes); None where the system does not tell."""
+    if sys.platform == "linux":  # getrusage would also count the process that started this one
+        for line in Path("/proc/self/status").read_text().splitlines():
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) * 1024 / 1e6
+        return None
+    if sys.platform == "win32":
+        return _windows_peak_bytes() / 1e6
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+
+
+def _windows_peak_bytes() -> int:
+    """PROCESS_MEMORY_COUNTERS.PeakWorkingSetSize of this process."""
+    import ctypes
+    from ctypes import wintypes
+
+    class Counters(ctypes.Structure):
+        _fields_ = [("cb", wintypes.DWORD), ("faults", wintypes.DWORD)] + [
+            (name, ctypes.c_size_t) for name in ("peak", "now", "a", "b", "c", "d", "e", "f")
+        ]
+
+    counters = Counters(cb=ctypes.sizeof(Counters))
+    kernel32 = ctypes.WinDLL("kernel32")  # type: ignore[attr-defined]
+    kernel32.GetCurrentProcess.restype = wintypes.HANDLE
+    query = kernel32.K32GetProcessMemoryInfo
+    query.argtypes = [wintypes.HANDLE, ctypes.POINTER(Counters), wintypes.DWORD]
+    query(kernel32.GetCurrentProcess(), ctypes.byref(counters), counters.cb)
+    return int(counters.peak)

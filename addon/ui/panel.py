@@ -1,0 +1,118 @@
+"""The Photon Bake tab of the 3D View's sidebar."""
+
+from textwrap import wrap
+from typing import Any
+
+import bpy
+
+from .state import bake_state, duration
+
+
+class _Tab:
+    """What the panels have in common."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Photon Bake"
+
+
+class PHOTON_BAKE_PT_bake(_Tab, bpy.types.Panel):
+    """Bake, follow it, and what came out."""
+
+    bl_label = "Photon Bake"
+
+    def draw(self, context: Any) -> None:
+        properties = context.scene.photon_bake
+        _draw_action(self.layout)
+        column = _settings_column(self.layout)
+        column.prop(properties, "quality")
+        column.prop(properties, "selected_only")
+        _draw_outcome(self.layout)
+
+
+class PHOTON_BAKE_PT_sampling(_Tab, bpy.types.Panel):
+    """How much work the bake puts in."""
+
+    bl_label = "Sampling"
+    bl_parent_id = "PHOTON_BAKE_PT_bake"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Any) -> None:
+        properties = context.scene.photon_bake
+        column = _settings_column(self.layout)
+        column.prop(properties, "gather")
+        column.prop(properties, "n_photons")
+        column.prop(properties, "max_bounces")
+        if properties.gather == "final":
+            names = ["n_gather_rays", "noise", "n_cache_elements", "n_cache_rays"]
+        else:
+            names = ["n_nearest", "max_radius"]
+        for name in names:
+            column.prop(properties, name)
+        column.separator()
+        column.prop(properties, "seed")
+        column.prop(properties, "n_threads")
+
+
+class PHOTON_BAKE_PT_output(_Tab, bpy.types.Panel):
+    """Which light is written, and where."""
+
+    bl_label = "Output"
+    bl_parent_id = "PHOTON_BAKE_PT_bake"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Any) -> None:
+        properties = context.scene.photon_bake
+        column = _settings_column(self.layout)
+        column.prop(properties, "attribute")
+        column.prop(properties, "add_direct")
+
+
+def _settings_column(layout: Any) -> Any:
+    """A column in the look of Blender's own settings, greyed while a bake runs: it has its settings already."""
+    column = layout.column()
+    column.use_property_split = True
+    column.use_property_decorate = False
+    column.enabled = not bake_state.running
+    return column
+
+
+def _draw_action(layout: Any) -> None:
+    column = layout.column()
+    if not bake_state.running:
+        column.scale_y = 1.6
+        column.operator("photon_bake.bake_indirect", icon="LIGHT_SUN")
+        return
+    left = bake_state.seconds_left
+    text = bake_state.stage if left is None else f"{bake_state.stage}: {duration(left)} left"
+    column.progress(factor=bake_state.fraction, text=text)
+    column.operator("photon_bake.cancel", text="Cancel (Esc)", icon="X")
+
+
+def _draw_outcome(layout: Any) -> None:
+    """How the last bake ended: a label holds one line, so long sentences are broken into several."""
+    column = layout.column(align=True)
+    if bake_state.error:
+        _draw_sentence(column, bake_state.error, "ERROR")
+    if bake_state.result:
+        _draw_sentence(column, bake_state.result, "CHECKMARK")
+    for warning in bake_state.warnings:
+        _draw_sentence(column, warning, "INFO")
+
+
+def _draw_sentence(column: Any, sentence: str, icon: str, width: int = 36) -> None:
+    for i, line in enumerate(wrap(sentence, width)):
+        column.label(text=line, icon=icon if i == 0 else "BLANK1")
+
+
+CLASSES = (PHOTON_BAKE_PT_bake, PHOTON_BAKE_PT_sampling, PHOTON_BAKE_PT_output)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

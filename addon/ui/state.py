@@ -1,0 +1,95 @@
+"""The bake that runs, or the last one, as the panel shows it. Never saved with the file."""
+
+from time import perf_counter
+
+from ..progress import Progress
+
+STAGE_SHARES: dict[str, float] = {}
+"""The stages of a bake in their order, and how long each one lasts beside the others in a typical scene."""
+
+
+class BakeState:
+    """What the panel shows.
+
+    Attributes
+    ----------
+    progress : Progress or None
+        Of the bake that runs; None while none does.
+    stage : str
+    fraction : float
+        Of the whole bake, in [0, 1]; never falls.
+    result, error : str
+        A line about the last bake: its time and noise, or why it failed.
+    warnings : list of str
+        What the last bake wants known.
+    """
+
+    def __init__(self) -> None:
+        self.progress: Progress | None = None
+        self._forget()
+
+    def _forget(self) -> None:
+        self.stage, self.fraction = "", 0.0
+        self.result, self.error = "", ""
+        self.warnings: list[str] = []
+        self._started = perf_counter()
+
+    @property
+    def running(self) -> bool:
+        return self.progress is not None
+
+    def start(self) -> Progress:
+        """Forget the last bake, and follow a new one through the progress returned."""
+        self._forget()
+        self.progress = Progress(self._listen)
+        return self.progress
+
+    def stop(self, result: str = "", error: str = "", warnings: list[str] | None = None) -> None:
+        """Say how the bake ended."""
+        self.progress = None
+        self.result, self.error, self.warnings = result, error, list(warnings or [])
+
+    def cancel(self) -> None:
+        """Ask the bake to stop, if one runs."""
+        if self.progress is not None:
+            self.progress.cancel()
+
+    @property
+    def seconds(self) -> float:
+        """Since the bake began."""
+        return perf_counter() - self._started
+
+    @property
+    def seconds_left(self) -> float | None:
+        """Estimated from the time that the done part took; None while too little is done to tell."""
+        if self.fraction < 0.03 or self.seconds < 0.5:
+            return None
+        return self.seconds * (1 / self.fraction - 1)
+
+    def _listen(self, stage: str, fraction: float) -> None:
+        self.stage = stage
+        self.fraction = max(self.fraction, share_done(stage, fraction))
+
+
+def share_done(stage: str, fraction: float) -> float:
+    """Fraction of the whole bake that is done when `stage` is done to `fraction`; 0 for a stage not listed."""
+    if stage not in STAGE_SHARES:
+        return 0.0
+    before = sum(list(STAGE_SHARES.values())[: list(STAGE_SHARES).index(stage)])
+    return (before + fraction * STAGE_SHARES[stage]) / sum(STAGE_SHARES.values())
+
+
+def duration(seconds: float) -> str:
+    """Seconds as people say them: ``0.4 s``, ``12 s``, ``3 min 20 s``, ``1 h 5 min``."""
+    if seconds < 9.95:
+        return f"{seconds:.1f} s"
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+bake_state = BakeState()
+"""One bake runs at a time in a Blender, so there is one state."""

@@ -1,0 +1,25 @@
+"""What people and scripts can do: one file an action."""
+
+import bpy
+
+from ..addon.ui.state import bake_state
+from . import command_line
+from .bake_indirect import PHOTON_BAKE_OT_bake_indirect
+from .cancel import PHOTON_BAKE_OT_cancel
+
+CLASSES = (PHOTON_BAKE_OT_bake_indirect, PHOTON_BAKE_OT_cancel)
+
+
+def register() -> None:
+    """Add the operators and the command."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    command_line.register()
+
+
+def unregister() -> None:
+    """Take them away again; a bake that runs is asked to stop."""
+    bake_state.cancel()
+    command_line.unregister()
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,135 @@
+"""Bake Indirect: the button, and the same from a script."""
+
+import traceback
+from threading import Thread
+from typing import Any
+
+import bpy
+
+from ..addon.errors import BakeError, Cancelled
+from ..addon.ui.state import bake_state, duration
+from .vertex_bake import VertexBake
+
+TICK = 0.1
+"""Seconds between two looks at the bake's thread."""
+
+
+class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
+    """Bake indirect light into a colour attribute"""
+
+    bl_idname = "photon_bake.bake_indirect"
+    bl_label = "Bake Indirect"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        if bake_state.running:
+            cls.poll_message_set("A bake is running; wait for it or cancel it")
+            return False
+        return True
+
+    def execute(self, context: Any) -> set[str]:
+        """Bake to the end on the calling thread, for scripts."""
+        try:
+            self._prepare(context)
+            self._solve()
+            return self._finish()
+        except Exception as error:
+            return self._fail(error)
+
+    def invoke(self, context: Any, event: Any) -> set[str]:
+        """Bake in a thread of its own, so that the window stays awake."""
+        if bpy.app.background:
+            return self.execute(context)
+        try:
+            self._prepare(context)
+        except Exception as error:
+            return self._fail(error)
+        self._thread = Thread(target=self._solve_or_keep_error, name="Photon Bake")
+        self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        self._thread.start()
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: Any, event: Any) -> set[str]:
+        """Show the progress, hear Esc, and write the light when the thread is done."""
+        if event.type == "ESC" and event.value == "PRESS":
+            bake_state.cancel()
+            return {"RUNNING_MODAL"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        redraw_panels(context)
+        if self._thread.is_alive():
+            return {"PASS_THROUGH"}
+        context.window_manager.event_timer_remove(self._timer)
+        try:
+            if self._error is not None:
+                raise self._error
+            return self._finish()
+        except Exception as error:
+            return self._fail(error)
+
+    def cancel(self, context: Any) -> None:
+        """Blender ends the operator, because a file is opened or the window is closed."""
+        bake_state.cancel()
+        self._thread.join()
+        context.window_manager.event_timer_remove(self._timer)
+        bake_state.stop()
+
+    def _prepare(self, context: Any) -> None:
+        properties = context.scene.photon_bake
+        self._error: Exception | None = None
+        self._progress = bake_state.start()
+        self._settings = properties.settings()
+        self._bake = VertexBake.prepare(
+            context, properties.attribute, self._progress, selected=properties.selected_only
+        )
+
+    def _solve(self) -> None:
+        self._light = self._bake.solve(self._settings, self._progress)
+
+    def _solve_or_keep_error(self) -> None:
+        try:
+            self._solve()
+        except Exception as error:
+            self._error = error
+
+    def _finish(self) -> set[str]:
+        receivers, irradiance = self._light
+        self._bake.write(receivers, irradiance, self._progress)
+        result = f"Baked {len(receivers):,} points in {duration(bake_state.seconds)}"
+        if irradiance.relative_noise > 0:
+            result += f", noise {irradiance.relative_noise:.1%}"
+        bake_state.stop(result=result + ".", warnings=self._bake.warnings)
+        for warning in self._bake.warnings:
+            self.report({"WARNING"}, warning)
+        self.report({"INFO"}, bake_state.result)
+        return {"FINISHED"}
+
+    def _fail(self, error: Exception) -> set[str]:
+        """End without light; a script's call raises the sentence."""
+        if isinstance(error, Cancelled):
+            bake_state.stop(result="Cancelled.")
+            return {"CANCELLED"}
+        sentence = describe(error)
+        bake_state.stop(error=sentence)
+        self.report({"ERROR"}, sentence)
+        return {"CANCELLED"}
+
+
+def describe(error: Exception) -> str:
+    """One sentence about an error; for one that is no fault of the input, its traceback goes to the console."""
+    if isinstance(error, BakeError):
+        return str(error)
+    traceback.print_exception(error)
+    return f"The bake failed unexpectedly ({type(error).__name__}: {error}); the console has the details."
+
+
+def redraw_panels(context: Any) -> None:
+    """Redraw the sidebars, where the progress is shown."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                for region in area.regions:
+                    if region.type == "UI":
+                        region.tag_redraw()

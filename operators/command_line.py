@@ -1,0 +1,151 @@
+"""The command: ``blender -b scene.blend -c photon_bake [options]``."""
+
+import importlib.metadata
+import platform
+import sys
+import tomllib
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import bpy
+
+from ..addon.errors import BakeError, Cancelled
+from ..addon.output import Report, atomic_path, check_writable, peak_memory_mb
+from ..addon.progress import Progress
+from ..addon.ui.state import duration
+from .bake_indirect import describe
+from .command_options import COMMAND, Options, parse
+from .console import ProgressLine, ctrl_c_cancels, quiet_stdout, say
+from .vertex_bake import VertexBake
+
+DONE, FAILED, CANCELLED = 0, 1, 130
+SAVING = "Saving"
+
+
+def run(arguments: list[str]) -> int:
+    """Bake as the arguments say.
+
+    Returns
+    -------
+    int
+        The exit status: 0 done, 1 failed, 2 bad usage, 130 cancelled.
+    """
+    try:
+        options = parse(arguments, bpy.data.filepath)
+    except SystemExit as end:
+        return int(end.code or 0)
+    line = ProgressLine(sys.stderr)
+    progress = Progress(line)
+    report = _begin(options)
+    started = perf_counter()
+    try:
+        with ctrl_c_cancels(progress):
+            _bake(options, progress, report)
+        status = DONE
+    except Cancelled:
+        report.status, report.message, status = "cancelled", "Cancelled; nothing was changed.", CANCELLED
+    except Exception as error:
+        report.status, report.message, status = "failed", describe(error), FAILED
+    line.clear()
+    report.total_seconds = perf_counter() - started
+    return _end(report, progress, options, status)
+
+
+def _bake(options: Options, progress: Progress, report: Report) -> None:
+    for path in (options.save, options.report):
+        if path is not None:
+            check_writable(path)
+    bake = VertexBake.prepare(bpy.context, options.attribute, progress, options.objects)
+    report.warnings = bake.warnings
+    receivers, irradiance = bake.solve(options.settings, progress)
+    bake.write(receivers, irradiance, progress)
+    if options.save is not None:
+        progress.update(SAVING, 0)
+        _save(options.save)
+        report.saved = str(options.save)
+        with suppress(Cancelled):  # too late: it is saved
+            progress.update(SAVING, 1)
+    report.status = "done"
+    report.objects = [target.object_name for target in receivers.targets]
+    report.counts = {"triangles": bake.scene.n_triangles, "receivers": len(receivers), **irradiance.counts}
+    report.relative_noise = irradiance.relative_noise
+
+
+def _save(path: Path) -> None:
+    """Save the open file as `path`, whole or not at all, and go on with the open one."""
+    loaded = Path(bpy.data.filepath)
+    compress = loaded.is_file() and loaded.read_bytes()[:7] != b"BLENDER"
+    with atomic_path(path) as temporary, quiet_stdout():  # Blender would tell the temporary name
+        bpy.ops.wm.save_as_mainfile(
+            filepath=str(temporary), copy=True, relative_remap=True, compress=compress, check_existing=False
+        )
+        if not temporary.is_file():
+            raise BakeError(f"{path} could not be saved; is the disk full?")
+
+
+def _begin(options: Options) -> Report:
+    return Report(
+        scene=bpy.data.filepath,
+        attribute=options.attribute,
+        settings=asdict(options.settings),
+        versions=versions(),
+    )
+
+
+def _end(report: Report, progress: Progress, options: Options, status: int) -> int:
+    """Say how it went, and write the report."""
+    report.stage_seconds = progress.stage_seconds
+    report.peak_memory_mb = peak_memory_mb()
+    if report.status == "done":
+        report.message = _summary(report)
+    for warning in report.warnings:
+        say(f"warning: {warning}")
+    say(report.message)
+    if options.report is not None:
+        try:
+            report.write(options.report)
+        except OSError as error:
+            say(f"The report {options.report} could not be written ({error.strerror}).")
+            return status or FAILED
+    return status
+
+
+def _summary(report: Report) -> str:
+    noise = f", noise {report.relative_noise:.1%}" if report.relative_noise else ""
+    memory = f", {report.peak_memory_mb:.0f} MB at most" if report.peak_memory_mb else ""
+    objects = f"{len(report.objects)} object" + ("s" if len(report.objects) != 1 else "")
+    saved = f"; saved to {report.saved}" if report.saved else "; not saved"
+    return (
+        f"Baked {report.counts['receivers']:,} points of {objects} "
+        f"in {duration(report.total_seconds)}{noise}{memory}{saved}."
+    )
+
+
+def versions() -> dict[str, str]:
+    """Versions of everything that has a say in the light."""
+    found = {"photon_bake": _own_version(), "blender": bpy.app.version_string, "python": platform.python_version()}
+    for package in ("numpy", "scipy", "embreex"):
+        try:
+            found[package] = importlib.metadata.version(package)
+        except importlib.metadata.PackageNotFoundError:
+            found[package] = "not installed"
+    return found
+
+
+def _own_version() -> str:
+    manifest = Path(__file__).parents[1] / "blender_manifest.toml"
+    return str(tomllib.loads(manifest.read_text(encoding="utf-8"))["version"]) if manifest.is_file() else "unknown"
+
+
+_handles: list[Any] = []
+
+
+def register() -> None:
+    _handles.append(bpy.utils.register_cli_command(COMMAND, run))
+
+
+def unregister() -> None:
+    bpy.utils.unregister_cli_command(_handles.pop())

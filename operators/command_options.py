@@ -1,0 +1,141 @@
+"""The options of the command ``photon_bake``."""
+
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, get_args
+
+from ..addon.errors import BakeError
+from ..addon.settings import BakeSettings, Gather, Quality, settings_for
+
+COMMAND = "photon_bake"
+PLANNED = ("lightmap", "camera", "multi_image", "light_volume")
+
+KNOB_OPTIONS = {
+    "--photons": "n_photons",
+    "--bounces": "max_bounces",
+    "--gather-rays": "n_gather_rays",
+    "--noise": "noise",
+    "--seed": "seed",
+    "--threads": "n_threads",
+}
+"""The options that are a number of `BakeSettings`."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the command is asked for.
+
+    Attributes
+    ----------
+    settings : BakeSettings
+    objects : list of str or None
+        None: every renderable mesh object.
+    attribute : str
+    save : Path or None
+        None: do not save.
+    report : Path or None
+        None: no report.
+    """
+
+    settings: BakeSettings
+    objects: list[str] | None
+    attribute: str
+    save: Path | None
+    report: Path | None
+
+
+def parse(arguments: list[str], loaded_file: str) -> Options:
+    """Read the command's arguments.
+
+    Parameters
+    ----------
+    arguments : list of str
+    loaded_file : str
+        Path of the .blend file that is open, for ``--save`` without a path; empty where there is none.
+
+    Raises
+    ------
+    SystemExit
+        With 2 after a line on stderr about bad usage, or with 0 after ``--help``.
+    """
+    parser = _parser()
+    given = parser.parse_args(arguments)
+    if given.save == "" and not loaded_file:
+        parser.error("--save has no file to save over; give --save FILE.blend")
+    try:
+        settings = settings_for(given.quality, **_changes(given))
+    except BakeError as error:
+        parser.error(str(error))
+    return Options(
+        settings=settings,
+        objects=given.objects,
+        attribute=given.attribute,
+        save=None if given.save is None else Path(given.save or loaded_file).absolute(),
+        report=None if given.report is None else Path(given.report).absolute(),
+    )
+
+
+def _changes(given: Namespace) -> dict[str, Any]:
+    """What the options change in the quality's settings."""
+    names = [*KNOB_OPTIONS.values(), "gather", "add_direct"]
+    return {name: getattr(given, name) for name in names if getattr(given, name) is not None}
+
+
+def _parser() -> ArgumentParser:
+    parser = ArgumentParser(
+        prog=COMMAND,
+        description="Bake indirect light by photon mapping. Without options: every renderable mesh object, "
+        "quality medium, into the colour attribute Indirect. The panel's settings in the file are not read.",
+        epilog="Exit status: 0 done, 1 failed, 2 bad usage, 130 cancelled.",
+        allow_abbrev=False,
+    )
+    add = parser.add_argument
+    add("--target", type=_one_of("vertex"), action="append", metavar="vertex", help="where the light goes")
+    add("--objects", type=_names, metavar="NAME[,NAME…]", help="objects to bake; default: every renderable mesh object")
+    add("--attribute", type=_name, default="Indirect", metavar="NAME", help="colour attribute; default %(default)s")
+    add("--tracer", type=_one_of("embree"), metavar="embree", help="what finds where rays meet the scene")
+    add("--gather", type=_one_of(*get_args(Gather)), metavar="|".join(get_args(Gather)), help="how photons become light")
+    qualities = get_args(Quality)
+    add("--quality", choices=qualities, default="medium", metavar="|".join(qualities), help="default %(default)s")
+    knobs = {knob.name: knob for knob in fields(BakeSettings)}
+    for option, name in KNOB_OPTIONS.items():
+        knob = knobs[name]
+        metavar = "FRACTION" if knob.type is float else "N"
+        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(knob.metadata["meaning"]))
+    meaning = _sentence(knobs["add_direct"].metadata["meaning"])
+    add("--direct", dest="add_direct", action="store_true", default=None, help=meaning)
+    add("--save", nargs="?", const="", metavar="FILE.blend", help="save the file, here or over the loaded one")
+    add("--report", metavar="FILE.json", help="write what the bake did, also when it fails")
+    return parser
+
+
+def _one_of(*choices: str) -> Callable[[str], str]:
+    """A check for one of `choices` that knows what a later version will have."""
+
+    def check(text: str) -> str:
+        if text in choices:
+            return text
+        why = f"{text} is not in this version" if text in PLANNED else f"there is no {text!r}"
+        raise ArgumentTypeError(f"{why}; choose {' or '.join(choices)}")
+
+    return check
+
+
+def _name(text: str) -> str:
+    if not text.strip():
+        raise ArgumentTypeError("give a name")
+    return text
+
+
+def _names(text: str) -> list[str]:
+    names = [name for name in text.split(",") if name]
+    if not names:
+        raise ArgumentTypeError("give the names of objects, with commas between them")
+    return names
+
+
+def _sentence(meaning: str) -> str:
+    """A knob's meaning as argparse wants it: in lower case at the start, and % doubled."""
+    return (meaning[0].lower() + meaning[1:]).replace("%", "%%")

@@ -1,0 +1,86 @@
+"""A bake to vertices in three steps, for the button, for scripts and for the command line."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..addon.bake import bake
+from ..addon.blender import bake_objects, extract_scene, receiver_meshes, write_color_attribute
+from ..addon.gather import Irradiance
+from ..addon.progress import Progress
+from ..addon.receivers import ReceiverMesh, Receivers, vertex_receivers
+from ..addon.scene import Scene
+from ..addon.settings import BakeSettings
+from ..addon.tracers import Tracer
+
+READING, WRITING = "Reading the scene", "Writing the light"
+
+
+@dataclass
+class VertexBake:
+    """What a bake needs to know of Blender's data: after `prepare` it can be solved on any thread.
+
+    Attributes
+    ----------
+    scene : Scene
+    meshes : list of ReceiverMesh
+    attribute : str
+        Name of the colour attribute.
+    warnings : list of str
+        Grows as the bake goes.
+    """
+
+    scene: Scene
+    meshes: list[ReceiverMesh]
+    attribute: str
+    warnings: list[str]
+
+    @classmethod
+    def prepare(
+        cls, context: Any, attribute: str, progress: Progress, names: list[str] | None = None, selected: bool = False
+    ) -> "VertexBake":
+        """Read what the bake needs out of Blender's data; for the main thread.
+
+        Parameters
+        ----------
+        context : bpy.types.Context
+        attribute : str
+        progress : Progress
+        names : list of str, optional
+            Objects to bake; every renderable mesh object where there are none.
+        selected : bool
+            Bake only selected objects.
+        """
+        progress.update(READING, 0)
+        warnings: list[str] = []
+        depsgraph = context.evaluated_depsgraph_get()
+        objects = bake_objects(context, names, selected)
+        scene = extract_scene(depsgraph, warnings)
+        meshes = receiver_meshes(objects, depsgraph)
+        progress.update(READING, 1)
+        return cls(scene, meshes, attribute, warnings)
+
+    def solve(self, settings: BakeSettings, progress: Progress) -> tuple[Receivers, Irradiance]:
+        """Bake; touches none of Blender's data, so any thread may call it."""
+        receivers = vertex_receivers(self.meshes)
+        tracer = make_tracer(self.scene, self.warnings)
+        return receivers, bake(self.scene, receivers, settings, tracer, progress)
+
+    def write(self, receivers: Receivers, irradiance: Irradiance, progress: Progress) -> None:
+        """Write the light to the meshes; for the main thread."""
+        progress.update(WRITING, 0)
+        self.warnings += write_color_attribute(irradiance.value, receivers, self.attribute)
+        progress.update(WRITING, 1)
+
+
+def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:
+    """Embree's tracer, or where Embree is not installed Blender's own with a notice."""
+    try:
+        from ..addon.tracers.embree import EmbreeTracer
+    except ImportError:
+        from ..addon.blender import BVHTracer
+
+        warnings.append("embreex is not installed, so Blender's slower BVH traces the rays; install the extension's zip.")
+        return BVHTracer(scene)
+    return EmbreeTracer(scene)
