@@ -1,0 +1,151 @@
+"""The house's rules: ranks of imports, docstrings of rooms, one version."""
+
+import ast
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+# Low to high; a file imports only from its own rank or lower.
+RANKS = [
+    ["addon.errors", "addon.progress", "addon.parallel", "addon.settings", "addon.sampling"],
+    ["addon.scene"],
+    ["addon.tracers"],
+    ["addon.photons"],
+    ["addon.receivers"],
+    ["addon.gather"],
+    ["addon.output"],
+    ["addon.bake"],
+    ["addon.blender"],
+    ["addon.ui"],
+    ["operators"],
+    [""],  # the root
+]
+RANK = {room: rank for rank, rooms in enumerate(RANKS) for room in rooms}
+
+FILES = sorted(
+    path.relative_to(ROOT)
+    for path in [ROOT / "__init__.py", *ROOT.glob("addon/**/*.py"), *ROOT.glob("operators/**/*.py")]
+)
+ROOMS = sorted({path.parent for path in FILES})
+
+
+def module_name(path: Path) -> str:
+    """addon/scene/lights.py is `addon.scene.lights`; a package's __init__.py is the package; the root is ``""``."""
+    parts = path.with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def room_of(module: str) -> str:
+    parts = module.split(".")
+    return ".".join(parts[:2]) if parts[0] == "addon" else parts[0]
+
+
+def imports(path: Path, source: str) -> list[tuple[int, str]]:
+    """(line, module inside the extension) for every relative import, those inside functions too."""
+    package = list(path.parent.parts)
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        if not isinstance(node, ast.ImportFrom) or not node.level:
+            continue
+        base = package[: len(package) - (node.level - 1)]
+        assert len(package) >= node.level - 1, f"{path}:{node.lineno} imports from outside the extension"
+        if node.module:
+            found.append((node.lineno, ".".join([*base, node.module])))
+        else:  # from . import name: a module beside this one, or a name of the package itself
+            for alias in node.names:
+                target = [*base, alias.name]
+                is_module = (ROOT.joinpath(*target).with_suffix(".py")).exists() or ROOT.joinpath(*target).is_dir()
+                found.append((node.lineno, ".".join(target if is_module else base)))
+    return found
+
+
+def complaints(path: Path, source: str) -> list[str]:
+    room = room_of(module_name(path))
+    if room == "addon":  # addon/__init__.py is below every room
+        return [f"{path}:{line}: addon/__init__.py imports nothing" for line, _ in imports(path, source)]
+    if room not in RANK:
+        return [f"{path}: the room {room} has no rank: give it one in {Path(__file__).name} and in addon/__init__.py"]
+    said = []
+    for line, target in imports(path, source):
+        other = room_of(target)
+        if other == "addon":
+            said.append(f"{path}:{line}: import the room itself, as in `from .addon.scene import Scene`")
+        elif other not in RANK:
+            said.append(f"{path}:{line}: the room {other} has no rank: give it one in {Path(__file__).name}")
+        elif RANK[other] > RANK[room]:
+            said.append(f"{path}:{line}: {room or 'the root'} may not import {other or 'the root'}, a higher rank")
+    return said
+
+
+@pytest.mark.parametrize("path", FILES, ids=str)
+def test_imports_only_from_its_rank_or_lower(path):
+    said = complaints(path, (ROOT / path).read_text(encoding="utf-8"))
+    assert not said, "\n".join(said)
+
+
+@pytest.mark.parametrize("path", FILES, ids=str)
+def test_imports_inside_the_extension_are_relative(path):
+    own = {"photon_bake", "bl_ext", "addon", "operators"}
+    tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        names = []
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            names = [node.module or ""]
+        for name in names:
+            assert name.partition(".")[0] not in own, (
+                f"{path}:{node.lineno}: `{name}` must be a relative import: "
+                "installed, the package is called bl_ext.<repository>.photon_bake"
+            )
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "from ..gather import Irradiance",
+        "from ..bake import bake",
+        "from .. import bake",
+        "def late():\n    from ...operators import bake_indirect",
+        "from ... import register",
+        "from ..attic import thing",
+    ],
+)
+def test_a_forbidden_import_is_found(source):
+    assert complaints(Path("addon/scene/example.py"), source)
+
+
+@pytest.mark.parametrize("source", ["from ..errors import BakeError", "from .lights import Lights", "import numpy"])
+def test_an_allowed_import_is_not(source):
+    assert not complaints(Path("addon/scene/example.py"), source)
+
+
+@pytest.mark.parametrize("room", ROOMS, ids=lambda room: str(room) if room.parts else "root")
+def test_every_room_says_what_it_is(room):
+    init = ROOT / room / "__init__.py"
+    assert init.exists(), f"{room} holds Python files and no __init__.py"
+    assert ast.get_docstring(ast.parse(init.read_text(encoding="utf-8"))), f"{room}/__init__.py has no docstring"
+
+
+def manifest():
+    return tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))
+
+
+def test_the_version_is_the_changelogs_newest():
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    newest = re.search(r"^## \[?v?(\d+\.\d+\.\d+)", changelog, re.MULTILINE)
+    assert newest, "CHANGELOG.md has no heading like `## 0.1.0`"
+    assert manifest()["version"] == newest[1], "blender_manifest.toml and CHANGELOG.md name different versions"
+
+
+def test_the_extension_asks_for_files_only():
+    assert set(manifest()["permissions"]) == {"files"}
+    assert manifest()["license"] == ["SPDX:GPL-3.0-or-later"]
+
+
+def test_the_committed_manifest_names_no_wheels():
+    assert not {"wheels", "platforms"} & set(manifest()), "wheels and platforms are tools/build_zip.py's to add"
