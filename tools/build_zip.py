@@ -94,12 +94,9 @@ def wheels(target: Target, platform_name: str) -> list[Path]:
         wanted_names = " and ".join(target.requirements)
         print(f"Downloading {wanted_names} for Python {target.python} on {platform_name}", file=sys.stderr, flush=True)
         folder.mkdir(parents=True, exist_ok=True)
-        subprocess.run(
-            [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check", "--no-deps"]
-            + [*pip_selection(target, platform_name), f"--dest={folder}", *target.requirements],
-            check=True,
-            stdout=sys.stderr,
-        )
+        pip = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check", "--no-deps"]
+        pip += [*pip_selection(target, platform_name), f"--dest={folder}", *target.requirements]
+        subprocess.run(pip, check=True, stdout=sys.stderr)
     return present()
 
 

@@ -53,13 +53,11 @@ def imports(path: Path, source: str) -> list[tuple[int, str]]:
             continue
         base = package[: len(package) - (node.level - 1)]
         assert len(package) >= node.level - 1, f"{path}:{node.lineno} imports from outside the extension"
-        if node.module:
-            found.append((node.lineno, ".".join([*base, node.module])))
-        else:  # from . import name: a module beside this one, or a name of the package itself
-            for alias in node.names:
-                target = [*base, alias.name]
-                is_module = (ROOT.joinpath(*target).with_suffix(".py")).exists() or ROOT.joinpath(*target).is_dir()
-                found.append((node.lineno, ".".join(target if is_module else base)))
+        base += node.module.split(".") if node.module else []
+        for alias in node.names:  # a module, or a name inside the module `base`
+            target = [*base, alias.name]
+            is_module = ROOT.joinpath(*target).with_suffix(".py").exists() or ROOT.joinpath(*target).is_dir()
+            found.append((node.lineno, ".".join(target if is_module else base)))
     return found
 
 

@@ -1,0 +1,118 @@
+"""The zip, installed into an empty Blender whose Python has neither embreex nor SciPy, bakes."""
+
+import importlib.util
+import os
+import platform
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+import bpy
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+pytestmark = pytest.mark.skipif(
+    Path(bpy.app.binary_path).is_file(), reason="installs into the bpy module; make bake BLENDER=… does so in a Blender"
+)
+
+INSTALL = """
+import importlib.util, sys
+site, zip_path = sys.argv[1:]
+sys.path.append(site)
+for name in ("embreex", "scipy", "photon_bake"):
+    assert importlib.util.find_spec(name) is None, f"{name} is there before the zip is installed"
+
+import bpy
+bpy.ops.wm.read_userpref()
+assert not bpy.context.preferences.addons.get("bl_ext.user_default.photon_bake")
+bpy.ops.extensions.package_install_files(filepath=zip_path, repo="user_default", enable_on_install=True)
+assert bpy.context.preferences.addons.get("bl_ext.user_default.photon_bake"), "the extension is not enabled"
+bpy.ops.wm.save_userpref()
+"""
+
+BAKE = """
+import os, sys
+site, _ = sys.argv[1:]
+sys.path.append(site)
+
+import bpy
+bpy.ops.wm.read_userpref()
+import embreex, scipy
+for module in (embreex, scipy):
+    assert module.__file__.startswith(os.environ["BLENDER_USER_RESOURCES"]), module.__file__
+
+bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+bpy.ops.mesh.primitive_cube_add(size=4)
+bpy.ops.object.light_add(type="POINT", location=(0, 0, 1))
+bpy.context.object.data.energy = 100
+room = bpy.data.objects["Cube"]
+bpy.context.view_layer.objects.active = room
+room.select_set(True)
+assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
+
+import numpy
+attribute = room.data.attributes["Indirect"]
+colors = numpy.empty(4 * len(attribute.data), numpy.float32)
+attribute.data.foreach_get("color", colors)
+colors = colors.reshape(-1, 4)[:, :3]
+assert numpy.isfinite(colors).all() and (colors > 0.01).all(), colors
+print("BAKED", colors.mean())
+"""
+
+
+def build_zip():
+    """tools/build_zip.py as a module."""
+    spec = importlib.util.spec_from_file_location("build_zip", ROOT / "tools" / "build_zip.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["build_zip"] = module  # where its dataclass looks itself up
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def zip_path():
+    """The zip for this Python and platform."""
+    tool = build_zip()
+    return tool.build(tool.target_for(".".join(platform.python_version_tuple()[:2])), tool.this_platform())
+
+
+@pytest.fixture
+def bare_python(tmp_path):
+    """Run code in this Python with an empty Blender user folder and without embreex, SciPy and the checkout."""
+    site = tmp_path / "site"
+    site.mkdir()
+    for path in Path(sysconfig.get_paths()["purelib"]).iterdir():
+        if not path.name.startswith(("embreex", "scipy", "photon_bake")):
+            (site / path.name).symlink_to(path)
+    resources = tmp_path / "resources"
+    resources.mkdir()
+
+    def run(code, *arguments):
+        command = [sys.executable, "-I", "-S", "-c", code, str(site), *map(str, arguments)]
+        environment = {**os.environ, "BLENDER_USER_RESOURCES": str(resources)}
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return done.stdout
+
+    return run
+
+
+def test_an_installed_zip_bakes(bare_python, zip_path):
+    bare_python(INSTALL, zip_path)
+    assert "BAKED" in bare_python(BAKE, zip_path)
+
+
+def test_a_zip_holds_the_extension_and_its_wheels_only(zip_path):
+    import zipfile
+
+    names = zipfile.ZipFile(zip_path).namelist()
+    assert sorted(names) == names
+    tops = {name.partition("/")[0] for name in names}
+    assert {"__init__.py", "LICENSE", "addon", "blender_manifest.toml", "operators", "wheels"} <= tops
+    assert tops <= {"__init__.py", "LICENSE", "README.md", "CHANGELOG.md"} | {
+        "addon", "blender_manifest.toml", "operators", "shaders", "wheels"
+    }  # fmt: skip
+    wheels = [name for name in names if name.startswith("wheels/")]
+    assert sorted(name.split("/")[1].split("-")[0] for name in wheels) == ["embreex", "scipy"]
