@@ -108,8 +108,9 @@ def _end(report: Report, progress: Progress, options: Options, status: int) -> i
         try:
             report.write(options.report)
         except OSError as error:
-            say(f"The report {options.report} could not be written ({error.strerror}).")
-            return status or FAILED
+            if status == DONE:  # otherwise what went wrong is said already
+                say(f"The report {options.report} could not be written ({error.strerror}).")
+                return FAILED
     return status
 
 
