@@ -1,6 +1,9 @@
 """One bake, stage by stage: photons are traced, receivers gather them."""
 
-from .gather import Irradiance
+import numpy as np
+
+from .gather import DirectLight, Irradiance, build_radiance_cache, density_estimate, direct_irradiance, final_gather
+from .photons import PathKind, Photons, light_sources, region_of, trace_photons
 from .progress import Progress
 from .receivers import Receivers
 from .scene import Scene
@@ -20,4 +23,73 @@ def bake(
     Cancelled
         If `progress` was cancelled.
     """
-    raise NotImplementedError
+    progress = progress or Progress()
+    sources = light_sources(scene, region_of(receivers.position))
+    photons = trace_photons(
+        scene, tracer, sources, settings.n_photons, settings.max_bounces, settings.seed, settings.n_threads, progress
+    )
+    direct = DirectLight(scene, tracer, sources)
+    gather = _by_density if settings.gather == "density" else _by_final_gather
+    return gather(scene, receivers, settings, tracer, photons, direct, progress)
+
+
+def _by_final_gather(
+    scene: Scene,
+    receivers: Receivers,
+    settings: BakeSettings,
+    tracer: Tracer,
+    photons: Photons,
+    direct: DirectLight,
+    progress: Progress,
+) -> Irradiance:
+    """Photons and direct light make a radiance cache; rays from the receivers gather from it."""
+    seed, n_threads = settings.seed, settings.n_threads
+    cache = build_radiance_cache(
+        scene,
+        tracer,
+        photons,
+        direct,
+        receivers,
+        settings.n_cache_elements,
+        settings.n_cache_rays,
+        seed,
+        n_threads,
+        progress,
+    )
+    gathered = final_gather(
+        scene, tracer, cache, receivers, settings.n_gather_rays, settings.noise, seed, n_threads, progress
+    )
+    passes = {"indirect": gathered.indirect}
+    if settings.add_direct:
+        passes["direct"] = gathered.sky + direct_irradiance(direct, receivers, seed, n_threads, progress)
+    counts = {"cache_elements": len(cache.elements), "gather_rays": gathered.n_rays}
+    return _irradiance(passes, gathered.stderr, photons, counts)
+
+
+def _by_density(
+    scene: Scene,
+    receivers: Receivers,
+    settings: BakeSettings,
+    tracer: Tracer,
+    photons: Photons,
+    direct: DirectLight,
+    progress: Progress,
+) -> Irradiance:
+    """Receivers gather the photons around them."""
+    knobs = settings.n_nearest, settings.max_radius, settings.n_threads, progress
+    straight = photons.kind == PathKind.DIRECT
+    indirect = density_estimate(scene, tracer, photons.where(~straight), receivers, *knobs)
+    passes = {"indirect": indirect.irradiance}
+    if settings.add_direct:
+        sky = density_estimate(scene, tracer, photons.where(straight), receivers, *knobs)
+        lamps = direct_irradiance(direct, receivers, settings.seed, settings.n_threads, progress)
+        passes["direct"] = sky.irradiance + lamps
+    return _irradiance(passes, indirect.stderr, photons, {})
+
+
+def _irradiance(
+    passes: dict[str, np.ndarray], stderr: np.ndarray, photons: Photons, counts: dict[str, int]
+) -> Irradiance:
+    value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
+    counts = {"receivers": len(value), "stored_photons": len(photons), **counts}
+    return Irradiance(value, stderr, passes, counts)

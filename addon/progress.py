@@ -22,7 +22,7 @@ class Progress:
         self._listener = listener
         self._cancelled = False
         self._stage = ""
-        self._entered = 0.0
+        self._last = 0.0
         self._seconds: dict[str, float] = {}
 
     def cancel(self) -> None:
@@ -44,14 +44,14 @@ class Progress:
         if self._cancelled:
             raise Cancelled
         now = perf_counter()
-        if stage != self._stage:
-            self._stage, self._entered = stage, now
-        self._seconds[stage] = self._seconds.get(stage, 0.0) + now - self._entered
-        self._entered = now
+        if self._stage:
+            self._seconds[self._stage] += now - self._last
+        self._stage, self._last = stage, now
+        self._seconds.setdefault(stage, 0.0)
         if self._listener is not None:
             self._listener(stage, fraction)
 
     @property
     def stage_seconds(self) -> dict[str, float]:
-        """Seconds between the first and the last update of each stage, in the stages' order."""
+        """Seconds from the first update of each stage to the first of the next, in the stages' order."""
         return dict(self._seconds)

@@ -1,4 +1,4 @@
-"""Every knob of a bake: its unit, default, range and meaning, said once for the panel, the command line and the docs."""
+"""Every knob of a bake: unit, default, range and meaning, said once for the panel, the command line and the docs."""
 
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal, get_args
@@ -27,8 +27,12 @@ class BakeSettings:
     n_photons: int = _knob(1_000_000, 1_000, 1_000_000_000, "Photons emitted by all lights together")
     max_bounces: int = _knob(32, 1, 1024, "Surfaces a photon may hit before it is dropped")
     n_gather_rays: int = _knob(256, 4, 65_536, "Rays that a receiver sends out in a final gather")
-    n_cache_elements: int = _knob(60_000, 100, 10_000_000, "Surface elements of the radiance cache, beyond one a triangle")
-    n_cache_rays: int = _knob(64, 0, 4096, "Rays that an element of the radiance cache gathers with; 0 trusts its photons")
+    n_cache_elements: int = _knob(
+        60_000, 100, 10_000_000, "Surface elements of the radiance cache, beyond one a triangle"
+    )
+    n_cache_rays: int = _knob(
+        64, 0, 4096, "Rays that an element of the radiance cache gathers with; 0 trusts its photons"
+    )
     n_nearest: int = _knob(200, 8, 4096, "Photons that a density estimate looks for")
     max_radius: float = _knob(
         0.0, 0.0, 1e6, "Farthest that a density estimate looks, in metres; 0 finds it from the photons' density"
@@ -51,9 +55,21 @@ class BakeSettings:
 
 
 _QUALITIES: dict[str, dict[str, int]] = {
-    "draft": dict(n_photons=200_000, n_gather_rays=64, n_cache_elements=20_000, n_cache_rays=0, n_nearest=100),
+    "draft": {
+        "n_photons": 200_000,
+        "n_gather_rays": 64,
+        "n_cache_elements": 20_000,
+        "n_cache_rays": 0,
+        "n_nearest": 100,
+    },
     "medium": {},
-    "high": dict(n_photons=4_000_000, n_gather_rays=1024, n_cache_elements=200_000, n_cache_rays=128, n_nearest=400),
+    "high": {
+        "n_photons": 4_000_000,
+        "n_gather_rays": 1024,
+        "n_cache_elements": 200_000,
+        "n_cache_rays": 128,
+        "n_nearest": 400,
+    },
 }
 
 

@@ -1,5 +1,17 @@
 """Photons to irradiance: a density estimate, or a final gather into a radiance cache."""
 
+from .density import density_estimate
+from .direct_light import DirectLight, direct_irradiance
+from .final_gather import final_gather
 from .irradiance import Irradiance
+from .radiance_cache import RadianceCache, build_radiance_cache
 
-__all__ = ["Irradiance"]
+__all__ = [
+    "DirectLight",
+    "Irradiance",
+    "RadianceCache",
+    "build_radiance_cache",
+    "density_estimate",
+    "direct_irradiance",
+    "final_gather",
+]

@@ -14,6 +14,9 @@ inside the neighbour (black) or beyond it (leak). At 2 % of the way in, the rece
 the light there differs little from the light at the vertex.
 """
 
+LIFT = 1e-3
+"""How far a receiver is lifted off its face, as a share of the distance to the middle of its faces."""
+
 
 @dataclass(frozen=True)
 class ReceiverMesh:
@@ -44,5 +47,61 @@ class ReceiverMesh:
 
 
 def vertex_receivers(meshes: list[ReceiverMesh]) -> Receivers:
-    """One receiver for each vertex, or for each set of a vertex's corners with the same normal."""
-    raise NotImplementedError
+    """Receivers of several meshes: one a vertex, or one for each set of a vertex's corners that share a normal.
+
+    Corners of coplanar or smoothly joined faces share a receiver. Each is pulled towards the middle of its faces, along
+    its tangent plane, by `CORNER_PULL`, and lifted along its normal by a thousandth of its footprint.
+    """
+    parts, targets, start = [], [], 0
+    for mesh in meshes:
+        receiver_of_element, position, normal, footprint = _of_mesh(mesh)
+        moved = np.where(receiver_of_element >= 0, receiver_of_element + start, -1).astype(np.int32)
+        targets.append(AttributeTarget(mesh.object_name, mesh.mesh_name, mesh.domain, moved))
+        parts.append((position, normal, footprint))
+        start += len(position)
+    empty = np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), np.zeros(0, np.float32)
+    position, normal, footprint = (np.concatenate(arrays) for arrays in zip(*(parts or [empty]), strict=True))
+    return Receivers(position, normal, footprint, tuple(targets))
+
+
+def _of_mesh(mesh: ReceiverMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Receiver of each element, and the receivers' positions, normals and footprints."""
+    group_of_corner, normal, receiver_of_element = _groups(mesh)
+    n = len(normal)
+    corner_position = mesh.positions[mesh.corner_vertex]
+    n_corners = np.maximum(np.bincount(group_of_corner, minlength=n), 1)[:, None]
+    vertex = np.zeros((n, 3))
+    vertex[group_of_corner] = corner_position  # a group's corners are all of one vertex
+    way = _face_middles(mesh)[mesh.corner_face] - corner_position
+    to_middle = _mean_by(group_of_corner, way, n_corners)
+    reach = _mean_by(group_of_corner, np.linalg.norm(way, axis=1), n_corners[:, 0])
+    along_plane = to_middle - (to_middle * normal).sum(1, keepdims=True) * normal
+    position = vertex + CORNER_PULL * along_plane + LIFT * reach[:, None] * normal
+    return receiver_of_element, position.astype(np.float32), normal.astype(np.float32), reach.astype(np.float32)
+
+
+def _groups(mesh: ReceiverMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sets of corners that share a receiver: set of each corner, normal of each set, set of each element (−1: none)."""
+    if mesh.domain == "POINT":
+        used, group = np.unique(mesh.corner_vertex, return_inverse=True)
+        receiver_of_vertex = np.full(len(mesh.positions), -1, np.int32)
+        receiver_of_vertex[used] = np.arange(len(used))
+        return group.reshape(-1), mesh.normals[used], receiver_of_vertex
+    # Normals within about half a degree are the same.
+    key = np.column_stack([mesh.corner_vertex, np.rint(mesh.normals * 100).astype(np.int64)])
+    _, first, group = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    group = group.reshape(-1)
+    return group, mesh.normals[first], group.astype(np.int32)
+
+
+def _face_middles(mesh: ReceiverMesh) -> np.ndarray:
+    """Mean corner position of each face, (f, 3) float64, m."""
+    n_corners = np.maximum(np.bincount(mesh.corner_face), 1)
+    return _mean_by(mesh.corner_face, mesh.positions[mesh.corner_vertex], n_corners[:, None])
+
+
+def _mean_by(group: np.ndarray, values: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Sum of the values of each group over its count; values (n,) or (n, d)."""
+    columns = values.reshape(len(values), -1).T
+    sums = np.stack([np.bincount(group, column, minlength=len(counts)) for column in columns], axis=1)
+    return sums.reshape(-1, *values.shape[1:]) / counts

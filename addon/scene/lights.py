@@ -7,6 +7,8 @@ import numpy as np
 
 
 class LightKind(IntEnum):
+    """What a lamp looks like."""
+
     POINT = 0
     SPOT = 1
     SUN = 2
@@ -72,3 +74,22 @@ class Lights:
         vectors = {n: np.zeros((0, 3), np.float32) for n in ("emission", "position", "axis_x", "axis_y", "direction")}
         scalars = {n: np.zeros(0, np.float32) for n in ("radius", "angle", "blend")}
         return Lights(names=(), kind=np.zeros(0, np.int32), size=np.zeros((0, 2), np.float32), **vectors, **scalars)
+
+    def cos_half_cone(self, lamp: np.ndarray) -> np.ndarray:
+        """Cosine of half the opening angle of lamps, (n,) float32."""
+        return np.cos(self.angle[lamp] / 2)
+
+    def spot_falloff(self, lamp: np.ndarray, cos_theta: np.ndarray) -> np.ndarray:
+        """Share of a spot's intensity at an angle from its axis: a smoothstep over the blend, (n,) float32.
+
+        With c the cosine of the half angle and b the blend, s((cos θ − c) / (b(1 − c))), s(t) = t²(3 − 2t), as Cycles.
+        """
+        c = self.cos_half_cone(lamp)
+        width = np.maximum(self.blend[lamp] * (1 - c), np.float32(1e-5))
+        t = np.clip((cos_theta - c) / width, 0, 1)
+        return t * t * (3 - 2 * t)
+
+    def area(self, lamp: np.ndarray) -> np.ndarray:
+        """Area of area lamps, (n,) float32, m²."""
+        box = self.size[lamp].prod(axis=-1)
+        return np.where(self.kind[lamp] == LightKind.ELLIPSE, np.float32(np.pi / 4) * box, box)

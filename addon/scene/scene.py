@@ -70,6 +70,11 @@ class Scene:
         return np.stack([self.vertices.min(0), self.vertices.max(0)])
 
     @cached_property
+    def diagonal(self) -> float:
+        """Length of the bounds' diagonal, m."""
+        return float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
+
+    @cached_property
     def _cross(self) -> np.ndarray:
         a, b, c = (self.vertices[self.triangles[:, i]].astype(np.float64) for i in range(3))
         return np.cross(b - a, c - a)
@@ -88,6 +93,16 @@ class Scene:
         """Positions of barycentric coordinates (1−u−v, u, v) on triangles, (n, 3) float32."""
         return interpolate(self.vertices[self.triangles[triangle]], u, v)
 
+    def barycentrics(self, triangle: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Barycentric weights (u, v) of points on triangles, clipped to the triangles, (n,) float32 each."""
+        corners = self.vertices[self.triangles[triangle]]
+        e1, e2, p = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], positions - corners[:, 0]
+        d11, d12, d22 = (np.einsum("ij,ij->i", *pair) for pair in ((e1, e1), (e1, e2), (e2, e2)))
+        p1, p2 = np.einsum("ij,ij->i", p, e1), np.einsum("ij,ij->i", p, e2)
+        scale = 1 / np.maximum(d11 * d22 - d12 * d12, np.float32(1e-37))
+        u = np.clip((d22 * p1 - d12 * p2) * scale, 0, 1)
+        return u, np.clip((d11 * p2 - d12 * p1) * scale, 0, 1 - u)
+
     def uvs(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Texture coordinates of barycentric coordinates (1−u−v, u, v) on triangles, (n, 2) float32."""
         return interpolate(self.corner_uvs[triangle], u, v)
@@ -99,6 +114,14 @@ class Scene:
         if not materials.textured:
             return materials.albedo[material]
         return materials.albedo_at(material, self.uvs(triangle, u, v))
+
+    def ray_offset(self, positions: np.ndarray) -> np.ndarray:
+        """How far a ray has to start off a surface so as not to meet it again, (n, 1) float32, m.
+
+        A hit is known to a few units in the last place (2⁻²³) of its coordinates, and of the corners of its triangle,
+        which may be as large as the scene; 2⁻¹⁸ of the one and 2⁻²⁰ of the other leave a margin.
+        """
+        return np.abs(positions).max(axis=1, keepdims=True) * np.float32(2**-18) + np.float32(self.diagonal * 2**-20)
 
 
 def interpolate(corners: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:

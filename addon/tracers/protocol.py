@@ -28,6 +28,14 @@ class Hits:
     v: np.ndarray
     normal: np.ndarray
 
+    @staticmethod
+    def none(n: int) -> "Hits":
+        """n rays that meet nothing."""
+        zeros = np.zeros(n, np.float32)
+        return Hits(
+            np.full(n, -1, np.int32), np.full(n, np.inf, np.float32), zeros, zeros, np.zeros((n, 3), np.float32)
+        )
+
     @property
     def hit(self) -> np.ndarray:
         """Which rays meet a triangle, (n,) bool."""

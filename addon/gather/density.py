@@ -1,0 +1,146 @@
+"""Density estimate: the irradiance at receivers from the photons around them.
+
+After the π-engine (Kristensen and Ottosen 2003, part 2): the k nearest photons (section 3.1), those within a thin slice
+of the sphere around the receiver's tangent plane (section 3.5), no farther than a radius that the photons' density
+gives (Eq. 3.7). Its area πr² is too large where a surface ends within the sphere (boundary bias); here short rays
+measure which share of the disc is surface.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..parallel import ordered_map, slices
+from ..photons import Photons
+from ..progress import Progress
+from ..receivers import Receivers
+from ..sampling.streams import below_one, sobol
+from ..sampling.warps import frame, sample_uniform_disk
+from ..scene import Scene
+from ..tracers import Tracer
+
+SLICE = np.float32(0.2)
+"""Half the slice's thickness over the sphere's radius: thin against walls behind, thick enough for curved surfaces."""
+
+LOW_DENSITY = 0.05
+"""α of Eq. 3.6: where photons are less dense than this share of their average, the radius is not grown further."""
+
+_CHUNK = 2048
+_OVERSEARCH = 2  # in an edge between two faces, half of the nearest photons are the other face's
+_N_DISC_RAYS = 64
+_SAME_SIDE = np.float32(0.5)  # least cosine between normals of one surface
+
+
+@dataclass(frozen=True)
+class Density:
+    """What n receivers' photons say: irradiance (n, 3) and its standard error (n,), float32, W/m²."""
+
+    irradiance: np.ndarray
+    stderr: np.ndarray
+
+
+def search_radius(photons: Photons, k: int) -> float:
+    """r_max = √(k rₙ² / (α n)), Eq. 3.7, with rₙ the radius of the sphere around all n photons, m."""
+    if len(photons) == 0:
+        return 0.0
+    low, high = photons.position.min(axis=0), photons.position.max(axis=0)
+    r_n = float(np.linalg.norm(high - low)) / 2
+    return float(np.sqrt(k * r_n**2 / (LOW_DENSITY * len(photons))))
+
+
+def density_estimate(
+    scene: Scene,
+    tracer: Tracer,
+    photons: Photons,
+    receivers: Receivers,
+    n_nearest: int,
+    max_radius: float,
+    n_threads: int = 0,
+    progress: Progress | None = None,
+) -> Density:
+    """Irradiance E = Σ Φ / (s π r²), with s the share of the disc of radius r that is surface.
+
+    With k photons found, the sum runs over the k − 1 nearest and r is the k-th's distance, which makes the mean exact
+    for evenly spread photons.
+
+    Parameters
+    ----------
+    n_nearest : int
+        k.
+    max_radius : float
+        m; 0 takes `search_radius`.
+    """
+    progress = progress or Progress()
+    n = len(receivers)
+    irradiance, stderr = np.zeros((n, 3), np.float32), np.zeros(n, np.float32)
+    if len(photons) == 0:
+        return Density(irradiance, stderr)
+    r_max = max_radius or search_radius(photons, n_nearest)
+    progress.update("Sorting photons", 0.0)
+    tree = cKDTree(photons.position, balanced_tree=False)
+    photon_normals = photons.normal
+
+    def estimate(chunk: slice) -> tuple[slice, np.ndarray, np.ndarray]:
+        x, normals = receivers.position[chunk], receivers.normal[chunk]
+        within, r = _nearest_in_slice(tree, photons.position, photon_normals, x, normals, n_nearest, r_max)
+        power = np.where((within >= 0)[..., None], photons.power[within], 0)
+        area = np.pi * r**2 * surface_share(scene, tracer, x, normals, r)
+        squares = (power.mean(axis=2) ** 2).sum(axis=1)
+        return chunk, power.sum(axis=1) / area[:, None], np.sqrt(squares) / area
+
+    for chunk, value, error in ordered_map(estimate, slices(n, _CHUNK), n_threads):
+        irradiance[chunk], stderr[chunk] = value, error
+        progress.update("Gathering photons", chunk.stop / n)
+    return Density(irradiance, stderr)
+
+
+def _nearest_in_slice(
+    tree: cKDTree,
+    positions: np.ndarray,
+    photon_normals: np.ndarray,
+    x: np.ndarray,
+    normals: np.ndarray,
+    k: int,
+    r_max: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The k − 1 nearest photons in each receiver's slice, (n, k') int, −1 for none; and the radius (n,) float32."""
+    n_asked = min(_OVERSEARCH * k, tree.n)
+    distance, index = tree.query(x, k=n_asked, distance_upper_bound=r_max)
+    distance, index = distance.reshape(len(x), n_asked).astype(np.float32), index.reshape(len(x), n_asked)
+    found = index < tree.n
+    index[~found] = 0
+    # How far the sphere was looked through: to the last photon found, or all the way
+    looked = np.where(found[:, -1], distance[:, -1], np.float32(r_max))
+    height = np.abs(np.einsum("nki,ni->nk", positions[index] - x[:, None], normals))
+    same_side = np.einsum("nki,ni->nk", photon_normals[index], normals) > _SAME_SIDE
+    rank = np.cumsum(found & same_side, axis=1)
+    r = np.where(rank[:, -1] >= k, np.take_along_axis(distance, _first(rank >= k), 1)[:, 0], looked)
+    in_slice = found & same_side & (distance < r[:, None]) & (height <= SLICE * r[:, None])
+    return np.where(in_slice, index, -1), r
+
+
+def _first(true: np.ndarray) -> np.ndarray:
+    """Column of the first True of each row, (n, 1)."""
+    return true.argmax(axis=1)[:, None]
+
+
+def surface_share(scene: Scene, tracer: Tracer, x: np.ndarray, normals: np.ndarray, r: np.ndarray) -> np.ndarray:
+    """Share of the disc of radius r around each receiver that is its surface, (n,) float32, at least one ray's worth.
+
+    From points of the disc raised to the top of the slice, rays go down through it; those that meet a surface facing
+    the same way count, unless something stands between the receiver and the point (a wall that the floor runs under).
+    """
+    disc = sample_uniform_disk(below_one(sobol(2, 0).random(_N_DISC_RAYS)))
+    tangent, bitangent = frame(normals)
+    top = (SLICE * r)[:, None] * normals
+    offset = disc[None, :, :1] * tangent[:, None] + disc[None, :, 1:] * bitangent[:, None]
+    raised = (x[:, None] + r[:, None, None] * offset + top[:, None]).reshape(-1, 3).astype(np.float32)
+    down = np.repeat(-normals, _N_DISC_RAYS, 0)
+    thickness = np.repeat(2 * SLICE * r, _N_DISC_RAYS)
+    hits = tracer.closest_hit(raised, down)
+    cosine = np.abs(np.einsum("ij,ij->i", hits.normal, down))
+    lies_there = hits.hit & (hits.distance <= thickness) & (cosine > _SAME_SIDE)
+    centre = np.repeat(x + top, _N_DISC_RAYS, 0)
+    lies_there &= ~tracer.occluded(centre, raised)
+    return np.maximum(lies_there.reshape(len(x), _N_DISC_RAYS).mean(axis=1), 1 / _N_DISC_RAYS).astype(np.float32)

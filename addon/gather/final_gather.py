@@ -1,0 +1,104 @@
+"""Final gather: the irradiance at receivers from rays into the radiance cache."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..parallel import ordered_map, slices
+from ..progress import Progress
+from ..receivers import Receivers
+from ..sampling.streams import stream
+from ..scene import Scene
+from ..tracers import Tracer
+from .hemisphere import gather_radiance
+from .radiance_cache import RadianceCache
+
+_GATHER = 21  # stream of random numbers
+_CHUNK = 1 << 16
+_N_BATCHES = 4
+_MAX_ROUNDS = 64
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """What n receivers gathered.
+
+    Attributes
+    ----------
+    indirect, sky : (n, 3) float32, W/m²
+        Irradiance from surfaces, and straight from the world.
+    stderr : (n,) float32, W/m²
+        Standard error of `indirect`, mean over colours, from independent batches of rays.
+    n_rays : int
+        Rays sent out in all.
+    """
+
+    indirect: np.ndarray
+    sky: np.ndarray
+    stderr: np.ndarray
+    n_rays: int
+
+
+def final_gather(
+    scene: Scene,
+    tracer: Tracer,
+    cache: RadianceCache,
+    receivers: Receivers,
+    n_rays: int,
+    noise: float,
+    seed: int,
+    n_threads: int = 0,
+    progress: Progress | None = None,
+) -> Gathered:
+    """Irradiance E = π · mean of L over cosine-weighted rays, in batches that are stratified each on its own.
+
+    Parameters
+    ----------
+    n_rays : int
+        Rays of each receiver in a round; a multiple of the batches is used.
+    noise : float
+        Rounds go on for the receivers whose standard error is above this share of the mean irradiance, as long as
+        there are any (at most 64 rounds); 0: one round.
+    """
+    progress = progress or Progress()
+    n = len(receivers)
+    rays_a_batch = max(1, n_rays // _N_BATCHES)
+    total, total_square = np.zeros((n, 6)), np.zeros(n)
+    batches = np.zeros(n, np.int64)
+    active = np.arange(n)
+    sent = 0
+    for turn in range(_MAX_ROUNDS if noise > 0 else 1):
+        size = max(1, _CHUNK // (rays_a_batch * _N_BATCHES))
+
+        def gather(item: tuple[int, slice], chosen=active, turn=turn) -> tuple[np.ndarray, np.ndarray]:
+            index, chunk = item
+            receiver = chosen[chunk]
+            return receiver, _batch_means(
+                scene, tracer, cache, receivers, receiver, rays_a_batch, stream(seed, _GATHER, turn, index)
+            )
+
+        done = 0
+        for receiver, means in ordered_map(gather, enumerate(slices(len(active), size)), n_threads):
+            total[receiver] += means.sum(axis=1)
+            total_square[receiver] += (means[:, :, :3].mean(axis=2) ** 2).sum(axis=1)
+            batches[receiver] += _N_BATCHES
+            done += len(receiver)
+            progress.update("Gathering light", done / len(active))
+        sent += len(active) * rays_a_batch * _N_BATCHES
+        mean = total / np.maximum(batches, 1)[:, None]
+        variance = np.maximum(total_square / np.maximum(batches, 1) - mean[:, :3].mean(axis=1) ** 2, 0)
+        stderr = np.sqrt(variance / np.maximum(batches - 1, 1))
+        active = np.flatnonzero(stderr > noise * mean[:, :3].mean())
+        if len(active) == 0:
+            break
+    irradiance = (np.pi * mean).astype(np.float32)
+    return Gathered(irradiance[:, :3], irradiance[:, 3:], (np.pi * stderr).astype(np.float32), sent)
+
+
+def _batch_means(scene, tracer, cache, receivers, receiver, rays_a_batch, random) -> np.ndarray:
+    """Mean radiance of each batch of rays of some receivers: reflected and sky, (r, batches, 6) float64."""
+    n = rays_a_batch * _N_BATCHES
+    origins, normals = np.repeat(receivers.position[receiver], n, 0), np.repeat(receivers.normal[receiver], n, 0)
+    reflected_and_sky = gather_radiance(scene, tracer, cache.look_up, origins, normals, rays_a_batch, random)
+    seen = np.concatenate(reflected_and_sky, axis=1).reshape(len(receiver), _N_BATCHES, rays_a_batch, 6)
+    return seen.mean(axis=2, dtype=np.float64)

@@ -1,0 +1,7 @@
+"""Light in flight: how sources emit photons, how surfaces scatter them, and the photons that are stored."""
+
+from .emission import Source, Sphere, light_sources, region_of
+from .photons import PathKind, Photons
+from .tracing import trace_photons
+
+__all__ = ["PathKind", "Photons", "Source", "Sphere", "light_sources", "region_of", "trace_photons"]

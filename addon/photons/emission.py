@@ -1,0 +1,264 @@
+"""How lights emit photons.
+
+Every source turns points of the unit hypercube into rays that carry flux. The mean of the flux over the hypercube is
+the source's power, so n points make n photons of flux/n watts each.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import BakeError
+from ..sampling.warps import (
+    sample_cosine_hemisphere,
+    sample_uniform_cone,
+    sample_uniform_disk,
+    sample_uniform_sphere,
+    sample_uniform_triangle,
+    to_world,
+)
+from ..scene import LightKind, Lights, Scene
+
+N_DIMENSIONS = 5
+"""Dimensions of the hypercube that sources sample: two for a direction, two for a place, one to choose."""
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A ball in world space, m."""
+
+    centre: np.ndarray
+    radius: float
+
+
+def region_of(positions: np.ndarray) -> Sphere:
+    """The ball around most receivers: the middle 96 % of their positions along each axis.
+
+    The sun and the world send half of their photons through it. A lone receiver far away (the corner of a ground
+    plane) does not blow it up, and still gets light: the other half goes to the whole scene.
+    """
+    low, high = np.percentile(positions, [2, 98], axis=0)
+    return Sphere(((low + high) / 2).astype(np.float32), float(np.linalg.norm(high - low)) / 2)
+
+
+def bounding_sphere(scene: Scene) -> Sphere:
+    """A ball around the whole scene."""
+    low, high = scene.bounds
+    return Sphere((low + high) / 2, float(np.linalg.norm(high - low)) / 2 * 1.001)
+
+
+@dataclass(frozen=True)
+class Rays:
+    """Emitted light: origins (n, 3) m, unit directions (n, 3), flux (n, 3) W whose mean is the source's power."""
+
+    origins: np.ndarray
+    directions: np.ndarray
+    flux: np.ndarray
+
+
+class Source:
+    """Something that emits photons.
+
+    Attributes
+    ----------
+    name : str
+    lamp : int
+        Index in the scene's `Lights`; the number of lamps for emissive meshes, −1 for the world.
+    power : (3,) float64, W
+        What photons are shared out by; for the sun and the world, the power that enters the region of the receivers.
+    sampled_directly : bool
+        Its direct light is found by next-event estimation, so that its photons need not be stored where they first hit.
+    """
+
+    name: str
+    lamp: int
+    power: np.ndarray
+    sampled_directly = True
+
+    def emit(self, u: np.ndarray) -> Rays:
+        """Rays for points `u` (n, 5) of the unit hypercube."""
+        raise NotImplementedError
+
+
+class PointSource(Source):
+    """A point or spot lamp: a sphere of radius r (or a point) with intensity I(ω), seen as a disc from everywhere.
+
+    A sphere of uniform radiance I/(πr²) sends the same I in every direction, spread evenly over the disc that it shows
+    in that direction. So: a direction by intensity, then a place on that disc.
+    """
+
+    def __init__(self, lights: Lights, lamp: int) -> None:
+        self._lights, self.lamp = lights, lamp
+        self.name = lights.names[lamp]
+        self._is_spot = lights.kind[lamp] == LightKind.SPOT
+        self._cos_max = float(lights.cos_half_cone(lamp)) if self._is_spot else -1.0
+        # ∫ falloff dω = 2π(1 − c)(1 − b/2): the smoothstep's mean over the blend is one half.
+        mean_falloff = 1 - float(lights.blend[lamp]) / 2 if self._is_spot else 1.0
+        self._solid_angle = 2 * np.pi * (1 - self._cos_max)
+        self.power = lights.emission[lamp].astype(np.float64) * self._solid_angle * mean_falloff
+
+    def emit(self, u: np.ndarray) -> Rays:
+        """Uniform directions in the cone, weighted by the falloff."""
+        lights, lamp = self._lights, self.lamp
+        axis = np.broadcast_to(lights.direction[lamp], (len(u), 3))
+        local = sample_uniform_cone(u[:, :2], self._cos_max)
+        directions = to_world(local, axis)
+        flux = np.broadcast_to(lights.emission[lamp] * np.float32(self._solid_angle), (len(u), 3))
+        if self._is_spot:
+            flux = flux * lights.spot_falloff(lamp, local[:, 2])[:, None]
+        disc = sample_uniform_disk(u[:, 2:4])
+        height = np.sqrt(np.maximum(1 - (disc**2).sum(1, keepdims=True), 0))
+        on_sphere = to_world(np.concatenate([disc, height], axis=1), directions)
+        return Rays(lights.position[lamp] + lights.radius[lamp] * on_sphere, directions, flux)
+
+
+class AreaSource(Source):
+    """An area lamp: a rectangle or ellipse of uniform radiance L on its front, power πLA."""
+
+    def __init__(self, lights: Lights, lamp: int) -> None:
+        self._lights, self.lamp = lights, lamp
+        self.name = lights.names[lamp]
+        self.power = lights.emission[lamp].astype(np.float64) * np.pi * float(lights.area(np.array([lamp]))[0])
+
+    def emit(self, u: np.ndarray) -> Rays:
+        """Uniform places, cosine-weighted directions: all rays carry the same flux."""
+        lights, lamp = self._lights, np.full(len(u), self.lamp)
+        origins = sample_area_lamp(lights, lamp, u[:, 2:4])
+        directions = to_world(sample_cosine_hemisphere(u[:, :2]), lights.direction[lamp])
+        return Rays(origins, directions, np.broadcast_to(self.power.astype(np.float32), (len(u), 3)))
+
+
+def sample_area_lamp(lights: Lights, lamp: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Points uniform by area on area lamps `lamp` (n,), world space (n, 3)."""
+    disc = sample_uniform_disk(u) / 2
+    place = np.where((lights.kind[lamp] == LightKind.ELLIPSE)[:, None], disc, u - np.float32(0.5)) * lights.size[lamp]
+    return lights.position[lamp] + place[:, :1] * lights.axis_x[lamp] + place[:, 1:] * lights.axis_y[lamp]
+
+
+class _DistantSource(Source):
+    """Parallel light from outside: rays through discs that face the direction they come from.
+
+    Half of the rays are aimed at the region of the receivers, half at the whole scene. With A₀, A₁ the areas of the
+    two discs, a ray at x has density p(x) = ½[x in disc 0]/A₀ + ½[x in disc 1]/A₁.
+    """
+
+    def __init__(self, scene: Scene, region: Sphere) -> None:
+        self._whole, self._region = bounding_sphere(scene), region
+
+    def _through_discs(self, directions: np.ndarray, u_place: np.ndarray, u_choose: np.ndarray):
+        """Origins (n, 3) outside the scene, and 1/p of each (n, 1), m²."""
+        aimed = (u_choose < 0.5)[:, None]
+        disc = sample_uniform_disk(u_place)
+        offset = to_world(np.concatenate([disc, np.zeros((len(u_place), 1), np.float32)], axis=1), directions)
+        through = np.where(
+            aimed,
+            self._region.centre + np.float32(self._region.radius) * offset,
+            self._whole.centre + np.float32(self._whole.radius) * offset,
+        )
+        density = np.zeros(len(directions), np.float32)
+        for ball in (self._whole, self._region):
+            away = through - ball.centre
+            along = (away * directions).sum(1)
+            # The rim of each disc belongs to it, whatever rounding says.
+            inside = (away**2).sum(1) - along**2 <= (ball.radius * 1.0001) ** 2
+            density += inside * np.float32(0.5 / (np.pi * ball.radius**2))
+        behind = ((through - self._whole.centre) * directions).sum(1, keepdims=True) + np.float32(self._whole.radius)
+        return through - behind * directions, 1 / density[:, None]
+
+
+class SunSource(_DistantSource):
+    """A sun lamp of irradiance E from a disc of angle α."""
+
+    def __init__(self, lights: Lights, lamp: int, scene: Scene, region: Sphere) -> None:
+        super().__init__(scene, region)
+        self.name, self.lamp = lights.names[lamp], lamp
+        self._direction = lights.direction[lamp]
+        self._cos_max = float(np.cos(lights.angle[lamp] / 2))
+        # E = ∫L cos θ dω = πL sin²(α/2) over the disc, while beams add up to ∫L dω = 2πL(1 − cos(α/2)).
+        self._beam = lights.emission[lamp] * np.float32(2 / (1 + self._cos_max))
+        self.power = self._beam.astype(np.float64) * np.pi * region.radius**2
+
+    def emit(self, u: np.ndarray) -> Rays:
+        """Directions uniform over the sun's disc, places by the two discs."""
+        local = sample_uniform_cone(u[:, :2], self._cos_max)
+        directions = to_world(local, np.broadcast_to(self._direction, (len(u), 3)))
+        origins, area = self._through_discs(directions, u[:, 2:4], u[:, 4])
+        return Rays(origins, directions, self._beam * area)
+
+
+class WorldSource(_DistantSource):
+    """The world's constant radiance L from all directions."""
+
+    name, lamp = "World", -1
+    sampled_directly = False
+
+    def __init__(self, scene: Scene, region: Sphere) -> None:
+        super().__init__(scene, region)
+        self._radiance = scene.world_radiance
+        self.power = self._radiance.astype(np.float64) * 4 * np.pi * np.pi * region.radius**2
+
+    def emit(self, u: np.ndarray) -> Rays:
+        """Uniform directions, places by the two discs."""
+        directions = sample_uniform_sphere(u[:, :2])
+        origins, area = self._through_discs(directions, u[:, 2:4], u[:, 4])
+        return Rays(origins, directions, np.float32(4 * np.pi) * self._radiance * area)
+
+
+class MeshSource(Source):
+    """All emissive triangles together, each chosen by its power 2πLA; both sides emit."""
+
+    name = "Emissive meshes"
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene, self.lamp = scene, len(scene.lights)
+        self._triangles, self._chance, power = emissive_triangles(scene)
+        self.power = power.sum(0)
+        self._cumulative = np.cumsum(self._chance)
+        self._flux = (power / np.maximum(self._chance[:, None], 1e-300)).astype(np.float32)
+
+    def emit(self, u: np.ndarray) -> Rays:
+        """A triangle by power, a place on it, a side, a cosine-weighted direction."""
+        scene = self._scene
+        # One dimension chooses both triangle and side, so that it stays stratified.
+        chosen = u[:, 4].astype(np.float64) * 2
+        front, chosen = chosen < 1, chosen % 1
+        k = np.minimum(np.searchsorted(self._cumulative, chosen, side="right"), len(self._cumulative) - 1)
+        triangle = self._triangles[k]
+        origins = scene.points(triangle, *sample_uniform_triangle(u[:, 2:4]))
+        normals = np.where(front[:, None], scene.normals[triangle], -scene.normals[triangle])
+        directions = to_world(sample_cosine_hemisphere(u[:, :2]), normals)
+        return Rays(origins + scene.ray_offset(origins) * normals, directions, self._flux[k])
+
+
+def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The triangles that emit: index (e,) int32, chance to be chosen by power (e,), power 2πLA (e, 3) W."""
+    radiance = scene.materials.emission[scene.material_of_triangle].astype(np.float64)
+    triangles = np.flatnonzero(radiance.max(axis=1) > 0).astype(np.int32)
+    power = 2 * np.pi * radiance[triangles] * scene.areas[triangles, None]
+    total = power.sum()
+    return triangles, power.mean(1) * 3 / total if total > 0 else power.mean(1), power
+
+
+def light_sources(scene: Scene, region: Sphere) -> list[Source]:
+    """All sources of a scene that emit anything, the receivers being in `region`.
+
+    Raises
+    ------
+    BakeError
+        If nothing emits light.
+    """
+    lights = scene.lights
+    sources: list[Source] = []
+    for lamp, kind in enumerate(lights.kind):
+        if kind in (LightKind.POINT, LightKind.SPOT):
+            sources.append(PointSource(lights, lamp))
+        elif kind == LightKind.SUN:
+            sources.append(SunSource(lights, lamp, scene, region))
+        else:
+            sources.append(AreaSource(lights, lamp))
+    sources.append(MeshSource(scene))
+    sources.append(WorldSource(scene, region))
+    sources = [source for source in sources if source.power.sum() > 0]
+    if not sources:
+        raise BakeError("There is no light in the scene: add a lamp, an emissive material or a world colour.")
+    return sources

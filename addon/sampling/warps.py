@@ -1,0 +1,84 @@
+"""Warps from the unit square to directions and surfaces, each with its density.
+
+All arrays are float32; `u` is (n, 2) in [0, 1). Directions are unit vectors; z is the local axis.
+"""
+
+import numpy as np
+
+TWO_PI = np.float32(2 * np.pi)
+
+
+def sample_uniform_disk(u: np.ndarray) -> np.ndarray:
+    """Points of the unit disk, (n, 2), uniform by area."""
+    r, phi = np.sqrt(u[:, 0]), TWO_PI * u[:, 1]
+    return np.stack([r * np.cos(phi), r * np.sin(phi)], axis=1)
+
+
+def pdf_uniform_disk() -> float:
+    """Density of `sample_uniform_disk` by area: 1/π."""
+    return 1 / np.pi
+
+
+def sample_uniform_triangle(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Barycentric weights (b1, b2) of points uniform by area on a triangle, (n,) each."""
+    root = np.sqrt(u[:, 0])
+    return 1 - root, u[:, 1] * root
+
+
+def sample_uniform_sphere(u: np.ndarray) -> np.ndarray:
+    """Directions uniform by solid angle over the sphere, (n, 3)."""
+    z = 1 - 2 * u[:, 0]
+    r = np.sqrt(np.maximum(1 - z * z, 0))
+    phi = TWO_PI * u[:, 1]
+    return np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1)
+
+
+def pdf_uniform_sphere() -> float:
+    """Density of `sample_uniform_sphere` by solid angle: 1/(4π)."""
+    return 1 / (4 * np.pi)
+
+
+def sample_uniform_cone(u: np.ndarray, cos_max: np.ndarray | float) -> np.ndarray:
+    """Directions uniform by solid angle within the angle arccos(cos_max) of +z, (n, 3)."""
+    versine = u[:, 0] * (1 - cos_max)  # 1 − cos θ, which keeps the precision of narrow cones
+    z = 1 - versine
+    r = np.sqrt(versine * (2 - versine))
+    phi = TWO_PI * u[:, 1]
+    return np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1).astype(np.float32)
+
+
+def pdf_uniform_cone(cos_max: np.ndarray | float) -> np.ndarray | float:
+    """Density of `sample_uniform_cone` by solid angle: 1/(2π(1−cos_max))."""
+    return 1 / (2 * np.pi * (1 - cos_max))
+
+
+def sample_cosine_hemisphere(u: np.ndarray) -> np.ndarray:
+    """Directions around +z with density cos θ/π, (n, 3)."""
+    disk = sample_uniform_disk(u)
+    z = np.sqrt(np.maximum(1 - u[:, 0], 0))
+    return np.concatenate([disk, z[:, None]], axis=1)
+
+
+def pdf_cosine_hemisphere(cos_theta: np.ndarray) -> np.ndarray:
+    """Density of `sample_cosine_hemisphere` by solid angle: cos θ/π above the horizon, 0 below."""
+    return np.maximum(cos_theta, 0) / np.float32(np.pi)
+
+
+def frame(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two unit vectors that make a right-handed orthonormal frame with unit normals (n, 3): (tangent, bitangent).
+
+    Duff et al., "Building an Orthonormal Basis, Revisited", 2017.
+    """
+    x, y, z = normal.T
+    sign = np.copysign(np.float32(1), z)
+    a = -1 / (sign + z)
+    b = x * y * a
+    tangent = np.stack([1 + sign * x * x * a, sign * b, -sign * x], axis=1)
+    bitangent = np.stack([b, sign + y * y * a, -y], axis=1)
+    return tangent, bitangent
+
+
+def to_world(local: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Local directions (n, 3) turned so that +z is the normal (n, 3)."""
+    tangent, bitangent = frame(normal)
+    return local[:, :1] * tangent + local[:, 1:2] * bitangent + local[:, 2:] * normal

@@ -1,0 +1,72 @@
+"""Rays traced by Embree."""
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+from ..scene import Scene
+from .protocol import Hits
+
+_SHORT_OF_TARGET = np.float32(1 - 1e-4)
+
+
+class EmbreeTracer:
+    """A `Tracer` on Embree's tree over the scene's triangles.
+
+    Diffuse rays and shadow rays get a tree each where some object is seen by only one of them.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._normals = scene.normals
+        objects = scene.objects
+        self._scattering = _Tree(scene, objects.scatters)
+        same = np.array_equal(objects.scatters, objects.casts_shadow)
+        self._shadowing = self._scattering if same else _Tree(scene, objects.casts_shadow)
+
+    def closest_hit(self, origins: np.ndarray, directions: np.ndarray, t_max: float = np.inf) -> Hits:
+        """See `Tracer.closest_hit`."""
+        return self._scattering.closest_hit(origins, directions, t_max, self._normals)
+
+    def occluded(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        """See `Tracer.occluded`."""
+        return self._shadowing.occluded(origins, targets)
+
+
+class _Tree:
+    """Embree's tree over the triangles of some of the scene's objects."""
+
+    def __init__(self, scene: Scene, included_objects: np.ndarray) -> None:
+        included = included_objects[scene.object_of_triangle]
+        self._triangle = None if included.all() else np.flatnonzero(included).astype(np.int32)
+        triangles = scene.triangles[included]
+        self._empty = len(triangles) == 0
+        if self._empty:
+            return
+        self._embree = EmbreeScene()
+        TriangleMesh(self._embree, scene.vertices.astype(np.float32), triangles.astype(np.int32))
+        # The tree is built by the first query, which must not be made from two threads at once.
+        self._embree.run(np.zeros((1, 3), np.float32), np.array([[0, 0, 1]], np.float32))
+
+    def closest_hit(self, origins: np.ndarray, directions: np.ndarray, t_max: float, normals: np.ndarray) -> Hits:
+        n = len(origins)
+        if self._empty or n == 0:
+            return Hits.none(n)
+        limit = None if np.isinf(t_max) else np.full(n, t_max, np.float32)
+        found = self._embree.run(origins, directions, dists=limit, output=True)
+        primitive = found["primID"]
+        miss = primitive < 0
+        distance = found["tfar"]
+        distance[miss] = np.inf
+        triangle = primitive
+        if self._triangle is not None:
+            triangle = np.where(miss, np.int32(-1), self._triangle[primitive])
+        return Hits(triangle, distance, found["u"], found["v"], normals[triangle])
+
+    def occluded(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        if self._empty or len(origins) == 0:
+            return np.zeros(len(origins), bool)
+        way = targets - origins
+        length = np.sqrt(np.einsum("ij,ij->i", way, way))
+        # Unit directions: with longer ones Embree's own tolerances would scale with the distance.
+        directions = way / np.maximum(length, np.float32(1e-30))[:, None]
+        return self._embree.run(origins, directions, dists=length * _SHORT_OF_TARGET, query="OCCLUDED") >= 0
