@@ -36,6 +36,8 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
             return self._finish()
         except Exception as error:
             return self._fail(error)
+        finally:
+            bake_state.progress = None  # Ctrl-C is no Exception
 
     def invoke(self, context: Any, event: Any) -> set[str]:
         """Bake in a thread of its own, so that the window stays awake."""
@@ -79,11 +81,10 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     def _prepare(self, context: Any) -> None:
         properties = context.scene.photon_bake
         self._error: Exception | None = None
-        self._progress = bake_state.start()
+        self._progress = bake_state.start(properties.gather)
         self._settings = properties.settings()
-        self._bake = VertexBake.prepare(
-            context, properties.attribute, self._progress, selected=properties.selected_only
-        )
+        names = selected_meshes(context) if properties.selected_only else None
+        self._bake = VertexBake.prepare(context, properties.attribute, self._progress, names)
 
     def _solve(self) -> None:
         self._light = self._bake.solve(self._settings, self._progress)
@@ -97,13 +98,13 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     def _finish(self) -> set[str]:
         receivers, irradiance = self._light
         self._bake.write(receivers, irradiance, self._progress)
-        result = f"Baked {len(receivers):,} points in {duration(bake_state.seconds)}"
+        result = f"{len(receivers):,} points in {duration(bake_state.seconds)}"
         if irradiance.relative_noise > 0:
             result += f", noise {irradiance.relative_noise:.1%}"
-        bake_state.stop(result=result + ".", warnings=self._bake.warnings)
+        bake_state.stop(result=result, warnings=self._bake.warnings)
         for warning in self._bake.warnings:
             self.report({"WARNING"}, warning)
-        self.report({"INFO"}, bake_state.result)
+        self.report({"INFO"}, f"Baked {result}.")
         return {"FINISHED"}
 
     def _fail(self, error: Exception) -> set[str]:
@@ -115,6 +116,14 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         bake_state.stop(error=sentence)
         self.report({"ERROR"}, sentence)
         return {"CANCELLED"}
+
+
+def selected_meshes(context: Any) -> list[str]:
+    """Names of the selected mesh objects."""
+    names = [thing.name for thing in context.selected_objects if thing.type == "MESH"]
+    if not names:
+        raise BakeError("No mesh object is selected: select some, or turn Selected Only off.")
+    return names
 
 
 def describe(error: Exception) -> str:

@@ -1,5 +1,6 @@
 """The command: ``blender -b scene.blend -c photon_bake [options]``."""
 
+import atexit
 import importlib.metadata
 import platform
 import sys
@@ -146,7 +147,10 @@ _handles: list[Any] = []
 
 def register() -> None:
     _handles.append(bpy.utils.register_cli_command(COMMAND, run))
+    if bpy.app.module:
+        atexit.register(unregister)  # version 4.5 of the module crashes at its end on a command still registered
 
 
 def unregister() -> None:
+    atexit.unregister(unregister)
     bpy.utils.unregister_cli_command(_handles.pop())

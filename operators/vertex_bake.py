@@ -6,7 +6,13 @@ from typing import Any
 import numpy as np
 
 from ..addon.bake import bake
-from ..addon.blender import bake_objects, extract_scene, receiver_meshes, write_color_attribute
+from ..addon.blender import (
+    bake_objects,
+    check_color_attribute,
+    extract_scene,
+    receiver_meshes,
+    write_color_attribute,
+)
 from ..addon.gather import Irradiance
 from ..addon.progress import Progress
 from ..addon.receivers import ReceiverMesh, Receivers, vertex_receivers
@@ -38,7 +44,7 @@ class VertexBake:
 
     @classmethod
     def prepare(
-        cls, context: Any, attribute: str, progress: Progress, names: list[str] | None = None, selected: bool = False
+        cls, context: Any, attribute: str, progress: Progress, names: list[str] | None = None
     ) -> "VertexBake":
         """Read what the bake needs out of Blender's data; for the main thread.
 
@@ -48,14 +54,18 @@ class VertexBake:
         attribute : str
         progress : Progress
         names : list of str, optional
-            Objects to bake; every renderable mesh object where there are none.
-        selected : bool
-            Bake only selected objects.
+            Objects to bake; without names every renderable mesh object.
+
+        Raises
+        ------
+        BakeError
+            If the scene cannot be baked, or an object cannot take the light.
         """
         progress.update(READING, 0)
         warnings: list[str] = []
         depsgraph = context.evaluated_depsgraph_get()
-        objects = bake_objects(context, names, selected)
+        objects = bake_objects(depsgraph, names, warnings)
+        check_color_attribute(objects, attribute)
         scene = extract_scene(depsgraph, warnings)
         meshes = receiver_meshes(objects, depsgraph)
         progress.update(READING, 1)

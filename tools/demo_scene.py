@@ -25,7 +25,7 @@ CELL = 0.06
 
 def build(path: str) -> None:
     """Save the demo scene as `path`: the sun looks through a window into a room with coloured walls."""
-    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)  # keeps the add-ons that are on
     scene = bpy.context.scene
     _build_room()
     _build_things()
@@ -34,6 +34,7 @@ def build(path: str) -> None:
     scene.render.engine = "CYCLES"
     scene.render.resolution_x, scene.render.resolution_y = 960, 720
     scene.view_settings.view_transform = "AgX"
+    scene.view_settings.exposure = 0.4
     scene.view_settings.look = "AgX - Medium High Contrast"
     bpy.ops.wm.save_as_mainfile(filepath=str(Path(path).absolute()), compress=True)
 
@@ -69,7 +70,7 @@ def _build_things() -> None:
 def _add_light(scene: Any) -> None:
     sun = bpy.data.lights.new("Sun", "SUN")
     sun.energy, sun.color, sun.angle = 14.0, (1.0, 0.88, 0.72), radians(1.0)
-    _place(bpy.data.objects.new("Sun", sun)).rotation_euler = Vector((-0.88, 0.10, 0.42)).to_track_quat("Z", "Y").to_euler()
+    _place(bpy.data.objects.new("Sun", sun)).rotation_euler = Vector((-0.88, 0.12, 0.36)).to_track_quat("Z", "Y").to_euler()
     world = bpy.data.worlds.new("Sky")
     _use_nodes(world)
     background = next(node for node in world.node_tree.nodes if node.type == "BACKGROUND")

@@ -27,7 +27,7 @@ class PHOTON_BAKE_PT_bake(_Tab, bpy.types.Panel):
         column = _settings_column(self.layout)
         column.prop(properties, "quality")
         column.prop(properties, "selected_only")
-        _draw_outcome(self.layout)
+        _draw_outcome(self.layout, characters_in(context))
 
 
 class PHOTON_BAKE_PT_sampling(_Tab, bpy.types.Panel):
@@ -89,20 +89,26 @@ def _draw_action(layout: Any) -> None:
     column.operator("photon_bake.cancel", text="Cancel (Esc)", icon="X")
 
 
-def _draw_outcome(layout: Any) -> None:
-    """How the last bake ended: a label holds one line, so long sentences are broken into several."""
+def _draw_outcome(layout: Any, width: int) -> None:
+    """How the last bake ended, and what it wants known."""
     column = layout.column(align=True)
     if bake_state.error:
-        _draw_sentence(column, bake_state.error, "ERROR")
+        _draw_sentence(column, bake_state.error, "ERROR", width)
     if bake_state.result:
-        _draw_sentence(column, bake_state.result, "CHECKMARK")
+        _draw_sentence(column, bake_state.result, "CHECKMARK", width)
     for warning in bake_state.warnings:
-        _draw_sentence(column, warning, "INFO")
+        _draw_sentence(column, warning, "INFO", width)
 
 
-def _draw_sentence(column: Any, sentence: str, icon: str, width: int = 36) -> None:
+def _draw_sentence(column: Any, sentence: str, icon: str, width: int) -> None:
+    """A label holds one line, so a long sentence takes several."""
     for i, line in enumerate(wrap(sentence, width)):
         column.label(text=line, icon=icon if i == 0 else "BLANK1")
+
+
+def characters_in(context: Any) -> int:
+    """How many characters about fit into a label with an icon, in the sidebar as wide as it is."""
+    return max(16, int(context.region.width / context.preferences.system.ui_scale / 6.5) - 8)
 
 
 CLASSES = (PHOTON_BAKE_PT_bake, PHOTON_BAKE_PT_sampling, PHOTON_BAKE_PT_output)

@@ -3,8 +3,26 @@
 from time import perf_counter
 
 from ..progress import Progress
+from ..settings import Gather
 
-STAGE_SHARES: dict[str, float] = {}
+STAGE_SHARES: dict[Gather, dict[str, float]] = {
+    "final": {
+        "Reading the scene": 1,
+        "Tracing photons": 4,
+        "Refining surfaces": 1,
+        "Lighting surfaces": 3,
+        "Refining light": 10,
+        "Gathering light": 14,
+        "Adding direct light": 1,
+    },
+    "density": {
+        "Reading the scene": 1,
+        "Tracing photons": 4,
+        "Sorting photons": 1,
+        "Gathering photons": 4,
+        "Adding direct light": 1,
+    },
+}
 """The stages of a bake in their order, and how long each one lasts beside the others in a typical scene."""
 
 
@@ -32,15 +50,17 @@ class BakeState:
         self.stage, self.fraction = "", 0.0
         self.result, self.error = "", ""
         self.warnings: list[str] = []
+        self._gather: Gather = "final"
         self._started = perf_counter()
 
     @property
     def running(self) -> bool:
         return self.progress is not None
 
-    def start(self) -> Progress:
+    def start(self, gather: Gather) -> Progress:
         """Forget the last bake, and follow a new one through the progress returned."""
         self._forget()
+        self._gather = gather
         self.progress = Progress(self._listen)
         return self.progress
 
@@ -68,15 +88,17 @@ class BakeState:
 
     def _listen(self, stage: str, fraction: float) -> None:
         self.stage = stage
-        self.fraction = max(self.fraction, share_done(stage, fraction))
+        self.fraction = max(self.fraction, share_done(self._gather, stage, fraction))
 
 
-def share_done(stage: str, fraction: float) -> float:
+def share_done(gather: Gather, stage: str, fraction: float) -> float:
     """Fraction of the whole bake that is done when `stage` is done to `fraction`; 0 for a stage not listed."""
-    if stage not in STAGE_SHARES:
+    shares = STAGE_SHARES[gather]
+    if stage not in shares:
         return 0.0
-    before = sum(list(STAGE_SHARES.values())[: list(STAGE_SHARES).index(stage)])
-    return (before + fraction * STAGE_SHARES[stage]) / sum(STAGE_SHARES.values())
+    stages = list(shares)
+    before = sum(shares[name] for name in stages[: stages.index(stage)])
+    return (before + fraction * shares[stage]) / sum(shares.values())
 
 
 def duration(seconds: float) -> str:

@@ -1,0 +1,134 @@
+"""Show the panel before a camera: run by a Blender with a window, for `screenshot_panel.sh`.
+
+    blender --factory-startup --python tools/screenshot_panel.py -- FOLDER
+
+Opens the demo scene with the sidebar on the Photon Bake tab, bakes it by the button's way, and asks twice for a
+picture of the screen by making the empty file FOLDER/NAME.ready: panel_baking while the bake runs, panel_baked when
+its light is shown. Whoever takes the picture deletes the file. Prints how late Blender's own timers came meanwhile,
+which is how long the window was deaf, and quits.
+"""
+
+import importlib.util
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from time import perf_counter
+from types import ModuleType
+from typing import Any
+
+import bpy
+
+TICK = 0.05
+TOOLS = Path(__file__).resolve().parent
+
+
+def show(folder: Path) -> Iterator[None]:
+    """The steps of the performance; each ``yield`` lets Blender run on for a tick."""
+    _open_demo_scene()
+    yield from _wait(1.0)
+    area = _set_up_view()
+    yield from _wait(1.0)
+    _open_tab(area)
+    yield from _wait(1.0)
+    state = _bake_state()
+    bpy.context.scene.photon_bake.quality = "high"
+    _press_bake(area)
+    yield from _until(lambda: state.fraction > 0.5 or not state.running, 600)
+    yield from _picture(folder / "panel_baking.ready")
+    lateness = yield from _until(lambda: not state.running, 600)
+    print(f"screenshot_panel: {state.result or state.error} Timers came at most {lateness * 1000:.0f} ms late.")
+    area.spaces.active.shading.color_type = "VERTEX"
+    yield from _wait(2.0)
+    yield from _picture(folder / "panel_baked.ready")
+
+
+def _open_demo_scene() -> None:
+    demo_scene = _load(TOOLS / "demo_scene.py")
+    with tempfile.TemporaryDirectory() as folder:
+        demo_scene.build(str(Path(folder) / "demo.blend"))
+
+
+def _set_up_view() -> Any:
+    """The 3D view through the camera, flat-lit, with its sidebar."""
+    area = next(area for area in bpy.context.window_manager.windows[0].screen.areas if area.type == "VIEW_3D")
+    space = area.spaces.active
+    space.show_region_ui = True
+    space.region_3d.view_perspective = "CAMERA"
+    space.region_3d.view_camera_zoom = 20
+    space.overlay.show_overlays = False
+    space.shading.type, space.shading.light, space.shading.color_type = "SOLID", "FLAT", "MATERIAL"
+    return area
+
+
+def _open_tab(area: Any) -> None:
+    """The sidebar on our tab; it has its tabs only once it was drawn."""
+    next(region for region in area.regions if region.type == "UI").active_panel_category = "Photon Bake"
+
+
+def _press_bake(area: Any) -> None:
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    window = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        bpy.ops.photon_bake.bake_indirect("INVOKE_DEFAULT")
+
+
+def _bake_state() -> Any:
+    """The extension's own state, whatever repository it is installed in."""
+    name = next(name for name in sys.modules if name.endswith("photon_bake.addon.ui.state"))
+    return sys.modules[name].bake_state
+
+
+def _picture(ready: Path) -> Iterator[None]:
+    ready.touch()
+    yield from _until(lambda: not ready.exists(), 60)
+
+
+def _wait(seconds: float) -> Any:
+    end = perf_counter() + seconds
+    return _until(lambda: perf_counter() > end, seconds + 60)
+
+
+def _until(done: Any, limit: float) -> Any:
+    """Let Blender run until `done`; returns the longest that a tick came late."""
+    started = last = perf_counter()
+    late = 0.0
+    while not done():
+        if perf_counter() - started > limit:
+            raise TimeoutError
+        yield
+        now = perf_counter()
+        late, last = max(late, now - last - TICK), now
+    return late
+
+
+def _load(path: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def main() -> None:
+    """Play the steps from Blender's timer, and quit."""
+    steps = show(Path(sys.argv[sys.argv.index("--") + 1]).absolute())
+
+    def tick() -> float | None:
+        try:
+            next(steps)
+        except StopIteration:
+            bpy.ops.wm.quit_blender()
+            return None
+        except BaseException:
+            import traceback
+
+            traceback.print_exc()
+            bpy.ops.wm.quit_blender()
+            return None
+        return TICK
+
+    bpy.app.timers.register(tick, first_interval=1.0, persistent=True)
+
+
+main()
