@@ -17,7 +17,7 @@ blender_on_path = $(shell blender --version 2>/dev/null | grep -Eq '^Blender (4\
 baker = $(or $(BLENDER),$(blender_on_path))
 python_of = $(shell $(BIN)/python -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 # pytest's status 5, no tests, is fine where ARGS choose among them.
-none_chosen = [ $$? -eq 5 ] && [ -n "$(ARGS)" ]
+none_chosen = { [ $$? -eq 5 ] && [ -n "$(ARGS)" ]; }
 
 .PHONY: help env bake test lint types test-core test-host bench zip format clean
 help:

@@ -57,7 +57,7 @@ TARGETS = (
 TAGS = {
     "linux-x64": ("manylinux_2_28_x86_64", "manylinux_2_27_x86_64", "manylinux_2_17_x86_64", "manylinux2014_x86_64"),
     "windows-x64": ("win_amd64",),
-    "macos-arm64": ("macosx_12_0_arm64", "macosx_11_0_arm64"),
+    "macos-arm64": ("macosx_12_0_arm64", "macosx_13_0_arm64", "macosx_14_0_arm64"),
 }
 
 

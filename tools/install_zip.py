@@ -82,7 +82,7 @@ def lay_out_tests(version: str, target: build_zip.Target, resources: Path) -> No
         return
     say(f"Laying out pytest and the wheels for Blender {version}, Python {target.python}")
     shutil.rmtree(resources, ignore_errors=True)
-    modules = resources / "scripts" / "modules"
+    modules = resources / "scripts" / "addons" / "modules"
     modules.mkdir(parents=True)
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", f"--target={modules}"]
     pip += build_zip.pip_selection(target, build_zip.this_platform())

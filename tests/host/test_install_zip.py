@@ -92,7 +92,7 @@ def bare_python(tmp_path):
     def run(code, *arguments):
         command = [sys.executable, "-I", "-S", "-c", code, str(site), *map(str, arguments)]
         environment = {**os.environ, "BLENDER_USER_RESOURCES": str(resources)}
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
 
