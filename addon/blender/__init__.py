@@ -1,0 +1,21 @@
+"""Blender's side of a bake: reads a scene out of Blender and writes light back into it.
+
+The only engine room that knows `bpy`. It turns data-blocks into the plain arrays of `addon.scene` and
+`addon.receivers`, and values into colour attributes; nothing here computes light. Reading changes no data-block, and
+`write_color_attribute` is the one function that changes any.
+"""
+
+from .bake_objects import bake_objects
+from .bvh_tracer import BVHTracer
+from .color_attribute import check_color_attribute, write_color_attribute
+from .extract import extract_scene
+from .vertex_meshes import receiver_meshes
+
+__all__ = [
+    "BVHTracer",
+    "bake_objects",
+    "check_color_attribute",
+    "extract_scene",
+    "receiver_meshes",
+    "write_color_attribute",
+]

@@ -1,0 +1,70 @@
+"""Which objects a bake writes to."""
+
+import bpy
+
+from ..errors import BakeError
+from .vertex_meshes import check_target
+from .visibility import RenderVisibility, hidden_in_viewport
+from .warn import Warnings
+
+
+def bake_objects(
+    depsgraph: "bpy.types.Depsgraph", names: list[str] | None = None, warnings: list[str] | None = None
+) -> "list[bpy.types.Object]":
+    """The original mesh objects to bake.
+
+    Parameters
+    ----------
+    depsgraph : bpy.types.Depsgraph
+        Its view layer's objects are meant.
+    names : list of str, optional
+        Objects asked for; each that cannot be baked to is an error. Without names, every mesh object that renders show
+        is baked, and those that cannot be are left out with a warning.
+    warnings : list of str, optional
+        Sentences about objects left out are appended.
+
+    Raises
+    ------
+    BakeError
+        If there is nothing to bake, a name is not an object's, or an object asked for cannot be baked to.
+    """
+    if names is not None:
+        return _named(depsgraph, names)
+    warn = Warnings(warnings)
+    view_layer = depsgraph.view_layer
+    visibility = RenderVisibility(view_layer)
+    candidates = [
+        obj
+        for obj in view_layer.objects
+        if obj.type == "MESH" and visibility.shows(obj) and not hidden_in_viewport(obj, view_layer)
+    ]
+    if not candidates:
+        raise BakeError("Nothing to bake: the scene has no mesh object that is shown in renders and in the viewport.")
+    chosen, refusals = [], []
+    for obj in candidates:
+        try:
+            check_target(obj, depsgraph)
+        except BakeError as error:
+            if obj.mode == "EDIT":
+                raise  # the user is at work on it and would be surprised to find it left out
+            refusals.append(str(error))
+        else:
+            chosen.append(obj)
+    if not chosen:
+        raise BakeError(f"Nothing to bake: {refusals[0]}")
+    for sentence in refusals:
+        warn.add(f"Left out: {sentence}")
+    return chosen
+
+
+def _named(depsgraph: "bpy.types.Depsgraph", names: list[str]) -> "list[bpy.types.Object]":
+    objects = []
+    for name in dict.fromkeys(names):
+        obj = depsgraph.view_layer.objects.get(name)
+        if obj is None:
+            raise BakeError(f"There is no object '{name}' in the view layer: check the name.")
+        check_target(obj, depsgraph)
+        objects.append(obj)
+    if not objects:
+        raise BakeError("Nothing to bake: no object was named.")
+    return objects

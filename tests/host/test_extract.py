@@ -1,0 +1,189 @@
+"""Meshes, instances and visibility as they come out of Blender."""
+
+import bpy
+import numpy as np
+import pytest
+from photon_bake.addon.blender import extract_scene
+from photon_bake.addon.errors import BakeError
+from photon_bake.tests.host import scenes
+
+
+def extract():
+    return extract_scene(scenes.depsgraph())
+
+
+def outward(scene):
+    """Whether all geometric and shading normals point away from the scene's middle."""
+    middle = scene.bounds.mean(0)
+    away = scene.vertices[scene.triangles].mean(1) - middle
+    geometric = np.einsum("ij,ij->i", away, scene.normals)
+    shading = np.einsum("ij,ikj->ik", away, scene.corner_normals)
+    return (geometric > 0).all() and (shading > 0).all()
+
+
+def test_empty_scene():
+    scene = extract()
+    assert scene.n_triangles == 0
+    assert len(scene.lights) == 0
+    assert not scene.world_radiance.any()
+
+
+def test_cube():
+    scenes.add_cube()
+    scene = extract()
+    assert scene.vertices.shape == (8, 3)
+    assert scene.vertices.dtype == np.float32
+    assert scene.triangles.dtype == np.int32
+    assert scene.n_triangles == 12
+    assert scene.areas.sum() == pytest.approx(24)
+    assert outward(scene)
+    assert scene.objects.names == ("Cube",)
+    np.testing.assert_allclose(scene.materials.albedo, [[0.8, 0.8, 0.8]])
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 1), (-1, 1, 1), (-1, -2, 1), (-3, -2, -0.5), (1, 0.1, 5)])
+def test_normals_point_where_blender_shows_them(scale):
+    obj = scenes.add_cube()
+    obj.scale, obj.rotation_euler, obj.location = scale, (0.3, 0.7, 1.1), (5, 6, 7)
+    scene = extract()
+    assert outward(scene)
+    np.testing.assert_allclose(np.linalg.norm(scene.corner_normals, axis=2), 1, atol=1e-5)
+    # A cube's faces are flat under any transform: the corners' normals are the face's.
+    np.testing.assert_allclose(scene.corner_normals, scene.normals[:, None].repeat(3, 1), atol=1e-4)
+
+
+def test_modifiers_are_applied():
+    obj = scenes.add_cube()
+    obj.modifiers.new("Array", "ARRAY").count = 3
+    assert extract().n_triangles == 36
+
+
+def test_linked_duplicates_and_collection_instances_share_one_reading(monkeypatch):
+    from photon_bake.addon.blender import extract as module
+
+    calls = []
+    read = module.read_mesh
+    monkeypatch.setattr(module, "read_mesh", lambda mesh: calls.append(mesh.name) or read(mesh))
+    cube = scenes.add_cube()
+    twin = bpy.data.objects.new("Twin", cube.data)
+    twin.location = (10, 0, 0)
+    bpy.context.scene.collection.objects.link(twin)
+    kit = bpy.data.collections.new("Kit")
+    kit.objects.link(cube)
+    empty = bpy.data.objects.new("Empty", None)
+    empty.instance_type, empty.instance_collection, empty.location = "COLLECTION", kit, (0, 10, 0)
+    bpy.context.scene.collection.objects.link(empty)
+    scene = extract()
+    assert len(calls) == 1
+    assert scene.n_triangles == 36
+    np.testing.assert_allclose(scene.bounds, [[-1, -1, -1], [11, 11, 1]])
+
+
+def test_curves_texts_surfaces_and_metaballs():
+    bpy.ops.curve.primitive_bezier_circle_add()
+    bpy.context.object.data.bevel_depth = 0.1
+    bpy.ops.object.text_add()
+    bpy.ops.surface.primitive_nurbs_surface_sphere_add()
+    bpy.ops.object.metaball_add()
+    scene = extract()
+    assert len(scene.objects.names) == 4
+    assert scene.n_triangles > 500
+
+
+def test_hidden_from_renders():
+    scenes.add_cube("Seen")
+    scenes.add_cube("Object").hide_render = True
+    hidden = bpy.data.collections.new("Hidden")
+    hidden.hide_render = True
+    bpy.context.scene.collection.children.link(hidden)
+    inside = scenes.add_cube("Inside")
+    bpy.context.scene.collection.objects.unlink(inside)
+    hidden.objects.link(inside)
+    scenes.add_lamp("POINT").hide_render = True
+    scene = extract()
+    assert scene.objects.names == ("Seen",)
+    assert len(scene.lights) == 0
+
+
+def test_hidden_in_the_viewport_is_named_in_a_warning():
+    scenes.add_cube("Seen")
+    scenes.add_cube("Monitor").hide_viewport = True
+    eye = scenes.add_cube("Eye")
+    bpy.context.view_layer.update()
+    eye.hide_set(True)
+    warnings = []
+    scene = extract_scene(scenes.depsgraph(), warnings)
+    assert scene.objects.names == ("Seen",)
+    assert len(warnings) == 1
+    assert "'Monitor'" in warnings[0]
+    assert "'Eye'" in warnings[0]
+
+
+def test_ray_visibility():
+    for name, diffuse, shadow in (("Both", 1, 1), ("Gather", 1, 0), ("Shadow", 0, 1), ("Receiver", 0, 0)):
+        obj = scenes.add_cube(name)
+        obj.visible_diffuse, obj.visible_shadow = bool(diffuse), bool(shadow)
+    objects = extract().objects
+    found = dict(zip(objects.names, zip(objects.scatters, objects.casts_shadow, strict=True), strict=True))
+    assert found == {"Both": (True, True), "Gather": (True, False), "Shadow": (False, True)}
+
+
+def test_degenerate_triangles_and_loose_vertices_are_dropped():
+    vertices = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0.5, 0, 0), (1e-25, 0, 0), (0, 1e-25, 0), (99, 99, 99)]
+    scenes.add_mesh("Mixed", vertices, [(0, 1, 2), (0, 3, 1), (0, 4, 5)])
+    scene = extract()
+    assert scene.n_triangles == 1
+    assert np.isfinite(scene.normals).all()
+    assert scene.bounds[1].max() <= 1
+
+
+def test_zero_scale_occludes_nothing_unless_it_is_flat():
+    scenes.add_cube("Gone").scale = (0, 0, 0)
+    scenes.add_cube("Line").scale = (1, 0, 0)
+    scenes.add_plane("Flat").scale = (1, 1, 0)
+    scene = extract()
+    assert scene.objects.names == ("Flat",)
+    assert scene.areas.sum() == pytest.approx(4)
+    np.testing.assert_allclose(scene.corner_normals, np.broadcast_to([0, 0, 1], (2, 3, 3)), atol=1e-6)
+
+
+def test_mesh_without_faces():
+    scenes.add_mesh("Nothing", [], [])
+    scenes.add_mesh("Points", [(0, 0, 0), (1, 0, 0)], [])
+    assert extract().n_triangles == 0
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, 3e38])
+def test_coordinates_that_are_not_finite(bad):
+    scenes.spoil(scenes.add_cube("Broken"), bad)
+    with pytest.raises(BakeError, match=r"'Broken'.*finite"):
+        extract()
+
+
+def test_edit_mode():
+    obj = scenes.add_cube("Edited")
+    bpy.context.view_layer.objects.active = obj
+    bpy.ops.object.mode_set(mode="EDIT")
+    with pytest.raises(BakeError, match="'Edited' is in edit mode"):
+        extract()
+
+
+def test_smooth_normals():
+    scenes.add_cube(smooth=True)
+    scene = extract()
+    corners = scene.vertices[scene.triangles]
+    np.testing.assert_allclose(scene.corner_normals, corners / np.sqrt(3), atol=1e-4)
+
+
+def test_nothing_in_the_file_changes():
+    scenes.add_cube(material=scenes.add_material()[0])
+    scenes.add_lamp("AREA")
+    scenes.set_world((1, 1, 1))
+
+    def count():
+        kinds = ("objects", "meshes", "materials", "lights", "worlds", "images", "node_groups", "collections")
+        return {kind: [block.name for block in getattr(bpy.data, kind)] for kind in kinds}
+
+    before = count()
+    extract()
+    assert count() == before

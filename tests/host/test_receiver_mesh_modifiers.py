@@ -1,0 +1,172 @@
+"""Which modifiers keep the original vertices findable: every claim of `vertex_meshes` is held here."""
+
+import bpy
+import numpy as np
+import pytest
+from photon_bake.addon.blender import receiver_meshes
+from photon_bake.addon.blender.vertex_meshes import FIRST_VERTICES, SAME_VERTICES
+from photon_bake.addon.errors import BakeError
+from photon_bake.tests.host import scenes
+
+
+def scrambled_grid(flat=True, n=5):
+    """A bent grid over x ≥ 0 whose vertices and faces are in random order, so that no order holds by luck.
+
+    Each vertex carries its index in the attribute "ident", which modifiers hand on.
+    """
+    rng = np.random.default_rng(1)
+    x, y = np.meshgrid(np.linspace(0, 2, n), np.linspace(-1, 1, n), indexing="ij")
+    vertices = np.column_stack([x.ravel(), y.ravel(), (0.3 * x * y).ravel()])
+    faces = [
+        (i * n + j, (i + 1) * n + j, (i + 1) * n + j + 1, i * n + j + 1) for i in range(n - 1) for j in range(n - 1)
+    ]
+    order = rng.permutation(n * n)
+    where = np.argsort(order)
+    faces = where[rng.permutation(faces)]
+    obj = scenes.add_mesh("Grid", vertices[order], faces, smooth=not flat)
+    ident = obj.data.attributes.new("ident", "INT", "POINT")
+    ident.data.foreach_set("value", np.arange(n * n, dtype=np.int32))
+    return obj
+
+
+def receiver(obj):
+    (mesh,) = receiver_meshes([obj], scenes.depsgraph())
+    return mesh
+
+
+CASES = [
+    ("ARRAY", {}),
+    ("ARRAY", {"use_merge_vertices": True}),
+    ("ARRAY", {"count": 4, "use_merge_vertices": True, "use_merge_vertices_cap": True}),
+    ("EDGE_SPLIT", {"split_angle": 0.0}),
+    ("MIRROR", {}),
+    ("MIRROR", {"use_mirror_merge": False}),
+    ("MIRROR", {"use_axis": (True, True, True)}),
+    ("SOLIDIFY", {}),
+    ("SOLIDIFY", {"offset": 1.0}),
+    ("SOLIDIFY", {"use_rim_only": True}),
+    ("SOLIDIFY", {"use_flip_normals": True}),
+    ("SUBSURF", {"levels": 1}),
+    ("SUBSURF", {"levels": 3}),
+    ("SUBSURF", {"levels": 2, "subdivision_type": "SIMPLE"}),
+    ("MULTIRES", {}),
+    ("WIREFRAME", {"use_replace": False}),
+]
+
+
+def add_modifier(obj, kind, settings):
+    modifier = obj.modifiers.new(kind.title(), kind)
+    for key, value in settings.items():
+        setattr(modifier, key, value)
+    if kind == "MULTIRES":
+        bpy.context.view_layer.objects.active = obj
+        bpy.ops.object.multires_subdivide(modifier=modifier.name, mode="CATMULL_CLARK")
+    return modifier
+
+
+def test_every_claim_has_a_case():
+    assert {kind for kind, _ in CASES} == set(FIRST_VERTICES)
+
+
+@pytest.mark.parametrize("flat", [True, False])
+@pytest.mark.parametrize(("kind", "settings"), CASES)
+def test_original_vertices_come_first(kind, settings, flat):
+    obj = scrambled_grid(flat)
+    add_modifier(obj, kind, settings)
+    n = len(obj.data.vertices)
+    mesh = receiver(obj)
+    evaluated = obj.evaluated_get(scenes.depsgraph()).data
+    assert len(evaluated.vertices) > n
+    ident = np.empty(len(evaluated.vertices), np.int32)
+    evaluated.attributes["ident"].data.foreach_get("value", ident)
+    np.testing.assert_array_equal(ident[:n], np.arange(n))
+    assert mesh.positions.shape == (n, 3)
+    assert mesh.domain == ("CORNER" if flat and kind not in {"SUBSURF", "MULTIRES"} else "POINT")
+    elements = n if mesh.domain == "POINT" else len(obj.data.loops)
+    assert mesh.normals.shape == (elements, 3)
+    np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1, atol=1e-5)
+
+
+@pytest.mark.parametrize("kind", ["ARRAY", "MIRROR", "EDGE_SPLIT", "TRIANGULATE"])
+def test_corner_normals_stay_those_of_the_faces(kind):
+    """Where a modifier moves nothing, receivers are as without it."""
+    obj = scrambled_grid()
+    before = receiver(obj)
+    modifier = add_modifier(obj, kind, {})
+    if kind == "EDGE_SPLIT":
+        modifier.split_angle = 0
+    after = receiver(obj)
+    np.testing.assert_allclose(after.positions, before.positions, atol=1e-6)
+    np.testing.assert_allclose(after.normals, before.normals, atol=1e-5)
+
+
+def test_triangulated_and_deformed():
+    obj = scrambled_grid()
+    obj.data.transform(np.diag([1, 1, 0, 1]).tolist())
+    add_modifier(obj, "CAST", {"cast_type": "SPHERE", "factor": 0.5})
+    deformed = receiver(obj)
+    add_modifier(obj, "TRIANGULATE", {})
+    both = receiver(obj)
+    np.testing.assert_allclose(both.positions, deformed.positions, atol=1e-6)
+    np.testing.assert_allclose(both.normals, deformed.normals, atol=1e-4)
+
+
+def test_modifiers_in_a_row():
+    obj = scrambled_grid(flat=False)
+    for kind in ("MIRROR", "SUBSURF", "SOLIDIFY", "ARRAY"):
+        add_modifier(obj, kind, {})
+    assert receiver(obj).positions.shape == (25, 3)
+
+
+REFUSED = [
+    ("BEVEL", {"limit_method": "NONE"}),
+    ("BUILD", {"frame_start": 1, "frame_duration": 100}),
+    ("DECIMATE", {"ratio": 0.5}),
+    ("MIRROR", {"use_bisect_axis": (True, False, False), "use_bisect_flip_axis": (True, False, False)}),
+    ("REMESH", {}),
+    ("SCREW", {}),
+    ("SOLIDIFY", {"solidify_mode": "NON_MANIFOLD"}),
+    ("WIREFRAME", {}),
+]
+
+
+@pytest.mark.parametrize(("kind", "settings"), REFUSED)
+def test_other_modifiers_are_refused(kind, settings):
+    obj = scrambled_grid()
+    add_modifier(obj, "ARMATURE", {})
+    modifier = add_modifier(obj, kind, settings)
+    with pytest.raises(BakeError, match=f"'Grid'.*'{modifier.name}'.*apply"):
+        receiver(obj)
+    modifier.show_viewport = False
+    assert receiver(obj).positions.shape == (25, 3)
+
+
+def test_deforming_modifiers_exist():
+    known = {item.identifier for item in bpy.types.Modifier.bl_rna.properties["type"].enum_items}
+    assert known >= SAME_VERTICES
+    assert known >= set(FIRST_VERTICES)
+
+
+def geometry_nodes(obj, node_type):
+    tree = bpy.data.node_groups.new("Nodes", "GeometryNodeTree")
+    for in_out in ("INPUT", "OUTPUT"):
+        tree.interface.new_socket("Geometry", in_out=in_out, socket_type="NodeSocketGeometry")
+    first, last = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
+    node = tree.nodes.new(node_type)
+    tree.links.new(first.outputs[0], node.inputs[0])
+    tree.links.new(node.outputs[0], last.inputs[0])
+    obj.modifiers.new("Nodes", "NODES").node_group = tree
+
+
+def test_geometry_nodes_that_keep_the_vertices():
+    obj = scrambled_grid(flat=False)
+    geometry_nodes(obj, "GeometryNodeSetShadeSmooth")
+    add_modifier(obj, "SUBSURF", {})
+    assert receiver(obj).domain == "POINT"
+
+
+def test_geometry_nodes_that_do_not():
+    obj = scrambled_grid(flat=False)
+    geometry_nodes(obj, "GeometryNodeSubdivideMesh")
+    with pytest.raises(BakeError, match=r"'Grid'.*'Nodes'"):
+        receiver(obj)
