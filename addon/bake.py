@@ -2,7 +2,15 @@
 
 import numpy as np
 
-from .gather import DirectLight, Irradiance, build_radiance_cache, density_estimate, direct_irradiance, final_gather
+from .gather import (
+    DirectLight,
+    GatherRays,
+    Irradiance,
+    build_radiance_cache,
+    density_estimate,
+    direct_irradiance,
+    final_gather,
+)
 from .photons import PathKind, Photons, light_sources, region_of, trace_photons
 from .progress import Progress
 from .receivers import Receivers
@@ -56,9 +64,8 @@ def _by_final_gather(
         n_threads,
         progress,
     )
-    gathered = final_gather(
-        scene, tracer, cache, receivers, settings.n_gather_rays, settings.noise, seed, n_threads, progress
-    )
+    rays = GatherRays(scene, tracer, direct, cache)
+    gathered = final_gather(rays, receivers, settings.n_gather_rays, settings.noise, seed, n_threads, progress)
     passes = {"indirect": gathered.indirect}
     if settings.add_direct:
         passes["direct"] = gathered.sky + direct_irradiance(direct, receivers, seed, n_threads, progress)

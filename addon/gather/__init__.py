@@ -1,13 +1,16 @@
 """Photons to irradiance: a density estimate, or a final gather into a radiance cache."""
 
+from .build_cache import build_radiance_cache
 from .density import density_estimate
 from .direct_light import DirectLight, direct_irradiance
 from .final_gather import final_gather
+from .gather_rays import GatherRays
 from .irradiance import Irradiance
-from .radiance_cache import RadianceCache, build_radiance_cache
+from .radiance_cache import RadianceCache
 
 __all__ = [
     "DirectLight",
+    "GatherRays",
     "Irradiance",
     "RadianceCache",
     "build_radiance_cache",

@@ -8,10 +8,7 @@ from ..parallel import ordered_map, slices
 from ..progress import Progress
 from ..receivers import Receivers
 from ..sampling.streams import stream
-from ..scene import Scene
-from ..tracers import Tracer
-from .hemisphere import gather_radiance
-from .radiance_cache import RadianceCache
+from .gather_rays import GatherRays
 
 _GATHER = 21  # stream of random numbers
 _CHUNK = 1 << 16
@@ -40,9 +37,7 @@ class Gathered:
 
 
 def final_gather(
-    scene: Scene,
-    tracer: Tracer,
-    cache: RadianceCache,
+    rays: GatherRays,
     receivers: Receivers,
     n_rays: int,
     noise: float,
@@ -73,9 +68,7 @@ def final_gather(
         def gather(item: tuple[int, slice], chosen=active, turn=turn) -> tuple[np.ndarray, np.ndarray]:
             index, chunk = item
             receiver = chosen[chunk]
-            return receiver, _batch_means(
-                scene, tracer, cache, receivers, receiver, rays_a_batch, stream(seed, _GATHER, turn, index)
-            )
+            return receiver, _batch_means(rays, receivers, receiver, rays_a_batch, stream(seed, _GATHER, turn, index))
 
         done = 0
         for receiver, means in ordered_map(gather, enumerate(slices(len(active), size)), n_threads):
@@ -95,10 +88,12 @@ def final_gather(
     return Gathered(irradiance[:, :3], irradiance[:, 3:], (np.pi * stderr).astype(np.float32), sent)
 
 
-def _batch_means(scene, tracer, cache, receivers, receiver, rays_a_batch, random) -> np.ndarray:
+def _batch_means(
+    rays: GatherRays, receivers: Receivers, receiver: np.ndarray, rays_a_batch: int, random: np.random.Generator
+) -> np.ndarray:
     """Mean radiance of each batch of rays of some receivers: reflected and sky, (r, batches, 6) float64."""
     n = rays_a_batch * _N_BATCHES
     origins, normals = np.repeat(receivers.position[receiver], n, 0), np.repeat(receivers.normal[receiver], n, 0)
-    reflected_and_sky = gather_radiance(scene, tracer, cache.look_up, origins, normals, rays_a_batch, random)
+    reflected_and_sky = rays.radiance(origins, normals, rays_a_batch, random)
     seen = np.concatenate(reflected_and_sky, axis=1).reshape(len(receiver), _N_BATCHES, rays_a_batch, 6)
     return seen.mean(axis=2, dtype=np.float64)

@@ -34,8 +34,8 @@ class Sphere:
 def region_of(positions: np.ndarray) -> Sphere:
     """The ball around most receivers: the middle 96 % of their positions along each axis.
 
-    The sun and the world send half of their photons through it. A lone receiver far away (the corner of a ground
-    plane) does not blow it up, and still gets light: the other half goes to the whole scene.
+    The sun and the world aim at it. A lone receiver far away (the corner of a ground plane) does not blow it up, and
+    still gets light: a share of the photons goes to the whole scene.
     """
     low, high = np.percentile(positions, [2, 98], axis=0)
     return Sphere(((low + high) / 2).astype(np.float32), float(np.linalg.norm(high - low)) / 2)
@@ -138,30 +138,33 @@ def sample_area_lamp(lights: Lights, lamp: np.ndarray, u: np.ndarray) -> np.ndar
 class _DistantSource(Source):
     """Parallel light from outside: rays through discs that face the direction they come from.
 
-    Half of the rays are aimed at the region of the receivers, half at the whole scene. With A₀, A₁ the areas of the
-    two discs, a ray at x has density p(x) = ½[x in disc 0]/A₀ + ½[x in disc 1]/A₁.
+    The discs lie around the region of the receivers, each twice as wide as the one before, and the last around the
+    whole scene. Each gets the same share of the rays: many go where receivers are, and none carries much more than its neighbours.
+    With K discs of areas A_k a ray at x has density p(x) = Σ_k [x in disc k] / (K A_k).
     """
 
     def __init__(self, scene: Scene, region: Sphere) -> None:
-        self._whole, self._region = bounding_sphere(scene), region
+        self._whole = bounding_sphere(scene)
+        smallest = max(region.radius, 1e-4 * self._whole.radius, 1e-6)
+        n_inner = max(0, int(np.ceil(np.log2(self._whole.radius / smallest))))
+        self._radii = np.array([smallest * 2**k for k in range(n_inner)] + [self._whole.radius], np.float32)[:, None]
+        self._centres = np.array([region.centre] * n_inner + [self._whole.centre], np.float32)
 
-    def _through_discs(self, directions: np.ndarray, u_place: np.ndarray, u_choose: np.ndarray):
+    def _through_discs(
+        self, directions: np.ndarray, u_place: np.ndarray, u_choose: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Origins (n, 3) outside the scene, and 1/p of each (n, 1), m²."""
-        aimed = (u_choose < 0.5)[:, None]
+        n_discs = len(self._radii)
+        chosen = (u_choose * n_discs).astype(np.int32)
         disc = sample_uniform_disk(u_place)
         offset = to_world(np.concatenate([disc, np.zeros((len(u_place), 1), np.float32)], axis=1), directions)
-        through = np.where(
-            aimed,
-            self._region.centre + np.float32(self._region.radius) * offset,
-            self._whole.centre + np.float32(self._whole.radius) * offset,
-        )
+        through = self._centres[chosen] + self._radii[chosen] * offset
         density = np.zeros(len(directions), np.float32)
-        for ball in (self._whole, self._region):
-            away = through - ball.centre
+        for k, (centre, radius) in enumerate(zip(self._centres, self._radii[:, 0], strict=True)):
+            away = through - centre
             along = (away * directions).sum(1)
-            # The rim of each disc belongs to it, whatever rounding says.
-            inside = (away**2).sum(1) - along**2 <= (ball.radius * 1.0001) ** 2
-            density += inside * np.float32(0.5 / (np.pi * ball.radius**2))
+            inside = ((away**2).sum(1) - along**2 <= radius**2) | (chosen == k)  # its own disc, whatever rounding says
+            density += inside * np.float32(1 / (n_discs * np.pi * radius**2))
         behind = ((through - self._whole.centre) * directions).sum(1, keepdims=True) + np.float32(self._whole.radius)
         return through - behind * directions, 1 / density[:, None]
 
@@ -179,7 +182,7 @@ class SunSource(_DistantSource):
         self.power = self._beam.astype(np.float64) * np.pi * region.radius**2
 
     def emit(self, u: np.ndarray) -> Rays:
-        """Directions uniform over the sun's disc, places by the two discs."""
+        """Directions uniform over the sun's disc, places by the nested discs."""
         local = sample_uniform_cone(u[:, :2], self._cos_max)
         directions = to_world(local, np.broadcast_to(self._direction, (len(u), 3)))
         origins, area = self._through_discs(directions, u[:, 2:4], u[:, 4])
@@ -198,7 +201,7 @@ class WorldSource(_DistantSource):
         self.power = self._radiance.astype(np.float64) * 4 * np.pi * np.pi * region.radius**2
 
     def emit(self, u: np.ndarray) -> Rays:
-        """Uniform directions, places by the two discs."""
+        """Uniform directions, places by the nested discs."""
         directions = sample_uniform_sphere(u[:, :2])
         origins, area = self._through_discs(directions, u[:, 2:4], u[:, 4])
         return Rays(origins, directions, np.float32(4 * np.pi) * self._radiance * area)

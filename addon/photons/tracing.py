@@ -107,11 +107,9 @@ def _trace_batch(scene: Scene, tracer: Tracer, batch: _Batch, max_bounces: int, 
         hit = np.flatnonzero(hits.hit)
         if len(hit) == 0:
             break
-        triangle, u, v, normals = hits.triangle[hit], hits.u[hit], hits.v[hit], hits.normal[hit]
-        directions, power, path, path_density = directions[hit], power[hit], path[hit], path_density[hit]
-        positions = origins[hit] + hits.distance[hit, None] * directions
-        facing = np.einsum("ij,ij->i", normals, directions) < 0
-        normals = np.where(facing[:, None], normals, -normals)
+        hits, directions = hits.where(hit), directions[hit]
+        positions, normals = hits.points(origins[hit], directions)
+        power, path, path_density = power[hit], path[hit], path_density[hit]
 
         # Store them
         if bounce > 0 or not batch.source.sampled_directly:
@@ -121,7 +119,7 @@ def _trace_batch(scene: Scene, tracer: Tracer, batch: _Batch, max_bounces: int, 
                     power=power,
                     packed_direction=encode_octahedral(directions),
                     packed_normal=encode_octahedral(normals),
-                    triangle=triangle,
+                    triangle=hits.triangle,
                     path=path,
                     path_density=path_density,
                     kind=np.full(len(hit), PathKind.INDIRECT if bounce else PathKind.DIRECT, np.uint8),
@@ -130,7 +128,7 @@ def _trace_batch(scene: Scene, tracer: Tracer, batch: _Batch, max_bounces: int, 
             )
 
         # Let Russian roulette absorb some by the largest albedo, so that no photon gains power
-        albedo = scene.albedo(triangle, u, v)
+        albedo = scene.albedo(hits.triangle, hits.u, hits.v)
         survival = albedo.max(axis=1)
         alive = np.flatnonzero(random.random(len(hit), dtype=np.float32) < survival)
         if len(alive) == 0:

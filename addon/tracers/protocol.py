@@ -1,6 +1,6 @@
 """What every tracer promises."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Protocol
 
 import numpy as np
@@ -28,9 +28,18 @@ class Hits:
     v: np.ndarray
     normal: np.ndarray
 
+    def points(self, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Positions of the hits, and the unit normals of the sides that the rays came to, (n, 3) float32 each."""
+        facing = np.einsum("ij,ij->i", self.normal, directions) < 0
+        return origins + self.distance[:, None] * directions, np.where(facing[:, None], self.normal, -self.normal)
+
+    def where(self, chosen: np.ndarray) -> "Hits":
+        """The hits of the rays that a mask or an index array chooses."""
+        return Hits(*(getattr(self, f.name)[chosen] for f in fields(self)))
+
     @staticmethod
     def none(n: int) -> "Hits":
-        """n rays that meet nothing."""
+        """As many rays that meet nothing."""
         zeros = np.zeros(n, np.float32)
         return Hits(
             np.full(n, -1, np.int32), np.full(n, np.inf, np.float32), zeros, zeros, np.zeros((n, 3), np.float32)
