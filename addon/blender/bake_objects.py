@@ -31,17 +31,8 @@ def bake_objects(
     if names is not None:
         return _named(depsgraph, names)
     warn = Warnings(warnings)
-    view_layer = depsgraph.view_layer
-    visibility = RenderVisibility(view_layer)
-    candidates = [
-        obj
-        for obj in view_layer.objects
-        if obj.type == "MESH" and visibility.shows(obj) and not hidden_in_viewport(obj, view_layer)
-    ]
-    if not candidates:
-        raise BakeError("Nothing to bake: the scene has no mesh object that is shown in renders and in the viewport.")
     chosen, refusals = [], []
-    for obj in candidates:
+    for obj in _shown(depsgraph.view_layer):
         try:
             check_target(obj, depsgraph)
         except BakeError as error:
@@ -55,6 +46,19 @@ def bake_objects(
     for sentence in refusals:
         warn.add(f"Left out: {sentence}")
     return chosen
+
+
+def _shown(view_layer: "bpy.types.ViewLayer") -> "list[bpy.types.Object]":
+    """Mesh objects that a bake sees."""
+    visibility = RenderVisibility(view_layer)
+    meshes = [
+        obj
+        for obj in view_layer.objects
+        if obj.type == "MESH" and visibility.shows(obj) and not hidden_in_viewport(obj, view_layer)
+    ]
+    if not meshes:
+        raise BakeError("Nothing to bake: the scene has no mesh object that is shown in renders and in the viewport.")
+    return meshes
 
 
 def _named(depsgraph: "bpy.types.Depsgraph", names: list[str]) -> "list[bpy.types.Object]":

@@ -194,19 +194,23 @@ def normal_matrix(matrix: np.ndarray) -> np.ndarray:
 
     It is the matrix of cofactors, which exists even where the inverse does not, scaled so that the largest entry is 1.
     """
-    x, y, z = matrix[:3, :3].T
-    cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)], axis=1)
+    after, before = [1, 2, 0], [2, 0, 1]
+    linear = matrix[:3, :3]
+    a, b = linear[after], linear[before]
+    cofactors = a[:, after] * b[:, before] - a[:, before] * b[:, after]
     largest = np.abs(cofactors).max()
-    sign = -1.0 if np.linalg.det(matrix[:3, :3]) < 0 else 1.0
+    sign = -1.0 if linear[0] @ cofactors[0] < 0 else 1.0  # of the determinant
     return cofactors * (sign / largest if largest > 0 else sign)
 
 
 def _geometric_normals(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Unit normals (t, 3) by winding, and whether each triangle has an area (t,)."""
     a, b, c = (vertices[triangles[:, i]].astype(np.float64) for i in range(3))
-    cross = np.cross(b - a, c - a)
-    doubled_area = np.linalg.norm(cross, axis=1)
-    longest = np.maximum.reduce([((p - q) ** 2).sum(1) for p, q in ((a, b), (b, c), (c, a))])
+    ab, ac, bc = b - a, c - a, c - b
+    # Several times as fast as np.cross.
+    cross = ab[:, [1, 2, 0]] * ac[:, [2, 0, 1]] - ab[:, [2, 0, 1]] * ac[:, [1, 2, 0]]
+    doubled_area = np.sqrt(np.einsum("ij,ij->i", cross, cross))
+    longest = np.maximum.reduce([np.einsum("ij,ij->i", edge, edge) for edge in (ab, ac, bc)])
     # The second test is for edges so short that their squares vanish in float32.
     whole = (doubled_area > MIN_HEIGHT * longest) & (longest > 1e-36)
     return cross / np.where(whole, doubled_area, np.inf)[:, None], whole

@@ -32,12 +32,15 @@ class RenderVisibility:
         obj = instance.object
         parent = instance.parent
         if instance.is_instance and parent is not None and parent.original != obj.original:
-            return self.shows(parent.original) and self._shows_instanced(obj.original)
+            # A collection's instance shows what renders show of the collection; points and particles show even the
+            # instances of an object that is hidden itself.
+            of_collection = parent.original.instance_type == "COLLECTION"
+            return self.shows(parent.original) and (not of_collection or self._shows_in_collection(obj.original))
         if obj.is_instancer or len(obj.particle_systems):
             return self.shows(obj.original) and obj.show_instancer_for_render
         return self.shows(obj.original)
 
-    def _shows_instanced(self, obj: "bpy.types.Object") -> bool:
+    def _shows_in_collection(self, obj: "bpy.types.Object") -> bool:
         key = obj.as_pointer()
         if key not in self._known:
             homes = obj.users_collection

@@ -187,3 +187,47 @@ def test_nothing_in_the_file_changes():
     before = count()
     extract()
     assert count() == before
+
+
+def instances_on_vertices(instanced):
+    """A square that shows an object at each of its corners, and is itself not shown in renders."""
+    plane = scenes.add_plane("Points", 100)
+    instanced.parent = plane
+    plane.instance_type, plane.show_instancer_for_render = "VERTS", False
+    return plane
+
+
+def test_instances_on_vertices():
+    instances_on_vertices(scenes.add_cube())
+    scene = extract()
+    assert set(scene.objects.names) == {"Cube"}
+    assert scene.n_triangles == (4 + 1) * 12  # Blender and Cycles show the instanced child itself, too
+    np.testing.assert_allclose(scene.bounds[:, :2], [[-51, -51], [51, 51]])
+
+
+def test_instances_of_what_is_hidden_in_a_collection():
+    kit = bpy.data.collections.new("Kit")
+    for name in ("Seen", "Hidden"):
+        obj = scenes.add_cube(name)
+        bpy.context.scene.collection.objects.unlink(obj)
+        kit.objects.link(obj)
+    obj.hide_render = True
+    empty = bpy.data.objects.new("Empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", kit
+    bpy.context.scene.collection.objects.link(empty)
+    assert extract().objects.names == ("Seen",)
+    empty.hide_render = True
+    assert extract().n_triangles == 0
+
+
+def test_instances_inherit_the_instancer_s_ray_visibility():
+    kit = bpy.data.collections.new("Kit")
+    obj = scenes.add_cube()
+    bpy.context.scene.collection.objects.unlink(obj)
+    kit.objects.link(obj)
+    empty = bpy.data.objects.new("Empty", None)
+    empty.instance_type, empty.instance_collection, empty.visible_shadow = "COLLECTION", kit, False
+    bpy.context.scene.collection.objects.link(empty)
+    objects = extract().objects
+    assert list(objects.scatters) == [True]
+    assert list(objects.casts_shadow) == [False]
