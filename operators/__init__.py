@@ -20,6 +20,7 @@ def register() -> None:
 def unregister() -> None:
     """Take them away again; a bake that runs is asked to stop."""
     bake_state.cancel()
+    bake_state.stop()
     command_line.unregister()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

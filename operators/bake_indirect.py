@@ -2,16 +2,48 @@
 
 import traceback
 from threading import Thread
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import bpy
 
 from ..addon.errors import BakeError, Cancelled
+from ..addon.progress import Progress
+from ..addon.receivers import Receivers
+from ..addon.settings import BakeSettings
 from ..addon.ui.state import bake_state, duration
 from .vertex_bake import VertexBake
 
+if TYPE_CHECKING:
+    from ..addon.gather import Irradiance
+
 TICK = 0.1
 """Seconds between two looks at the bake's thread."""
+
+
+class Solver(Thread):
+    """Solves a bake, off the main thread if it is started.
+
+    It knows nothing of the operator, which Blender takes away when a file is opened or the extension is turned off.
+    """
+
+    def __init__(self, bake: VertexBake, settings: BakeSettings, progress: Progress) -> None:
+        super().__init__(name="Photon Bake")
+        self.bake, self.progress = bake, progress
+        self._settings = settings
+        self._light: tuple[Receivers, Irradiance] | None = None
+        self._error: Exception | None = None
+
+    def run(self) -> None:
+        try:
+            self._light = self.bake.solve(self._settings, self.progress)
+        except Exception as error:
+            self._error = error
+
+    def light(self) -> "tuple[Receivers, Irradiance]":
+        """What came out; raises what went wrong."""
+        if self._light is None:
+            raise self._error or Cancelled
+        return self._light
 
 
 class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
@@ -32,7 +64,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         """Bake to the end on the calling thread, for scripts."""
         try:
             self._prepare(context)
-            self._solve()
+            self._solver.run()
             return self._finish()
         except Exception as error:
             return self._fail(error)
@@ -47,10 +79,9 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
             self._prepare(context)
         except Exception as error:
             return self._fail(error)
-        self._thread = Thread(target=self._solve_or_keep_error, name="Photon Bake")
         self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
-        self._thread.start()
+        self._solver.start()
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Any, event: Any) -> set[str]:
@@ -61,12 +92,10 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         redraw_panels(context)
-        if self._thread.is_alive():
+        if self._solver.is_alive():
             return {"PASS_THROUGH"}
         context.window_manager.event_timer_remove(self._timer)
         try:
-            if self._error is not None:
-                raise self._error
             return self._finish()
         except Exception as error:
             return self._fail(error)
@@ -74,35 +103,26 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     def cancel(self, context: Any) -> None:
         """Blender ends the operator, because a file is opened or the window is closed."""
         bake_state.cancel()
-        self._thread.join()
+        self._solver.join()
         context.window_manager.event_timer_remove(self._timer)
         bake_state.stop()
 
     def _prepare(self, context: Any) -> None:
         properties = context.scene.photon_bake
-        self._error: Exception | None = None
-        self._progress = bake_state.start(properties.gather)
-        self._settings = properties.settings()
+        progress = bake_state.start(properties.gather)
         names = selected_meshes(context) if properties.selected_only else None
-        self._bake = VertexBake.prepare(context, properties.attribute, self._progress, names)
-
-    def _solve(self) -> None:
-        self._light = self._bake.solve(self._settings, self._progress)
-
-    def _solve_or_keep_error(self) -> None:
-        try:
-            self._solve()
-        except Exception as error:
-            self._error = error
+        bake = VertexBake.prepare(context, properties.attribute, progress, names)
+        self._solver = Solver(bake, properties.settings(), progress)
 
     def _finish(self) -> set[str]:
-        receivers, irradiance = self._light
-        self._bake.write(receivers, irradiance, self._progress)
+        bake = self._solver.bake
+        receivers, irradiance = self._solver.light()
+        bake.write(receivers, irradiance, self._solver.progress)
         result = f"{len(receivers):,} points in {duration(bake_state.seconds)}"
         if irradiance.relative_noise > 0:
             result += f", noise {irradiance.relative_noise:.1%}"
-        bake_state.stop(result=result, warnings=self._bake.warnings)
-        for warning in self._bake.warnings:
+        bake_state.stop(result=result, warnings=bake.warnings)
+        for warning in bake.warnings:
             self.report({"WARNING"}, warning)
         self.report({"INFO"}, f"Baked {result}.")
         return {"FINISHED"}

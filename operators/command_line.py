@@ -19,7 +19,7 @@ from ..addon.progress import Progress
 from ..addon.ui.state import duration
 from .bake_indirect import describe
 from .command_options import COMMAND, Options, parse
-from .console import ProgressLine, ctrl_c_cancels, quiet_stdout, say
+from .console import ProgressLine, ctrl_c_cancels, say
 from .vertex_bake import VertexBake
 
 DONE, FAILED, CANCELLED = 0, 1, 130
@@ -79,7 +79,7 @@ def _save(path: Path) -> None:
     """Save the open file as `path`, whole or not at all, and go on with the open one."""
     loaded = Path(bpy.data.filepath)
     compress = loaded.is_file() and loaded.read_bytes()[:7] != b"BLENDER"
-    with atomic_path(path) as temporary, quiet_stdout():  # Blender would tell the temporary name
+    with atomic_path(path) as temporary:
         bpy.ops.wm.save_as_mainfile(
             filepath=str(temporary), copy=True, relative_remap=True, compress=compress, check_existing=False
         )
@@ -146,11 +146,13 @@ _handles: list[Any] = []
 
 
 def register() -> None:
+    """Add the command."""
     _handles.append(bpy.utils.register_cli_command(COMMAND, run))
     if bpy.app.module:
         atexit.register(unregister)  # version 4.5 of the module crashes at its end on a command still registered
 
 
 def unregister() -> None:
+    """Take it away again."""
     atexit.unregister(unregister)
     bpy.utils.unregister_cli_command(_handles.pop())

@@ -96,8 +96,8 @@ def _parser() -> ArgumentParser:
     add("--objects", type=_names, metavar="NAME[,NAME…]", help="objects to bake; default: every renderable mesh object")
     add("--attribute", type=_name, default="Indirect", metavar="NAME", help="colour attribute; default %(default)s")
     add("--tracer", type=_one_of("embree"), metavar="embree", help="what finds where rays meet the scene")
-    add("--gather", type=_one_of(*get_args(Gather)), metavar="|".join(get_args(Gather)), help="how photons become light")
-    qualities = get_args(Quality)
+    gathers, qualities = get_args(Gather), get_args(Quality)
+    add("--gather", type=_one_of(*gathers), metavar="|".join(gathers), help="how photons become light")
     add("--quality", choices=qualities, default="medium", metavar="|".join(qualities), help="default %(default)s")
     knobs = {knob.name: knob for knob in fields(BakeSettings)}
     for option, name in KNOB_OPTIONS.items():

@@ -1,6 +1,5 @@
 """How the command talks: progress on stderr, and Ctrl-C."""
 
-import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -16,7 +15,7 @@ EVERY_TTY, EVERY_LOG = 0.1, 10.0
 
 
 def say(sentence: str) -> None:
-    """One line on stderr; stdout is left to scripts."""
+    """One line on stderr; on stdout there is only what Blender itself says."""
     print(f"{COMMAND}: {sentence}", file=sys.stderr, flush=True)
 
 
@@ -58,17 +57,3 @@ def ctrl_c_cancels(progress: Progress) -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)  # None: a handler of Blender's own
-
-
-@contextmanager
-def quiet_stdout() -> Iterator[None]:
-    """Drop what is printed on stdout, by Blender's own code too."""
-    sys.stdout.flush()
-    kept = os.dup(1)
-    with open(os.devnull, "w") as nothing:
-        os.dup2(nothing.fileno(), 1)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 1)
-        os.close(kept)

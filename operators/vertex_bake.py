@@ -1,11 +1,8 @@
 """A bake to vertices in three steps, for the button, for scripts and for the command line."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from ..addon.bake import bake
 from ..addon.blender import (
     bake_objects,
     check_color_attribute,
@@ -13,12 +10,14 @@ from ..addon.blender import (
     receiver_meshes,
     write_color_attribute,
 )
-from ..addon.gather import Irradiance
 from ..addon.progress import Progress
 from ..addon.receivers import ReceiverMesh, Receivers, vertex_receivers
 from ..addon.scene import Scene
 from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
+
+if TYPE_CHECKING:
+    from ..addon.gather import Irradiance
 
 READING, WRITING = "Reading the scene", "Writing the light"
 
@@ -43,9 +42,7 @@ class VertexBake:
     warnings: list[str]
 
     @classmethod
-    def prepare(
-        cls, context: Any, attribute: str, progress: Progress, names: list[str] | None = None
-    ) -> "VertexBake":
+    def prepare(cls, context: Any, attribute: str, progress: Progress, names: list[str] | None = None) -> "VertexBake":
         """Read what the bake needs out of Blender's data; for the main thread.
 
         Parameters
@@ -71,13 +68,15 @@ class VertexBake:
         progress.update(READING, 1)
         return cls(scene, meshes, attribute, warnings)
 
-    def solve(self, settings: BakeSettings, progress: Progress) -> tuple[Receivers, Irradiance]:
+    def solve(self, settings: BakeSettings, progress: Progress) -> "tuple[Receivers, Irradiance]":
         """Bake; touches none of Blender's data, so any thread may call it."""
+        from ..addon.bake import bake  # here, as Blender's start should not wait for SciPy
+
         receivers = vertex_receivers(self.meshes)
         tracer = make_tracer(self.scene, self.warnings)
         return receivers, bake(self.scene, receivers, settings, tracer, progress)
 
-    def write(self, receivers: Receivers, irradiance: Irradiance, progress: Progress) -> None:
+    def write(self, receivers: Receivers, irradiance: "Irradiance", progress: Progress) -> None:
         """Write the light to the meshes; for the main thread."""
         progress.update(WRITING, 0)
         self.warnings += write_color_attribute(irradiance.value, receivers, self.attribute)
@@ -91,6 +90,6 @@ def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:
     except ImportError:
         from ..addon.blender import BVHTracer
 
-        warnings.append("embreex is not installed, so Blender's slower BVH traces the rays; install the extension's zip.")
+        warnings.append("embreex is not installed, so Blender's slower BVH traces rays: install the extension's zip.")
         return BVHTracer(scene)
     return EmbreeTracer(scene)

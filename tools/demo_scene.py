@@ -70,7 +70,8 @@ def _build_things() -> None:
 def _add_light(scene: Any) -> None:
     sun = bpy.data.lights.new("Sun", "SUN")
     sun.energy, sun.color, sun.angle = 14.0, (1.0, 0.88, 0.72), radians(1.0)
-    _place(bpy.data.objects.new("Sun", sun)).rotation_euler = Vector((-0.88, 0.12, 0.36)).to_track_quat("Z", "Y").to_euler()
+    towards_sun = Vector((-0.88, 0.12, 0.36))
+    _place(bpy.data.objects.new("Sun", sun)).rotation_euler = towards_sun.to_track_quat("Z", "Y").to_euler()
     world = bpy.data.worlds.new("Sky")
     _use_nodes(world)
     background = next(node for node in world.node_tree.nodes if node.type == "BACKGROUND")
@@ -170,9 +171,10 @@ def _torus(name: str, material: Any, centre: Any, radius: float, thickness: floa
     out = radius + thickness * np.cos(b)
     vertices = np.stack([out * np.cos(a), out * np.sin(a), thickness * np.sin(b)], axis=-1).reshape(-1, 3)
     i, j = (index.ravel() for index in np.meshgrid(np.arange(n), np.arange(m), indexing="ij"))
-    k, l = (i + 1) % n, (j + 1) % m
+    i_next, j_next = (i + 1) % n, (j + 1) % m
+    faces = np.stack([i * m + j, i_next * m + j, i_next * m + j_next, i * m + j_next], axis=1)
     mesh = bpy.data.meshes.new(name)
-    mesh.from_pydata(vertices.tolist(), [], np.stack([i * m + j, k * m + j, k * m + l, i * m + l], axis=1).tolist())
+    mesh.from_pydata(vertices.tolist(), [], faces.tolist())
     thing = _mesh_object(name, mesh, material, smooth=True)
     thing.location = centre
     return thing

@@ -115,10 +115,12 @@ CLASSES = (PHOTON_BAKE_PT_bake, PHOTON_BAKE_PT_sampling, PHOTON_BAKE_PT_output)
 
 
 def register() -> None:
+    """Add the panels."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
 
 
 def unregister() -> None:
+    """Take them away again."""
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -14,7 +14,7 @@ PRESET_KNOBS = [knob.name for knob in KNOBS if len({getattr(settings_for(q), kno
 
 _GATHERS = [
     ("final", "Final Gather", "Every vertex looks around with rays: smooth, and exact with enough of them"),
-    ("density", "Density Estimate", "Every vertex counts the photons around it: fast, and blurred by its search radius"),
+    ("density", "Density Estimate", "Every vertex counts the photons around it: fast, but blurred by its radius"),
 ]
 _QUALITY_ITEMS = [
     ("draft", "Draft", "Seconds: to see where the light goes"),
@@ -32,7 +32,7 @@ def label(knob: str) -> str:
 def _property(knob: Field) -> Any:
     """Blender's property for a knob, from the knob's own default, range and meaning."""
     kind = get_type_hints(BakeSettings)[knob.name]
-    meta: dict[str, Any] = dict(name=label(knob.name), default=knob.default)
+    meta: dict[str, Any] = {"name": label(knob.name), "default": knob.default}
     if knob.name == "gather":
         return bpy.props.EnumProperty(items=_GATHERS, description="How photons become light", **meta)
     meta["description"] = knob.metadata["meaning"]
@@ -90,10 +90,12 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
 
 
 def register() -> None:
+    """Give every scene its settings, ``scene.photon_bake``."""
     bpy.utils.register_class(PhotonBakeProperties)
     bpy.types.Scene.photon_bake = bpy.props.PointerProperty(type=PhotonBakeProperties, name="Photon Bake")
 
 
 def unregister() -> None:
+    """Take them away again."""
     del bpy.types.Scene.photon_bake
     bpy.utils.unregister_class(PhotonBakeProperties)

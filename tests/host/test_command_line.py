@@ -1,0 +1,157 @@
+"""The command photon_bake, in this process."""
+
+import json
+import os
+import signal
+
+import bpy
+import numpy as np
+import pytest
+from photon_bake.operators.command_line import run
+from photon_bake.operators.vertex_bake import VertexBake
+
+from .scenes import add_cube, add_lamp, add_plane
+
+QUICK = ["--quality", "draft", "--photons", "5000", "--gather-rays", "16"]
+
+
+@pytest.fixture(autouse=True)
+def room(empty_scene):
+    add_plane("Floor", size=8.0)
+    add_cube("Box").location.z = 1.0
+    add_lamp("POINT", location=(1.5, 0.5, 4), energy=1000)
+
+
+def has_light(name, attribute="Indirect"):
+    return attribute in bpy.data.objects[name].data.attributes
+
+
+def test_bake_save_and_report(tmp_path, capfd):
+    blend, report = tmp_path / "baked.blend", tmp_path / "r.json"
+    assert run([*QUICK, "--save", str(blend), "--report", str(report), "--seed", "3", "--threads", "1"]) == 0
+    said = capfd.readouterr()
+    assert (
+        "photon_bake" not in said.out
+        and "photon_bake: Gathering light" in said.err
+        and "photon_bake: Baked" in said.err
+    )
+    read = json.loads(report.read_text())
+    assert read["status"] == "done" and read["saved"] == str(blend) and set(read["objects"]) == {"Floor", "Box"}
+    assert read["settings"]["seed"] == 3 and read["settings"]["n_photons"] == 5000
+    assert read["counts"]["receivers"] > 0 and read["peak_memory_mb"] > 50 and read["relative_noise"] > 0
+    assert {"Reading the scene", "Tracing photons", "Saving"} <= set(read["stage_seconds"])
+    assert {"blender", "python", "numpy", "scipy", "embreex", "photon_bake"} <= set(read["versions"])
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["baked.blend", "r.json"]
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    assert has_light("Floor") and has_light("Box")
+
+
+def test_the_same_seed_gives_the_same_light():
+    light = []
+    for name, threads in (("A", "1"), ("B", "2")):
+        assert run([*QUICK, "--attribute", name, "--threads", threads]) == 0
+        values = np.empty(16, np.float32)
+        bpy.data.objects["Floor"].data.attributes[name].data.foreach_get("color", values)
+        light.append(values)
+    assert np.array_equal(*light)
+
+
+def test_only_the_objects_asked_for():
+    assert run([*QUICK, "--objects", "Box", "--attribute", "Glow", "--gather", "density"]) == 0
+    assert has_light("Box", "Glow") and not has_light("Floor", "Glow") and not has_light("Box")
+
+
+def test_save_goes_over_the_loaded_file(tmp_path):
+    blend = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    assert run([*QUICK, "--save"]) == 0
+    assert [p.name for p in tmp_path.iterdir()] == ["scene.blend"]
+    assert bpy.data.filepath == str(blend)
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    assert has_light("Box")
+
+
+def test_relative_paths_stay_right_in_another_folder(tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    picture = bpy.data.images.new("Picture", 2, 2)
+    picture.filepath_raw, picture.file_format = str(tmp_path / "picture.png"), "PNG"
+    picture.save()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    picture.filepath = "//picture.png"
+    picture.use_fake_user = True
+    assert run([*QUICK, "--save", str(tmp_path / "elsewhere" / "baked.blend")]) == 0
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "elsewhere" / "baked.blend"))
+    found = os.path.normpath(bpy.path.abspath(bpy.data.images["Picture"].filepath))
+    assert found == str(tmp_path / "picture.png")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--target", "lightmap"], "not in this version"),
+        (["--tracer", "multi_image"], "not in this version"),
+        (["--gather", "light_volume"], "not in this version"),
+        (["--gather", "guess"], "choose final or density"),
+        (["--quality", "best"], "quality"),
+        (["--photons", "3"], "n_photons"),
+        (["--photons", "many"], "--photons"),
+        (["--noise", "2"], "noise"),
+        (["--output", "here"], "--output"),
+        (["--objects", ","], "names"),
+        (["--save"], "--save FILE.blend"),
+    ],
+)
+def test_bad_usage(arguments, says, capfd):
+    assert run(arguments) == 2
+    said = capfd.readouterr()
+    assert said.out == "" and says in said.err
+    assert not has_light("Box")
+
+
+def test_help(capfd):
+    assert run(["--help"]) == 0
+    said = capfd.readouterr()
+    assert said.err == ""
+    for option in ("--objects", "--gather-rays", "--direct", "--save", "--report", "130 cancelled"):
+        assert option in said.out
+
+
+def test_a_wrong_name_fails_with_a_sentence_and_a_report(tmp_path, capfd):
+    report = tmp_path / "r.json"
+    assert run(["--objects", "Bx", "--report", str(report)]) == 1
+    assert "photon_bake: " in (said := capfd.readouterr().err) and "Bx" in said and "Traceback" not in said
+    read = json.loads(report.read_text())
+    assert read["status"] == "failed" and "Bx" in read["message"]
+
+
+@pytest.mark.parametrize("option", ["--save", "--report"])
+def test_an_unwritable_place_is_found_before_the_bake(tmp_path, option, capfd, monkeypatch):
+    monkeypatch.setattr(VertexBake, "solve", lambda *_: pytest.fail("it baked"))
+    assert run([*QUICK, option, str(tmp_path / "missing" / "file.blend")]) == 1
+    said = capfd.readouterr().err.splitlines()
+    assert len(said) == 1 and "cannot be written" in said[0]
+
+
+def test_ctrl_c_cancels_and_its_handler_goes(tmp_path, monkeypatch, capfd):
+    def solve(self, settings, progress):
+        os.kill(os.getpid(), signal.SIGINT)
+        for _ in range(1000):
+            progress.update("Tracing photons", 0.5)
+        pytest.fail("nobody cancelled")
+
+    monkeypatch.setattr(VertexBake, "solve", solve)
+    before, report = signal.getsignal(signal.SIGINT), tmp_path / "r.json"
+    assert run([*QUICK, "--report", str(report), "--save", str(tmp_path / "x.blend")]) == 130
+    assert signal.getsignal(signal.SIGINT) == before
+    assert json.loads(report.read_text())["status"] == "cancelled"
+    assert not (tmp_path / "x.blend").exists() and not has_light("Box")
+    assert "Cancelled" in capfd.readouterr().err
+
+
+def test_a_failed_save_leaves_the_file_as_it_was(tmp_path, monkeypatch, capfd):
+    blend = tmp_path / "scene.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(blend))
+    before = blend.read_bytes()
+    monkeypatch.setattr("photon_bake.addon.output.files.os.replace", lambda *_: (_ for _ in ()).throw(OSError("full")))
+    assert run([*QUICK, "--save"]) == 1
+    assert blend.read_bytes() == before and [p.name for p in tmp_path.iterdir()] == ["scene.blend"]

@@ -1,0 +1,165 @@
+"""Bake Indirect as a script calls it; the window's way is in tools/screenshot_panel.py."""
+
+from dataclasses import fields
+
+import bpy
+import numpy as np
+import pytest
+from photon_bake.addon.errors import BakeError, Cancelled
+from photon_bake.addon.progress import Progress
+from photon_bake.addon.settings import BakeSettings, settings_for
+from photon_bake.addon.ui.state import STAGE_SHARES, bake_state, share_done
+from photon_bake.operators.bake_indirect import Solver
+from photon_bake.operators.vertex_bake import VertexBake
+
+from .scenes import add_cube, add_lamp, add_plane
+
+
+@pytest.fixture
+def room(empty_scene):
+    """A cube on a floor under a lamp, and the smallest bake there is."""
+    add_plane("Floor", size=8.0, smooth=True)
+    cube = add_cube("Box")
+    cube.location.z = 1.0
+    add_lamp("POINT", location=(1.5, 0.5, 4), energy=1000)
+    properties = bpy.context.scene.photon_bake
+    properties.n_photons, properties.n_gather_rays = 5000, 16
+    properties.n_cache_elements, properties.n_cache_rays = 200, 4
+    return properties
+
+
+def light_of(name, attribute="Indirect"):
+    found = bpy.data.objects[name].data.attributes.get(attribute)
+    if found is None:
+        return None
+    values = np.empty(len(found.data) * 4, np.float32)
+    found.data.foreach_get("color", values)
+    return values.reshape(-1, 4)
+
+
+def test_a_script_bakes_to_the_end(room):
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
+    light = light_of("Box")
+    assert np.isfinite(light).all() and light[:, :3].max() > 0
+    assert bpy.data.objects["Floor"].data.color_attributes.active_color.name == "Indirect"
+    assert not bake_state.running and "points in" in bake_state.result and not bake_state.error
+
+
+@pytest.mark.parametrize("gather", ["final", "density"])
+def test_the_progress_bar_knows_every_stage(room, gather):
+    shown = []
+    progress = Progress(lambda stage, fraction: shown.append((stage, fraction)))
+    room.gather, room.add_direct = gather, True
+    bake = VertexBake.prepare(bpy.context, "Indirect", progress)
+    bake.solve(room.settings(), progress)
+    stages = list(dict.fromkeys(stage for stage, _ in shown))
+    assert stages == [stage for stage in STAGE_SHARES[gather] if stage in stages]
+    assert set(stages) == set(STAGE_SHARES[gather])
+    done = [share_done(gather, *step) for step in shown]
+    assert done == sorted(done) and done[-1] == pytest.approx(1)
+
+
+def test_selected_only(room):
+    room.selected_only = True
+    for thing in bpy.context.view_layer.objects:
+        thing.select_set(thing.type == "LIGHT")
+    with pytest.raises(RuntimeError, match="No mesh object is selected"):
+        bpy.ops.photon_bake.bake_indirect()
+    bpy.data.objects["Box"].select_set(True)
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
+    assert light_of("Box") is not None and light_of("Floor") is None
+
+
+def test_add_direct_adds(room):
+    bpy.ops.photon_bake.bake_indirect()
+    room.add_direct, room.attribute = True, "All"
+    bpy.ops.photon_bake.bake_indirect()
+    assert light_of("Floor", "All")[:, :3].mean() > light_of("Floor")[:, :3].mean()
+
+
+def test_a_scene_that_cannot_be_baked_is_refused_in_a_sentence(room):
+    bpy.data.objects.remove(bpy.data.objects["Lamp"])
+    with pytest.raises(RuntimeError, match="light"):
+        bpy.ops.photon_bake.bake_indirect()
+    assert bake_state.error and not bake_state.running
+    assert light_of("Box") is None
+
+
+def test_a_cancelled_bake_changes_nothing(room, monkeypatch):
+    def solve(self, settings, progress):
+        progress.cancel()
+        progress.update("Tracing photons", 0)
+
+    monkeypatch.setattr(VertexBake, "solve", solve)
+    assert bpy.ops.photon_bake.bake_indirect() == {"CANCELLED"}
+    assert light_of("Box") is None and not bake_state.running and not bake_state.error
+
+
+def test_a_fault_of_ours_is_told_and_leaves_nothing_running(room, monkeypatch, capfd):
+    def solve(self, settings, progress):
+        raise ZeroDivisionError("by zero")
+
+    monkeypatch.setattr(VertexBake, "solve", solve)
+    with pytest.raises(RuntimeError, match="unexpectedly"):
+        bpy.ops.photon_bake.bake_indirect()
+    assert "Traceback" in capfd.readouterr().err
+    assert not bake_state.running
+
+
+def test_one_bake_at_a_time(room):
+    bake_state.start("final")
+    try:
+        with pytest.raises(RuntimeError, match="A bake is running"):
+            bpy.ops.photon_bake.bake_indirect()
+        assert bpy.ops.photon_bake.cancel() == {"FINISHED"}
+        assert bake_state.progress.cancelled
+    finally:
+        bake_state.stop()
+    assert not bpy.ops.photon_bake.cancel.poll()
+
+
+def test_a_thread_solves_and_can_be_stopped(room):
+    progress = Progress()
+    bake = VertexBake.prepare(bpy.context, "Indirect", progress)
+    solver = Solver(bake, room.settings(), progress)
+    solver.start()
+    solver.join()
+    receivers, irradiance = solver.light()
+    assert len(receivers) == len(irradiance.value)
+    progress.cancel()
+    stopped = Solver(bake, room.settings(), progress)
+    stopped.start()
+    stopped.join()
+    with pytest.raises(Cancelled):
+        stopped.light()
+
+
+def test_a_mesh_edited_meanwhile_is_refused(room):
+    progress = Progress()
+    bake = VertexBake.prepare(bpy.context, "Indirect", progress)
+    light = bake.solve(room.settings(), progress)
+    bpy.data.objects["Floor"].data.vertices.add(1)
+    with pytest.raises(BakeError, match="Floor"):
+        bake.write(*light, progress)
+    assert light_of("Box") is None
+
+
+def test_properties_are_the_engines_knobs(empty_scene):
+    properties = empty_scene.photon_bake
+    assert properties.settings() == BakeSettings()
+    for knob in fields(BakeSettings):
+        shown = properties.bl_rna.properties[knob.name]
+        assert shown.default == knob.default
+        if "low" in knob.metadata:
+            assert (shown.hard_min, shown.hard_max) == (knob.metadata["low"], knob.metadata["high"])
+            assert shown.description == knob.metadata["meaning"]
+
+
+@pytest.mark.parametrize("quality", ["draft", "medium", "high"])
+def test_quality_is_what_the_knobs_say(empty_scene, quality):
+    properties = empty_scene.photon_bake
+    properties.seed = 5
+    properties.quality = quality
+    assert properties.settings() == settings_for(quality, seed=5) and properties.quality == quality
+    properties.n_photons += 1
+    assert properties.quality == "custom"
