@@ -45,7 +45,7 @@ bake: env
 	@$(MAKE) $(if $(quiet),-s) --no-print-directory bake SCENE=build/demo.blend \
 		ARGS='$(ARGS) --save build/demo_baked.blend --report build/demo_report.json'
 	@$(call say,'Rendering it')
-	@$(BIN)/python tools/demo_scene.py render build/demo_baked.blend build/demo.png
+	@$(BIN)/python tools/demo_scene.py render build/demo_baked.blend build/demo.png >$(if $(quiet),/dev/null,&2)
 	@echo build/demo.png
 else ifeq ($(baker),)
 bake: env
@@ -53,6 +53,7 @@ bake: env
 	@$(BIN)/python tools/blender_stand_in.py -b '$(SCENE)' -c photon_bake $(ARGS)
 else
 bake: env
+	@test -r '$(SCENE)' || { echo 'There is no file $(SCENE).' >&2; exit 1; } # Blender would bake its own cube
 	@$(call say,'Baking $(SCENE) in $(baker)')
 	@resources=$$($(BIN)/python tools/install_zip.py '$(baker)') && \
 		BLENDER_USER_RESOURCES="$$resources" '$(baker)' -b '$(SCENE)' -c photon_bake $(ARGS)

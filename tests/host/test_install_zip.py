@@ -48,6 +48,7 @@ bpy.ops.mesh.primitive_cube_add(size=4)
 bpy.ops.object.light_add(type="POINT", location=(0, 0, 1))
 bpy.context.object.data.energy = 100
 room = bpy.data.objects["Cube"]
+room.data.flip_normals()  # its inside is what is seen
 bpy.context.view_layer.objects.active = room
 room.select_set(True)
 assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
