@@ -1,6 +1,6 @@
 """Show the panel before a camera: run by a Blender with a window, for `screenshot_panel.sh`.
 
-    blender --factory-startup --python tools/screenshot_panel.py -- FOLDER
+    blender --python tools/screenshot_panel.py -- FOLDER        where the extension is enabled
 
 Opens the demo scene with the sidebar on the Photon Bake tab, bakes it by the button's way, and asks twice for a
 picture of the screen by making the empty file FOLDER/NAME.ready: panel_baking while the bake runs, panel_baked when
@@ -112,6 +112,8 @@ def _load(path: Path) -> ModuleType:
 
 def main() -> None:
     """Play the steps from Blender's timer, and quit."""
+    bpy.context.preferences.view.show_splash = False
+    bpy.context.preferences.view.ui_scale = 1.2
     steps = show(Path(sys.argv[sys.argv.index("--") + 1]).absolute())
 
     def tick() -> float | None:
