@@ -12,7 +12,7 @@ STAGE_SHARES: dict[Gather, dict[str, float]] = {
         "Refining surfaces": 1,
         "Lighting surfaces": 3,
         "Refining light": 10,
-        "Gathering light": 14,
+        "Gathering light": 20,
         "Adding direct light": 1,
     },
     "density": {

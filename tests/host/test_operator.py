@@ -1,5 +1,6 @@
 """Bake Indirect as a script calls it; the window's way is in tools/screenshot_panel.py."""
 
+import sys
 from dataclasses import fields
 
 import bpy
@@ -75,6 +76,13 @@ def test_add_direct_adds(room):
     room.add_direct, room.attribute = True, "All"
     bpy.ops.photon_bake.bake_indirect()
     assert light_of("Floor", "All")[:, :3].mean() > light_of("Floor")[:, :3].mean()
+
+
+def test_without_embree_blender_traces_and_says_so(room, monkeypatch):
+    monkeypatch.setitem(sys.modules, "photon_bake.addon.tracers.embree", None)
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
+    assert light_of("Box")[:, :3].max() > 0
+    assert any("embreex" in warning for warning in bake_state.warnings)
 
 
 def test_a_scene_that_cannot_be_baked_is_refused_in_a_sentence(room):
