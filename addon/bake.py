@@ -32,6 +32,9 @@ def bake(
         If `progress` was cancelled.
     """
     progress = progress or Progress()
+    if len(receivers) == 0:
+        nothing = np.zeros((0, 3), np.float32)
+        return Irradiance(nothing, nothing[:, 0], {"indirect": nothing}, {"receivers": 0})
     sources = light_sources(scene, region_of(receivers.position))
     photons = trace_photons(
         scene, tracer, sources, settings.n_photons, settings.max_bounces, settings.seed, settings.n_threads, progress

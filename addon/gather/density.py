@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..parallel import ordered_map, slices
-from ..photons import Photons
+from ..photons import Photons, Sphere, region_of
 from ..progress import Progress
 from ..receivers import Receivers
 from ..sampling.streams import below_one, sobol
@@ -29,6 +29,7 @@ LOW_DENSITY = 0.05
 _CHUNK = 2048
 _OVERSEARCH = 2  # in an edge between two faces, half of the nearest photons are the other face's
 _N_DISC_RAYS = 64
+_LEAST_SHARE = np.float32(1 / 8)  # half of a corner between three walls: with less, the receiver is on no surface
 _SAME_SIDE = np.float32(0.5)  # least cosine between normals of one surface
 
 
@@ -40,13 +41,15 @@ class Density:
     stderr: np.ndarray
 
 
-def search_radius(photons: Photons, k: int) -> float:
-    """r_max = √(k rₙ² / (α n)), Eq. 3.7, with rₙ the radius of the sphere around all n photons, m."""
-    if len(photons) == 0:
-        return 0.0
-    low, high = photons.position.min(axis=0), photons.position.max(axis=0)
-    r_n = float(np.linalg.norm(high - low)) / 2
-    return float(np.sqrt(k * r_n**2 / (LOW_DENSITY * len(photons))))
+def search_radius(photons: Photons, region: Sphere, k: int) -> float:
+    """r_max = √(k rₙ² / (α n)), Eq. 3.7, with n the photons within the sphere of radius rₙ around the receivers, m.
+
+    The π-engine takes the sphere around all photons, which a ground plane blows up; so do we if the first has none.
+    """
+    n, r_n = np.count_nonzero(((photons.position - region.centre) ** 2).sum(axis=1) <= region.radius**2), region.radius
+    if n == 0:
+        n, r_n = len(photons), float(np.linalg.norm(np.ptp(photons.position, axis=0))) / 2
+    return float(np.sqrt(k * r_n**2 / (LOW_DENSITY * n)))
 
 
 def density_estimate(
@@ -76,7 +79,7 @@ def density_estimate(
     irradiance, stderr = np.zeros((n, 3), np.float32), np.zeros(n, np.float32)
     if len(photons) == 0:
         return Density(irradiance, stderr)
-    r_max = max_radius or search_radius(photons, n_nearest)
+    r_max = max_radius or search_radius(photons, region_of(receivers.position), n_nearest)
     progress.update("Sorting photons", 0.0)
     tree = cKDTree(photons.position, balanced_tree=False)
     photon_normals = photons.normal
@@ -84,8 +87,11 @@ def density_estimate(
     def estimate(chunk: slice) -> tuple[slice, np.ndarray, np.ndarray]:
         x, normals = receivers.position[chunk], receivers.normal[chunk]
         within, r = _nearest_in_slice(tree, photons.position, photon_normals, x, normals, n_nearest, r_max)
+        share, blocked = surface_share(scene, tracer, x, normals, r)
+        behind = np.flatnonzero(blocked)
+        within[behind] = _seen(tracer, photons.position, x[behind], normals[behind], within[behind], r[behind])
         power = np.where((within >= 0)[..., None], photons.power[within], 0)
-        area = np.pi * r**2 * surface_share(scene, tracer, x, normals, r)
+        area = np.pi * r**2 * share
         squares = (power.mean(axis=2) ** 2).sum(axis=1)
         return chunk, power.sum(axis=1) / area[:, None], np.sqrt(squares) / area
 
@@ -125,8 +131,12 @@ def _first(true: np.ndarray) -> np.ndarray:
     return true.argmax(axis=1)[:, None]
 
 
-def surface_share(scene: Scene, tracer: Tracer, x: np.ndarray, normals: np.ndarray, r: np.ndarray) -> np.ndarray:
-    """Share of the disc of radius r around each receiver that is its surface, (n,) float32, at least one ray's worth.
+def surface_share(
+    scene: Scene, tracer: Tracer, x: np.ndarray, normals: np.ndarray, r: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Share of the disc of radius r around each receiver that is its surface, (n,) float32, at least an eighth.
+
+    Also whether something stands within the disc, (n,) bool.
 
     From points of the disc raised to the top of the slice, rays go down through it; those that meet a surface facing
     the same way count, unless something stands between the receiver and the point (a wall that the floor runs under).
@@ -141,6 +151,18 @@ def surface_share(scene: Scene, tracer: Tracer, x: np.ndarray, normals: np.ndarr
     hits = tracer.closest_hit(raised, down)
     cosine = np.abs(np.einsum("ij,ij->i", hits.normal, down))
     lies_there = hits.hit & (hits.distance <= thickness) & (cosine > _SAME_SIDE)
-    centre = np.repeat(x + top, _N_DISC_RAYS, 0)
-    lies_there &= ~tracer.occluded(centre, raised)
-    return np.maximum(lies_there.reshape(len(x), _N_DISC_RAYS).mean(axis=1), 1 / _N_DISC_RAYS).astype(np.float32)
+    hidden = tracer.occluded(np.repeat(x + top, _N_DISC_RAYS, 0), raised)
+    share = (lies_there & ~hidden).reshape(len(x), _N_DISC_RAYS).mean(axis=1, dtype=np.float32)
+    return np.maximum(share, _LEAST_SHARE), hidden.reshape(len(x), _N_DISC_RAYS).any(axis=1)
+
+
+def _seen(
+    tracer: Tracer, positions: np.ndarray, x: np.ndarray, normals: np.ndarray, within: np.ndarray, r: np.ndarray
+) -> np.ndarray:
+    """`within` less the photons that something hides from their receiver, both raised to the top of the slice."""
+    receiver, k = np.nonzero(within >= 0)
+    top = (SLICE * r[receiver])[:, None] * normals[receiver]
+    hidden = tracer.occluded(x[receiver] + top, positions[within[receiver, k]] + top)
+    seen = within.copy()
+    seen[receiver[hidden], k[hidden]] = -1
+    return seen

@@ -3,6 +3,9 @@
 For each point M candidates are drawn from sources by power, one of them is kept in proportion to the irradiance that it
 would give unshadowed, and one shadow ray decides (resampled importance sampling: Talbot et al. 2005). With candidates
 y drawn with density p, and w(y) = f(y)/p(y), the kept one gives f(y)/p(y) · (Σw/M) / w(y), whose mean is ∫f.
+
+Close to an emissive mesh f/p has no bound. There a cosine-weighted ray finds the mesh instead: each point of it is
+sampled by the way that finds it more often (the maximum heuristic: Veach 1997, 9.2.4).
 """
 
 import numpy as np
@@ -13,12 +16,19 @@ from ..photons.emission import emissive_triangles, sample_area_lamp
 from ..progress import Progress
 from ..receivers import Receivers
 from ..sampling.streams import stream
-from ..sampling.warps import sample_uniform_cone, sample_uniform_triangle, to_world
+from ..sampling.warps import (
+    sample_cosine_hemisphere,
+    sample_uniform_cone,
+    sample_uniform_disk,
+    sample_uniform_triangle,
+    to_world,
+)
 from ..scene import LightKind, Scene
-from ..tracers import Tracer
+from ..tracers import Hits, Tracer
 
 MAX_CANDIDATES = 8
 N_SAMPLES = 64
+_MESH = -1  # kind of the source that stands for all emissive triangles
 _AT_RECEIVERS = 31  # stream of random numbers
 
 
@@ -44,6 +54,10 @@ class DirectLight:
         # Half by power, half evenly: a weak lamp close by must not be missed.
         chance = power / power.sum() / 2 + lit / lit.sum() / 2 if lit.any() else power
         self._chance, self._cumulative = chance.astype(np.float32), np.cumsum(chance)
+        # Density by area with which a point of each triangle is drawn, 1/m²
+        self._density = np.zeros(scene.n_triangles, np.float32)
+        of_mesh = self._emissive_chance * chance[-1]
+        self._density[self._emissive] = of_mesh / scene.areas[self._emissive]
         single = lit.sum() == 1 and not len(self._emissive)
         self._n_candidates = 1 if single else MAX_CANDIDATES
 
@@ -52,13 +66,17 @@ class DirectLight:
         """There is nothing to sample."""
         return not (self._chance > 0).any()
 
-    def irradiance(self, positions: np.ndarray, normals: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    def irradiance(
+        self, positions: np.ndarray, normals: np.ndarray, random: np.random.Generator, rays_follow: bool = False
+    ) -> np.ndarray:
         """One estimate of the direct irradiance at each point, (n, 3) float32, W/m².
 
         Parameters
         ----------
         positions, normals : (n, 3) float32
             Points off their surface, and the unit normals of the sides that are lit.
+        rays_follow : bool
+            The caller sends a cosine-weighted ray from each point anyway, and adds what `emission_met` says of it.
         """
         n, m = len(positions), self._n_candidates
         if n == 0 or self.dark:
@@ -85,48 +103,74 @@ class DirectLight:
         scale = total[seen] / m / np.take_along_axis(weights, kept[:, None], 1)[seen, 0]
         result = np.zeros((n, 3), np.float32)
         result[seen] = estimates[k[seen]] * scale[:, None].astype(np.float32)
+        if len(self._emissive) and not rays_follow:
+            directions = to_world(sample_cosine_hemisphere(random.random((n, 2), dtype=np.float32)), normals)
+            hits = self._tracer.closest_hit(positions, directions)
+            result += np.float32(np.pi) * self.emission_met(hits, directions, normals)
         return result
+
+    def emission_met(self, hits: Hits, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Radiance emitted by what cosine-weighted rays meet, where they find it more often, (n, 3) float32.
+
+        Parameters
+        ----------
+        directions, normals : (n, 3) float32
+            Of the rays, and of the surfaces that they start from.
+        """
+        scene = self._scene
+        radiance = np.zeros((len(directions), 3), np.float32)
+        if len(self._emissive) == 0:
+            return radiance
+        k = np.flatnonzero(hits.hit & (self._density[hits.triangle] > 0))
+        cosines = _dot(directions[k], normals[k]) * np.abs(_dot(directions[k], hits.normal[k]))
+        by_ray = self._rays_find_more(hits.triangle[k], cosines, hits.distance[k])
+        radiance[k] = by_ray[:, None] * scene.materials.emission[scene.material_of_triangle[hits.triangle[k]]]
+        return radiance
+
+    def _rays_find_more(self, triangle: np.ndarray, cosines: np.ndarray, distance: np.ndarray) -> np.ndarray:
+        """Whether a cosine-weighted ray has the higher density by area, cos θ cos θ'/(πd²), (n,) bool."""
+        return cosines > np.float32(np.pi) * distance**2 * self._density[triangle]
 
     def _incident(
         self, source: np.ndarray, positions: np.ndarray, normals: np.ndarray, u: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """A point on each source and the irradiance from it over its density: (n, 3) m, (n, 3) W/m²."""
         lights = self._scene.lights
-        kind = np.append(lights.kind, np.int32(-1))[source]
+        kind = np.append(lights.kind, np.int32(_MESH))[source]
         targets, irradiance = np.zeros_like(positions), np.zeros_like(positions)
         for kinds, sample in (
-            ((LightKind.POINT, LightKind.SPOT), self._from_spheres),
+            ((LightKind.POINT, LightKind.SPOT), self._from_points),
             ((LightKind.RECTANGLE, LightKind.ELLIPSE), self._from_areas),
             ((LightKind.SUN,), self._from_suns),
-            ((-1,), self._from_meshes),
         ):
             k = np.flatnonzero(np.isin(kind, kinds))
             if len(k):
                 targets[k], irradiance[k] = sample(source[k], positions[k], normals[k], u[k])
+        k = np.flatnonzero(kind == _MESH)
+        if len(k):
+            targets[k], irradiance[k] = self._from_meshes(positions[k], normals[k], u[k])
         return targets, irradiance
 
-    def _from_spheres(self, lamp, positions, normals, u):
-        """Point and spot lamps: uniform directions in the cone that the lamp's sphere fills.
+    def _from_points(
+        self, lamp: np.ndarray, positions: np.ndarray, normals: np.ndarray, u: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Point and spot lamps: points of the disc of radius r that faces the position, of radiance L = I/(πr²).
 
-        L = I/(πr²) over the solid angle Ω = 2π(1 − cos α) with sin α = r/d; L Ω → I/d² as r → 0.
+        E = L A cos θ cos θ' / d² = I cos θ cos θ' / d², which on the axis adds up to I/(d² + r²), as in Cycles.
         """
         lights = self._scene.lights
-        way, distance = _direction(positions, lights.position[lamp])
-        ratio = np.minimum(lights.radius[lamp] / distance, 1)
-        cos_max = np.sqrt(1 - ratio**2)
-        local = sample_uniform_cone(u[:, :2], cos_max)
-        directions = to_world(local, way)
-        # 2(1 − cos α)/sin²α = 2/(1 + cos α), which needs no special case for a point
-        normal_irradiance = lights.emission[lamp] * (2 / (1 + cos_max) / distance**2)[:, None]
+        axis, _ = _direction(lights.position[lamp], positions)
+        disc = np.concatenate([sample_uniform_disk(u[:, :2]), np.zeros((len(u), 1), np.float32)], axis=1)
+        targets = lights.position[lamp] + lights.radius[lamp, None] * to_world(disc, axis)
+        directions, distance = _direction(positions, targets)
+        cosines = np.maximum(_dot(directions, normals), 0) * -_dot(directions, axis)
         spot = lights.kind[lamp] == LightKind.SPOT
-        falloff = lights.spot_falloff(lamp, -_dot(directions, lights.direction[lamp]))
-        cosine = np.maximum(_dot(directions, normals), 0) * np.where(spot, falloff, 1)
-        # The near side of the sphere, or its centre's distance for a point
-        along = distance * local[:, 2]
-        to_sphere = along - np.sqrt(np.maximum(lights.radius[lamp] ** 2 - distance**2 + along**2, 0))
-        return positions + np.maximum(to_sphere, 0)[:, None] * directions, normal_irradiance * cosine[:, None]
+        falloff = np.where(spot, lights.spot_falloff(lamp, -_dot(directions, lights.direction[lamp])), 1)
+        return targets, lights.emission[lamp] * (cosines * falloff / distance**2)[:, None]
 
-    def _from_areas(self, lamp, positions, normals, u):
+    def _from_areas(
+        self, lamp: np.ndarray, positions: np.ndarray, normals: np.ndarray, u: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Area lamps: points uniform by area; E = L A cos θ cos θ' / d², from the front only."""
         lights = self._scene.lights
         targets = sample_area_lamp(lights, lamp, u[:, :2])
@@ -134,7 +178,9 @@ class DirectLight:
         cosines = np.maximum(_dot(directions, normals), 0) * np.maximum(-_dot(directions, lights.direction[lamp]), 0)
         return targets, lights.emission[lamp] * (lights.area(lamp) * cosines / distance**2)[:, None]
 
-    def _from_suns(self, lamp, positions, normals, u):
+    def _from_suns(
+        self, lamp: np.ndarray, positions: np.ndarray, normals: np.ndarray, u: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Suns: directions uniform over the disc; E = E₀ cos θ · 2/(1 + cos(α/2)), see `SunSource`."""
         lights = self._scene.lights
         cos_max = lights.cos_half_cone(lamp)
@@ -143,7 +189,7 @@ class DirectLight:
         targets = positions + np.float32(2 * self._scene.diagonal) * directions
         return targets, lights.emission[lamp] * (cosine * 2 / (1 + cos_max))[:, None]
 
-    def _from_meshes(self, _, positions, normals, u):
+    def _from_meshes(self, positions: np.ndarray, normals: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Emissive triangles, by power, then uniform by area; E = L A cos θ |cos θ'| / (d² P(triangle))."""
         scene = self._scene
         k = np.searchsorted(self._emissive_cumulative, u[:, 2], side="right")
@@ -153,6 +199,7 @@ class DirectLight:
         directions, distance = _direction(positions, targets)
         cosines = np.maximum(_dot(directions, normals), 0) * np.abs(_dot(directions, scene.normals[triangle]))
         weight = scene.areas[triangle] / self._emissive_chance[k] * cosines / distance.astype(np.float64) ** 2
+        weight = np.where(self._rays_find_more(triangle, cosines, distance), 0, weight)
         radiance = scene.materials.emission[scene.material_of_triangle[triangle]]
         return targets, (radiance * weight[:, None]).astype(np.float32)
 

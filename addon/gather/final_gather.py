@@ -65,7 +65,9 @@ def final_gather(
     for turn in range(_MAX_ROUNDS if noise > 0 else 1):
         size = max(1, _CHUNK // (rays_a_batch * _N_BATCHES))
 
-        def gather(item: tuple[int, slice], chosen=active, turn=turn) -> tuple[np.ndarray, np.ndarray]:
+        def gather(
+            item: tuple[int, slice], chosen: np.ndarray = active, turn: int = turn
+        ) -> tuple[np.ndarray, np.ndarray]:
             index, chunk = item
             receiver = chosen[chunk]
             return receiver, _batch_means(rays, receivers, receiver, rays_a_batch, stream(seed, _GATHER, turn, index))

@@ -70,13 +70,15 @@ class GatherRays:
             positions, normals = hits.points(origins, directions)
             positions += scene.ray_offset(positions) * normals
             throughput = throughput * scene.albedo(hits.triangle, hits.u, hits.v)
-            radiance[ray] += throughput * self._direct.irradiance(positions, normals, random) / np.float32(np.pi)
+            irradiance = self._direct.irradiance(positions, normals, random, rays_follow=True)
+            radiance[ray] += throughput * irradiance / np.float32(np.pi)
 
-            # One more ray for the light that comes over other surfaces, or from the world
+            # One more ray for the light that comes over other surfaces, from the world, or from what glows close by
             u = random.random((len(ray), 2), dtype=np.float32)
             origins, directions = positions, to_world(sample_cosine_hemisphere(u), normals)
             hits = self._tracer.closest_hit(origins, directions)
             radiance[ray] += np.where(hits.hit[:, None], np.float32(0), throughput * scene.world_radiance)
+            radiance[ray] += throughput * self._direct.emission_met(hits, directions, normals)
             reflected, near = self._cache.look_up(hits, directions)
             if step == _MAX_NEAR_HITS - 1:
                 near[:] = False

@@ -44,7 +44,7 @@ def region_of(positions: np.ndarray) -> Sphere:
 def bounding_sphere(scene: Scene) -> Sphere:
     """A ball around the whole scene."""
     low, high = scene.bounds
-    return Sphere((low + high) / 2, float(np.linalg.norm(high - low)) / 2 * 1.001)
+    return Sphere((low + high) / 2, max(scene.diagonal / 2 * 1.001, 1e-6))
 
 
 @dataclass(frozen=True)
@@ -81,10 +81,9 @@ class Source:
 
 
 class PointSource(Source):
-    """A point or spot lamp: a sphere of radius r (or a point) with intensity I(ω), seen as a disc from everywhere.
+    """A point or spot lamp: an intensity I(ω) that leaves, in each direction, a disc of radius r that faces it.
 
-    A sphere of uniform radiance I/(πr²) sends the same I in every direction, spread evenly over the disc that it shows
-    in that direction. So: a direction by intensity, then a place on that disc.
+    That is how Cycles' lamps with soft falloff look from afar. So: a direction by intensity, then a place on its disc.
     """
 
     def __init__(self, lights: Lights, lamp: int) -> None:
@@ -106,10 +105,9 @@ class PointSource(Source):
         flux = np.broadcast_to(lights.emission[lamp] * np.float32(self._solid_angle), (len(u), 3))
         if self._is_spot:
             flux = flux * lights.spot_falloff(lamp, local[:, 2])[:, None]
-        disc = sample_uniform_disk(u[:, 2:4])
-        height = np.sqrt(np.maximum(1 - (disc**2).sum(1, keepdims=True), 0))
-        on_sphere = to_world(np.concatenate([disc, height], axis=1), directions)
-        return Rays(lights.position[lamp] + lights.radius[lamp] * on_sphere, directions, flux)
+        disc = np.concatenate([sample_uniform_disk(u[:, 2:4]), np.zeros((len(u), 1), np.float32)], axis=1)
+        origins = lights.position[lamp] + lights.radius[lamp] * to_world(disc, directions)
+        return Rays(origins, directions, flux)
 
 
 class AreaSource(Source):
@@ -139,16 +137,18 @@ class _DistantSource(Source):
     """Parallel light from outside: rays through discs that face the direction they come from.
 
     The discs lie around the region of the receivers, each twice as wide as the one before, and the last around the
-    whole scene. Each gets the same share of the rays: many go where receivers are, and none carries much more than its neighbours.
+    whole scene. Each gets the same share of the rays: many go where receivers are, and none carries much more than its
+    neighbours.
     With K discs of areas A_k a ray at x has density p(x) = Σ_k [x in disc k] / (K A_k).
     """
 
     def __init__(self, scene: Scene, region: Sphere) -> None:
         self._whole = bounding_sphere(scene)
-        smallest = max(region.radius, 1e-4 * self._whole.radius, 1e-6)
+        smallest = max(region.radius, 1e-3 * self._whole.radius)  # a lone receiver's region has no size
         n_inner = max(0, int(np.ceil(np.log2(self._whole.radius / smallest))))
         self._radii = np.array([smallest * 2**k for k in range(n_inner)] + [self._whole.radius], np.float32)[:, None]
         self._centres = np.array([region.centre] * n_inner + [self._whole.centre], np.float32)
+        self._area_of_region = np.pi * smallest**2
 
     def _through_discs(
         self, directions: np.ndarray, u_place: np.ndarray, u_choose: np.ndarray
@@ -179,7 +179,7 @@ class SunSource(_DistantSource):
         self._cos_max = float(np.cos(lights.angle[lamp] / 2))
         # E = ∫L cos θ dω = πL sin²(α/2) over the disc, while beams add up to ∫L dω = 2πL(1 − cos(α/2)).
         self._beam = lights.emission[lamp] * np.float32(2 / (1 + self._cos_max))
-        self.power = self._beam.astype(np.float64) * np.pi * region.radius**2
+        self.power = self._beam.astype(np.float64) * self._area_of_region
 
     def emit(self, u: np.ndarray) -> Rays:
         """Directions uniform over the sun's disc, places by the nested discs."""
@@ -198,7 +198,7 @@ class WorldSource(_DistantSource):
     def __init__(self, scene: Scene, region: Sphere) -> None:
         super().__init__(scene, region)
         self._radiance = scene.world_radiance
-        self.power = self._radiance.astype(np.float64) * 4 * np.pi * np.pi * region.radius**2
+        self.power = self._radiance.astype(np.float64) * 4 * np.pi * self._area_of_region
 
     def emit(self, u: np.ndarray) -> Rays:
         """Uniform directions, places by the nested discs."""
@@ -234,9 +234,13 @@ class MeshSource(Source):
 
 
 def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The triangles that emit: index (e,) int32, chance to be chosen by power (e,), power 2πLA (e, 3) W."""
+    """The triangles that emit: index (e,) int32, chance to be chosen by power (e,), power 2πLA (e, 3) W.
+
+    Objects that diffuse rays do not see do not shine on diffuse surfaces.
+    """
     radiance = scene.materials.emission[scene.material_of_triangle].astype(np.float64)
-    triangles = np.flatnonzero(radiance.max(axis=1) > 0).astype(np.int32)
+    emits = (radiance > 0).any(axis=1) & scene.objects.scatters[scene.object_of_triangle]
+    triangles = np.flatnonzero(emits).astype(np.int32)
     power = 2 * np.pi * radiance[triangles] * scene.areas[triangles, None]
     total = power.sum()
     return triangles, power.mean(1) * 3 / total if total > 0 else power.mean(1), power

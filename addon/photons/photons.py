@@ -66,8 +66,8 @@ class Photons:
     def bytes_per_photon(self) -> int:
         return sum(getattr(self, f.name)[:1].nbytes for f in fields(self)) if len(self) else 0
 
-    def where(self, chosen: np.ndarray) -> "Photons":
-        """The photons that a mask or an index array chooses."""
+    def where(self, chosen: np.ndarray | slice) -> "Photons":
+        """The photons that a mask, an index array or a slice chooses."""
         return Photons(**{f.name: getattr(self, f.name)[chosen] for f in fields(self)})
 
     @staticmethod

@@ -49,8 +49,8 @@ class ReceiverMesh:
 def vertex_receivers(meshes: list[ReceiverMesh]) -> Receivers:
     """Receivers of several meshes: one a vertex, or one for each set of a vertex's corners that share a normal.
 
-    Corners of coplanar or smoothly joined faces share a receiver. Each is pulled towards the middle of its faces, along
-    its tangent plane, by `CORNER_PULL`, and lifted along its normal by a thousandth of its footprint.
+    Corners of coplanar or smoothly joined faces share a receiver. Each is pulled towards the middle of its faces by
+    `CORNER_PULL`, but never below its tangent plane, and lifted along its normal by `LIFT`.
     """
     parts, targets, start = [], [], 0
     for mesh in meshes:
@@ -75,8 +75,9 @@ def _of_mesh(mesh: ReceiverMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray, np
     way = _face_middles(mesh)[mesh.corner_face] - corner_position
     to_middle = _mean_by(group_of_corner, way, n_corners)
     reach = _mean_by(group_of_corner, np.linalg.norm(way, axis=1), n_corners[:, 0])
-    along_plane = to_middle - (to_middle * normal).sum(1, keepdims=True) * normal
-    position = vertex + CORNER_PULL * along_plane + LIFT * reach[:, None] * normal
+    # Down into the surface is left out, up is not: the middle of a hollow's faces lies above its tangent plane.
+    down = np.minimum((to_middle * normal).sum(1, keepdims=True), 0) * normal
+    position = vertex + CORNER_PULL * (to_middle - down) + LIFT * reach[:, None] * normal
     return receiver_of_element, position.astype(np.float32), normal.astype(np.float32), reach.astype(np.float32)
 
 

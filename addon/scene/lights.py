@@ -36,7 +36,7 @@ class Lights:
     size : (l, 2) float32, m
         RECTANGLE: sides along axis_x and axis_y. ELLIPSE: diameters along them. Otherwise 0.
     radius : (l,) float32, m
-        POINT and SPOT: radius of the emitting sphere, 0 for a point. Otherwise 0.
+        POINT and SPOT: radius of the emitting disc that faces whoever looks at it, 0 for a point. Otherwise 0.
     angle : (l,) float32, rad
         SPOT: full opening angle of the cone. SUN: full angle of the disc seen from the scene. Otherwise 0.
     blend : (l,) float32
@@ -75,11 +75,11 @@ class Lights:
         scalars = {n: np.zeros(0, np.float32) for n in ("radius", "angle", "blend")}
         return Lights(names=(), kind=np.zeros(0, np.int32), size=np.zeros((0, 2), np.float32), **vectors, **scalars)
 
-    def cos_half_cone(self, lamp: np.ndarray) -> np.ndarray:
+    def cos_half_cone(self, lamp: np.ndarray | int) -> np.ndarray:
         """Cosine of half the opening angle of lamps, (n,) float32."""
         return np.cos(self.angle[lamp] / 2)
 
-    def spot_falloff(self, lamp: np.ndarray, cos_theta: np.ndarray) -> np.ndarray:
+    def spot_falloff(self, lamp: np.ndarray | int, cos_theta: np.ndarray) -> np.ndarray:
         """Share of a spot's intensity at an angle from its axis: a smoothstep over the blend, (n,) float32.
 
         With c the cosine of the half angle and b the blend, s((cos θ − c) / (b(1 − c))), s(t) = t²(3 − 2t), as Cycles.

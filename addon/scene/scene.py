@@ -66,7 +66,9 @@ class Scene:
 
     @cached_property
     def bounds(self) -> np.ndarray:
-        """Lowest and highest corner of the axis-aligned box around the vertices, (2, 3) float32."""
+        """Lowest and highest corner of the axis-aligned box around the vertices, (2, 3) float32; 0 without any."""
+        if len(self.vertices) == 0:
+            return np.zeros((2, 3), np.float32)
         return np.stack([self.vertices.min(0), self.vertices.max(0)])
 
     @cached_property

@@ -1,0 +1,141 @@
+"""Small scenes in plain arrays, for tests that know the answer, and χ² tests."""
+
+import numpy as np
+from photon_bake.addon.receivers import Receivers
+from photon_bake.addon.scene import LightKind, Lights, Materials, Scene, SceneObjects
+from scipy import stats
+
+
+def scene_of(vertices, triangles, albedo=0.5, emission=0.0, lights=None, world=0.0, material=None, hidden=()) -> Scene:
+    """A scene of one object a triangle, all of one material unless `material` says otherwise.
+
+    `albedo` and `emission` are numbers or one a material; triangles in `hidden` are seen by no diffuse or shadow ray.
+    """
+    vertices, triangles = np.asarray(vertices, np.float32), np.asarray(triangles, np.int32).reshape(-1, 3)
+    n = len(triangles)
+    albedo = np.atleast_1d(np.asarray(albedo, np.float32))
+    albedo = np.repeat(albedo[:, None], 3, 1) if albedo.ndim == 1 else albedo
+    emission = np.broadcast_to(np.asarray(emission, np.float32).reshape(-1, 1), (len(albedo), 3))
+    seen = ~np.isin(np.arange(n), hidden)
+    corners = vertices[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return Scene(
+        vertices=vertices,
+        triangles=triangles,
+        corner_normals=np.repeat(normals[:, None], 3, axis=1),
+        corner_uvs=corners[:, :, :2].copy(),
+        material_of_triangle=np.zeros(n, np.int32) if material is None else np.asarray(material, np.int32),
+        object_of_triangle=np.arange(n, dtype=np.int32),
+        materials=Materials.diffuse(albedo, emission),
+        objects=SceneObjects(tuple(f"Triangle {i}" for i in range(n)), seen, seen.copy()),
+        lights=lights or Lights.none(),
+        world_radiance=np.full(3, world, np.float32),
+    )
+
+
+def plane(half=1.0, z=0.0):
+    """Two triangles that face up: vertices, triangles."""
+    corners = [(-half, -half, z), (half, -half, z), (half, half, z), (-half, half, z)]
+    return np.array(corners, np.float32), np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+
+
+def box(half=1.0, inwards=True):
+    """A cube around the origin: vertices (8, 3), triangles (12, 3), facing in or out."""
+    vertices = np.array([(x, y, z) for x in (-half, half) for y in (-half, half) for z in (-half, half)], np.float32)
+    quads = np.array(
+        [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)], np.int32
+    )  # facing outwards
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    return vertices, triangles[:, ::-1] if inwards else triangles
+
+
+def merge(*meshes):
+    """Several (vertices, triangles) as one."""
+    offsets = np.cumsum([0] + [len(vertices) for vertices, _ in meshes])
+    return (
+        np.concatenate([vertices for vertices, _ in meshes]),
+        np.concatenate([triangles + offset for (_, triangles), offset in zip(meshes, offsets, strict=False)]),
+    )
+
+
+def lamp(
+    kind: LightKind,
+    emission=1.0,
+    position=(0, 0, 1),
+    direction=(0, 0, -1),
+    size=(0, 0),
+    radius=0.0,
+    angle=0.0,
+    blend=0.0,
+    name="Lamp",
+) -> Lights:
+    """One lamp; its frame is any that has its direction."""
+    direction = np.asarray(direction, np.float64) / np.linalg.norm(direction)
+    helper = (1.0, 0, 0) if abs(direction[0]) < 0.9 else (0, 1.0, 0)
+    axis_y = np.cross(direction, helper)
+    axis_y /= np.linalg.norm(axis_y)
+    axis_x = np.cross(axis_y, direction)
+
+    def row(values):
+        return np.asarray(values, np.float32).reshape(1, -1)
+
+    return Lights(
+        names=(name,),
+        kind=np.array([kind], np.int32),
+        emission=np.broadcast_to(row(emission), (1, 3)).copy(),
+        position=row(position),
+        axis_x=row(axis_x),
+        axis_y=row(axis_y),
+        direction=row(direction),
+        size=row(size),
+        radius=row(radius)[0],
+        angle=row(angle)[0],
+        blend=row(blend)[0],
+    )
+
+
+def receivers_at(positions, normals) -> Receivers:
+    """Receivers at positions (n, 3) with normals (n, 3) or (3,)."""
+    positions = np.atleast_2d(np.asarray(positions, np.float32))
+    normals = np.broadcast_to(np.asarray(normals, np.float32), positions.shape).copy()
+    return Receivers(positions, normals, np.full(len(positions), 0.01, np.float32))
+
+
+def receivers_in_box(n_a_wall: int, half=1.0, lift=1e-3, seed=3) -> Receivers:
+    """Evenly random receivers on the inner walls of `box`."""
+    random = np.random.default_rng(seed)
+    positions, normals = [], []
+    for axis in range(3):
+        for side in (-1, 1):
+            place = random.uniform(-half, half, (n_a_wall, 3))
+            place[:, axis] = side * (half - lift)
+            positions.append(place)
+            normals.append(np.tile(-side * np.eye(3)[axis], (n_a_wall, 1)))
+    return receivers_at(np.concatenate(positions), np.concatenate(normals))
+
+
+def chi_square(counts, expected) -> float:
+    """p-value of counts against expected counts, with sparse bins pooled."""
+    counts, expected = np.ravel(counts).astype(float), np.ravel(expected)
+    sparse = expected < 5
+    counts = np.append(counts[~sparse], counts[sparse].sum())
+    expected = np.append(expected[~sparse], expected[sparse].sum())
+    if expected[-1] < 5:
+        assert counts[-1] <= 20, "samples where the density is zero"
+        counts, expected = counts[:-1], expected[:-1]
+    return float(stats.chisquare(counts, expected * counts.sum() / expected.sum()).pvalue)
+
+
+def chi_square_of_directions(directions, pdf) -> float:
+    """χ² of directions (n, 3) in cells of z and φ against a density of z by solid angle."""
+    assert np.allclose(np.linalg.norm(directions, axis=1), 1, atol=1e-5)
+    z_edges, phi_edges = np.linspace(-1, 1, 41), np.linspace(-np.pi, np.pi, 17)
+    counts, _, _ = np.histogram2d(
+        directions[:, 2], np.arctan2(directions[:, 1], directions[:, 0]), [z_edges, phi_edges]
+    )
+    fine = np.linspace(0, 1, 101)[:-1] + 0.005
+    z = z_edges[:-1, None] + fine * np.diff(z_edges)[:, None]
+    mass = pdf(z).mean(axis=1) * np.diff(z_edges) * (2 * np.pi)
+    assert abs(mass.sum() - 1) < 2e-3, "the density does not integrate to one"
+    return chi_square(counts, np.repeat(mass[:, None], 16, 1) / 16 * len(directions))

@@ -1,0 +1,98 @@
+"""Surface elements: found again, evenly sampled, covering everything."""
+
+import numpy as np
+import pytest
+from photon_bake.addon.gather.elements import SurfaceElements, _z_curve
+from photon_bake.tests.core.scenes import plane, scene_of
+from scipy import stats
+
+
+def soup_scene(n=300):
+    """Triangles of very different sizes."""
+    random = np.random.default_rng(5)
+    size = 10 ** random.uniform(-3, 0, (n, 1, 1))
+    corners = random.uniform(-1, 1, (n, 1, 3)) + size * random.uniform(-1, 1, (n, 3, 3))
+    return scene_of(corners.reshape(-1, 3), np.arange(3 * n))
+
+
+@pytest.fixture
+def elements():
+    scene = soup_scene()
+    return SurfaceElements.by_visits(scene, np.random.default_rng(6).integers(0, 100, scene.n_triangles), 2000)
+
+
+def test_what_is_sampled_is_found(elements):
+    element = np.repeat(np.arange(len(elements)), 20)
+    triangle, u, v = elements.sample(element, np.random.default_rng(7).random((len(element), 3), np.float32))
+    assert (u >= 0).all() and (v >= 0).all() and (u + v <= 1 + 1e-5).all()
+    # Rounding may carry a point over its element's edge.
+    assert (elements.find(triangle, u, v) == element).mean() > 0.9995
+
+
+def test_cut_triangle_is_sampled_evenly():
+    scene = scene_of(*plane())
+    elements = SurfaceElements.by_visits(scene, np.array([50, 50]), 50)
+    assert len(elements) == 2 * 25
+    random = np.random.default_rng(8)
+    u, v = random.random((2, 100_000), np.float32)
+    u, v = np.where(u + v > 1, [1 - u, 1 - v], [u, v]).astype(np.float32)
+    counts = np.bincount(elements.find(np.zeros(100_000, np.int32), u, v), minlength=50)[:25]
+    assert stats.chisquare(counts).pvalue > 1e-3
+
+
+def test_areas_add_up(elements):
+    scene = soup_scene()
+    assert elements.areas.sum() == pytest.approx(scene.areas.sum())
+    assert (elements.areas > 0).all()
+
+
+def test_number_of_elements_is_about_what_was_asked(elements):
+    assert 1000 < len(elements) < 3000
+
+
+def test_groups_keep_objects_and_sides_apart():
+    """Small triangles share elements with their own object's, facing the same way, only."""
+    scene = soup_scene(1000)
+    object.__setattr__(scene, "object_of_triangle", (np.arange(1000) % 3).astype(np.int32))
+    elements = SurfaceElements.by_visits(scene, np.zeros(1000), 100)
+    assert len(elements) < 500
+    for of in (scene.object_of_triangle, np.abs(scene.normals).argmax(1)):
+        first = np.full(len(elements), -1)
+        first[elements.first] = of
+        assert np.array_equal(first[elements.first], of)
+
+
+def test_group_is_sampled_by_area():
+    scene = soup_scene(1000)
+    object.__setattr__(scene, "object_of_triangle", np.zeros(1000, np.int32))
+    elements = SurfaceElements.by_visits(scene, np.zeros(1000), 100)
+    element = np.bincount(elements.first).argmax()
+    triangles = np.flatnonzero(elements.first == element)
+    assert len(triangles) > 5
+    drawn, _, _ = elements.sample(np.full(20_000, element), np.random.default_rng(9).random((20_000, 3), np.float32))
+    area = elements.triangle_areas[triangles]
+    counts = np.bincount(drawn, minlength=1000)[triangles]
+    enough = 20_000 * area / area.sum() > 5
+    expected = area[enough] / area[enough].sum() * counts[enough].sum()
+    assert counts.sum() == 20_000 and stats.chisquare(counts[enough], expected).pvalue > 1e-3
+
+
+def test_flags_of_triangles_reach_their_elements(elements):
+    flag = np.zeros((len(elements.cuts), 2), bool)
+    flag[17, 1] = True
+    marked = elements.of_triangles(flag)
+    n = elements.cuts[17] ** 2
+    assert marked[elements.first[17] : elements.first[17] + n, 1].all() and marked.sum() == n
+
+
+def test_no_triangle_is_an_element_of_its_own(elements):
+    nothing = elements.find(np.array([-1], np.int32), np.zeros(1, np.float32), np.zeros(1, np.float32))
+    assert nothing[0] == len(elements)
+
+
+def test_z_curve_keeps_neighbours_together():
+    grid = np.stack(np.meshgrid(*[np.arange(8)] * 3, indexing="ij"), -1).reshape(-1, 3).astype(np.float32)
+    code = _z_curve(grid, np.array([[0, 0, 0], [7, 7, 7]], np.float32))
+    assert len(np.unique(code)) == 512
+    first_half = grid[np.argsort(code)][:256]
+    assert first_half[:, 2].max() <= 3

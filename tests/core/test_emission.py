@@ -1,0 +1,145 @@
+"""Every source: its power against the lamp's formula, and its photons against the irradiance they make."""
+
+import numpy as np
+import pytest
+from photon_bake.addon.errors import BakeError
+from photon_bake.addon.photons import Sphere, light_sources
+from photon_bake.addon.photons.emission import N_DIMENSIONS
+from photon_bake.addon.photons.tracing import shares
+from photon_bake.addon.sampling.streams import sobol_chunks, stream
+from photon_bake.addon.scene import LightKind, Lights
+from photon_bake.tests.core.scenes import chi_square_of_directions, lamp, merge, plane, scene_of
+
+WHOLE = Sphere(np.zeros(3, np.float32), 3.0)
+N = 1 << 17
+
+
+def source_of(lights=None, region=WHOLE, **scene):
+    mesh = scene.pop("mesh", plane(2.0))
+    (source,) = light_sources(scene_of(*mesh, lights=lights, **scene), region)
+    return source
+
+
+def emitted(source, n=N):
+    (u,) = sobol_chunks(N_DIMENSIONS, n, n, 11, 1)
+    return source.emit(u)
+
+
+def power_on_plane(rays, half=1.0, z=0.0):
+    """Power of the rays that come down through the square |x|, |y| < half at height z, W (mean over colours)."""
+    d = rays.directions
+    t = (z - rays.origins[:, 2]) / np.where(d[:, 2] < 0, d[:, 2], -1)
+    at = rays.origins + t[:, None] * d
+    through = (d[:, 2] < 0) & (t > 0) & (np.abs(at[:, :2]) < half).all(1)
+    return (rays.flux.mean(1) * through).mean(dtype=np.float64)
+
+
+POWERS = [
+    (lamp(LightKind.POINT, 10 / (4 * np.pi)), 10.0),
+    (lamp(LightKind.POINT, 10 / (4 * np.pi), radius=0.3), 10.0),
+    (lamp(LightKind.SPOT, 2.0, angle=np.radians(60), blend=0.0), 2 * 2 * np.pi * (1 - np.cos(np.radians(30)))),
+    (lamp(LightKind.SPOT, 2.0, angle=np.radians(60), blend=1.0), 2 * np.pi * (1 - np.cos(np.radians(30)))),
+    (lamp(LightKind.SPOT, 2.0, angle=np.radians(170), blend=0.4), 2 * 2 * np.pi * (1 - np.cos(np.radians(85))) * 0.8),
+    (lamp(LightKind.RECTANGLE, 3.0, size=(0.5, 2)), 3 * np.pi * 1.0),
+    (lamp(LightKind.ELLIPSE, 3.0, size=(0.5, 2)), 3 * np.pi * np.pi / 4),
+]
+
+
+@pytest.mark.parametrize("lights, watts", POWERS)
+def test_power_of_lamps(lights, watts):
+    source = source_of(lights)
+    assert source.power.mean() == pytest.approx(watts, rel=1e-5)
+    assert emitted(source).flux.mean() == pytest.approx(watts, rel=2e-3)
+
+
+def test_emissive_mesh_shines_from_both_sides():
+    source = source_of(mesh=plane(0.5), emission=3.0)
+    rays = emitted(source)
+    assert source.power.mean() == pytest.approx(2 * np.pi * 3 * 1.0)
+    assert rays.flux.mean() == pytest.approx(source.power.mean(), rel=1e-5)
+    assert (rays.directions[:, 2] > 0).mean() == pytest.approx(0.5, abs=1e-3)
+
+
+def test_emissive_triangles_share_by_power():
+    mesh = merge(plane(1.0), plane(0.5, z=1))
+    rays = emitted(source_of(mesh=mesh, albedo=[0.5, 0.5], emission=[1.0, 8.0], material=[0, 0, 1, 1]))
+    assert (rays.origins[:, 2] > 0.5).mean() == pytest.approx(2 / 3, abs=1e-2)
+
+
+def test_mesh_that_diffuse_rays_do_not_see_emits_nothing():
+    with pytest.raises(BakeError, match="no light"):
+        source_of(mesh=plane(), emission=1.0, hidden=(0, 1))
+
+
+@pytest.mark.parametrize("height", [1.0, 2.0, 4.0])
+def test_inverse_square_of_a_point_lamp(height):
+    """A small square below a point lamp gets I·A/h², to within its finite size."""
+    half = 0.1
+    rays = emitted(source_of(lamp(LightKind.POINT, 5.0, position=(0, 0, height))), 1 << 20)
+    solid_angle = 4 * np.arctan(half**2 / (height * np.sqrt(height**2 + 2 * half**2)))
+    assert power_on_plane(rays, half) == pytest.approx(5 * solid_angle, rel=0.03)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.6, 1.2])
+@pytest.mark.parametrize("region_radius", [0.05, 0.5, 3.0])
+def test_sun_gives_its_irradiance(tilt, region_radius):
+    """However the photons are aimed, a square facing up gets E cos θ of the sun."""
+    sun = lamp(LightKind.SUN, 4.0, direction=(np.sin(tilt), 0, -np.cos(tilt)), angle=0.02)
+    rays = emitted(source_of(sun, Sphere(np.array([0.3, 0, 0], np.float32), region_radius)))
+    assert power_on_plane(rays) / 4 == pytest.approx(4 * np.cos(tilt), rel=0.02)
+
+
+@pytest.mark.parametrize("region_radius", [0.05, 0.5, 3.0])
+def test_world_gives_pi_times_its_radiance(region_radius):
+    rays = emitted(source_of(world=0.7, region=Sphere(np.array([0.3, 0, 0], np.float32), region_radius)), 1 << 18)
+    assert power_on_plane(rays) / 4 == pytest.approx(np.pi * 0.7, rel=0.02)
+
+
+def test_distant_rays_start_outside_the_scene():
+    for source in (source_of(world=1.0), source_of(lamp(LightKind.SUN, 1.0, direction=(1, 1, -1)))):
+        rays = emitted(source)
+        assert np.linalg.norm(rays.origins, axis=1).min() > np.sqrt(8) * 0.99
+
+
+def test_aimed_rays_carry_little_more_than_their_neighbours():
+    """In a scene a hundred times wider than the region no photon weighs more than a few times the ones beside it."""
+    source = source_of(world=1.0, mesh=plane(100.0), region=Sphere(np.zeros(3, np.float32), 1.0))
+    rays = emitted(source)
+    miss = np.linalg.norm(np.cross(rays.origins, rays.directions), axis=1)
+    near = rays.flux[miss < 1, 0]
+    assert near.max() < 5 * np.median(near) and len(near) > N / 20
+
+
+def test_spot_photons_follow_its_falloff():
+    spot = lamp(LightKind.SPOT, 1.0, angle=1.6, blend=0.5)
+    rays = emitted(source_of(spot))
+    cosine = -rays.directions[:, 2]
+    edges = np.linspace(np.cos(0.8), 1, 21)
+    flux, _ = np.histogram(cosine, edges, weights=rays.flux[:, 0])
+    middle = (edges[1:] + edges[:-1]) / 2
+    expected = spot.spot_falloff(np.zeros(20, int), middle.astype(np.float32)) * 2 * np.pi * np.diff(edges) * N
+    assert np.allclose(flux, expected, rtol=0.02, atol=expected.max() * 0.01)
+
+
+def test_directions_of_surfaces_are_cosine_weighted():
+    rays = emitted(source_of(lamp(LightKind.RECTANGLE, 1.0, size=(1, 1), direction=(0, 0, 1))))
+    assert chi_square_of_directions(rays.directions, lambda z: np.maximum(z, 0) / np.pi) > 1e-3
+
+
+def test_photons_are_shared_by_power():
+    lights = Lights.join([lamp(LightKind.POINT, 1.0), lamp(LightKind.POINT, 3.0), lamp(LightKind.POINT, 0.0)])
+    sources = light_sources(scene_of(*plane(), lights=lights), WHOLE)
+    assert [source.name for source in sources] == ["Lamp", "Lamp"]
+    assert shares(sources, 1000) == [250, 750]
+
+
+def test_no_light_is_an_error_with_a_remedy():
+    with pytest.raises(BakeError, match="add a lamp"):
+        light_sources(scene_of(*plane(), lights=lamp(LightKind.POINT, 0.0)), WHOLE)
+
+
+def test_emission_does_not_depend_on_how_it_is_chunked():
+    source = source_of(lamp(LightKind.POINT, 1.0, radius=0.2))
+    u = stream(5).random((100, N_DIMENSIONS), dtype=np.float32)
+    whole, half = source.emit(u), source.emit(u[:50])
+    assert np.array_equal(whole.origins[:50], half.origins) and np.array_equal(whole.flux[:50], half.flux)

@@ -1,0 +1,97 @@
+"""Every sampler against its density (χ²), and the streams and codes around them."""
+
+import numpy as np
+import pytest
+from photon_bake.addon.sampling import warps
+from photon_bake.addon.sampling.octahedral import decode_octahedral, encode_octahedral
+from photon_bake.addon.sampling.streams import below_one, sobol_chunks, stream
+from photon_bake.tests.core.scenes import chi_square, chi_square_of_directions
+from scipy import stats
+
+N = 200_000
+
+
+@pytest.fixture
+def u():
+    return stream(1, 2).random((N, 2), dtype=np.float32)
+
+
+def test_cosine_hemisphere(u):
+    assert chi_square_of_directions(warps.sample_cosine_hemisphere(u), warps.pdf_cosine_hemisphere) > 1e-3
+
+
+def test_uniform_sphere(u):
+    directions = warps.sample_uniform_sphere(u)
+    assert chi_square_of_directions(directions, lambda z: np.full_like(z, warps.pdf_uniform_sphere())) > 1e-3
+
+
+@pytest.mark.parametrize("cos_max", [-1.0, 0.0, 0.35, 0.9])
+def test_uniform_cone(u, cos_max):
+    directions = warps.sample_uniform_cone(u, cos_max)
+    assert chi_square_of_directions(directions, lambda z: (z >= cos_max) * warps.pdf_uniform_cone(cos_max)) > 1e-3
+
+
+def test_narrow_cones_stay_narrow(u):
+    directions = warps.sample_uniform_cone(u, np.cos(0.0046))
+    sine = np.hypot(directions[:, 0], directions[:, 1])
+    assert sine.max() <= np.sin(0.0046) * 1.001
+    assert stats.kstest(sine**2 / np.sin(0.0046) ** 2, "uniform").pvalue > 1e-3
+
+
+def test_uniform_disk(u):
+    points = warps.sample_uniform_disk(u)
+    counts, _, _ = np.histogram2d(
+        (points**2).sum(1),
+        np.arctan2(points[:, 1], points[:, 0]),
+        [np.linspace(0, 1, 21), np.linspace(-np.pi, np.pi, 17)],
+    )
+    assert chi_square(counts, np.full(counts.shape, N / counts.size)) > 1e-3
+    assert warps.pdf_uniform_disk() == pytest.approx(1 / np.pi)
+
+
+def test_uniform_triangle(u):
+    b1, b2 = warps.sample_uniform_triangle(u)
+    assert (b1 >= 0).all() and (b2 >= 0).all() and (b1 + b2 <= 1 + 1e-6).all()
+    # The triangle cut into 16 equal ones
+    i, j = (b1 * 4).astype(int), (b2 * 4).astype(int)
+    upper = b1 * 4 - i + b2 * 4 - j > 1
+    counts = np.bincount(i * 8 + j * 2 + upper, minlength=32)
+    assert chi_square(counts[counts > 0], np.full(16, N / 16)) > 1e-3
+
+
+def test_frames_are_orthonormal_and_right_handed(u):
+    normals = warps.sample_uniform_sphere(u[:1000])
+    normals[:2] = [[0, 0, 1], [0, 0, -1]]
+    tangent, bitangent = warps.frame(normals)
+    basis = np.stack([tangent, bitangent, normals], axis=1)
+    assert np.allclose(basis @ basis.transpose(0, 2, 1), np.eye(3), atol=1e-5)
+    assert np.allclose(np.linalg.det(basis), 1, atol=1e-5)
+    z = np.tile(np.array([[0, 0, 1]], np.float32), (1000, 1))
+    assert np.allclose(warps.to_world(z, normals), normals)
+
+
+def test_octahedral_code_keeps_directions(u):
+    vectors = warps.sample_uniform_sphere(u)
+    vectors[:6] = np.concatenate([np.eye(3), -np.eye(3)])
+    decoded = decode_octahedral(encode_octahedral(vectors))
+    assert np.linalg.norm(decoded - vectors, axis=1).max() < 7e-5
+
+
+def test_streams_depend_on_seed_and_key_only():
+    assert np.array_equal(stream(1, 2, 3).random(5), stream(1, 2, 3).random(5))
+    draws = {stream(*key).random() for key in [(1, 2, 3), (1, 2, 4), (1, 3, 2), (2, 2, 3), (1, 2)]}
+    assert len(draws) == 5
+
+
+def test_sobol_chunks_are_one_sequence():
+    whole = np.concatenate(list(sobol_chunks(3, 1000, 1000, 7, 1)))
+    parts = np.concatenate(list(sobol_chunks(3, 1000, 128, 7, 1)))
+    assert np.array_equal(whole, parts)
+    assert whole.dtype == np.float32 and whole.min() >= 0 and whole.max() < 1
+    # Far more even than random points: each of 8 × 8 × 8 cells of 512 points holds one
+    cells = (np.concatenate(list(sobol_chunks(3, 512, 512, 7, 1))) * 8).astype(int)
+    assert len(np.unique(cells @ [64, 8, 1])) > 480
+
+
+def test_below_one():
+    assert below_one(np.array([1 - 1e-12, 0.5]))[0] < 1
