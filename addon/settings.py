@@ -27,9 +27,9 @@ class BakeSettings:
     n_photons: int = _knob(1_000_000, 1_000, 1_000_000_000, "Photons emitted by all lights together")
     max_bounces: int = _knob(32, 1, 1024, "Surfaces a photon may hit before it is dropped")
     n_gather_rays: int = _knob(256, 4, 65_536, "Rays that a receiver sends out in a final gather")
-    n_cache_elements: int = _knob(60_000, 100, 10_000_000, "Surface elements of the radiance cache")
+    n_cache_elements: int = _knob(120_000, 100, 10_000_000, "Surface elements of the radiance cache")
     n_cache_rays: int = _knob(
-        64, 0, 4096, "Rays that an element of the radiance cache gathers with; 0 trusts its photons"
+        16, 0, 4096, "Rays that an element of the radiance cache gathers with; 0 trusts its photons"
     )
     n_nearest: int = _knob(200, 8, 4096, "Photons that a density estimate looks for")
     max_radius: float = _knob(
@@ -56,16 +56,16 @@ _QUALITIES: dict[str, dict[str, int]] = {
     "draft": {
         "n_photons": 200_000,
         "n_gather_rays": 64,
-        "n_cache_elements": 20_000,
-        "n_cache_rays": 0,
+        "n_cache_elements": 30_000,
+        "n_cache_rays": 4,
         "n_nearest": 100,
     },
     "medium": {},
     "high": {
         "n_photons": 4_000_000,
         "n_gather_rays": 1024,
-        "n_cache_elements": 200_000,
-        "n_cache_rays": 128,
+        "n_cache_elements": 300_000,
+        "n_cache_rays": 32,
         "n_nearest": 400,
     },
 }

@@ -153,6 +153,6 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take it away again."""
-    atexit.unregister(unregister)
-    bpy.utils.unregister_cli_command(_handles.pop())
+    """Take it away again; the module's end and Blender's may both ask for it."""
+    while _handles:
+        bpy.utils.unregister_cli_command(_handles.pop())

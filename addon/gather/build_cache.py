@@ -12,6 +12,7 @@ from ..photons import Photons
 from ..progress import Progress
 from ..receivers import Receivers
 from ..sampling.streams import stream
+from ..sampling.vectors import dot
 from ..sampling.warps import sample_cosine_hemisphere, to_world
 from ..scene import Scene
 from ..tracers import Tracer
@@ -84,11 +85,11 @@ def pilot_visits(
             hit = np.flatnonzero(hits.hit)
             hits, directions = hits.where(hit), directions[hit]
             positions, normals = hits.points(origins[hit], directions)
-            back = np.einsum("ij,ij->i", hits.normal, directions) > 0
-            met.append(2 * hits.triangle + back)
+            met.append(2 * hits.triangle + hits.back(directions))
             origins = positions + scene.ray_offset(positions) * normals
         return np.concatenate(met)
 
+    progress.update("Refining surfaces", 0.0)
     visits = np.zeros(2 * scene.n_triangles, np.int64)
     for done, met in enumerate(ordered_map(fly, enumerate(slices(n, _CHUNK)), n_threads), 1):
         visits += np.bincount(met, minlength=len(visits))
@@ -102,7 +103,7 @@ def photon_radiance(scene: Scene, photons: Photons, elements: SurfaceElements) -
     for chunk in slices(len(photons), 1 << 20):
         part = photons.where(chunk)
         u, v = scene.barycentrics(part.triangle, part.position)
-        back = np.einsum("ij,ij->i", scene.normals[part.triangle], part.normal) < 0
+        back = dot(scene.normals[part.triangle], part.normal) < 0
         side = 2 * elements.find(part.triangle, u, v) + back
         reflected = scene.albedo(part.triangle, u, v) * part.power
         for channel in range(3):
@@ -144,6 +145,7 @@ def _direct_radiance(
         means = (np.add.reduceat(values, first) / counts[:, None] for values in (reflected, albedo))
         return chunk, *means
 
+    progress.update("Lighting surfaces", 0.0)
     radiance, albedo = np.zeros((2, len(seen), 3), np.float32)
     for chunk, of_chunk, albedo_of_chunk in ordered_map(estimate, enumerate(slices(len(seen), 1 << 12)), n_threads):
         radiance[chunk], albedo[chunk] = of_chunk, albedo_of_chunk
@@ -170,6 +172,7 @@ def _gather_at_sides(
         reflected, sky = rays.radiance(positions, normals, n_rays, random)
         return chunk, (reflected + sky).reshape(-1, n_rays, 3).mean(axis=1)
 
+    progress.update("Refining light", 0.0)
     gathered = np.zeros((len(sides), 3), np.float32)
     size = max(1, _CHUNK // n_rays)
     for chunk, mean in ordered_map(gather, enumerate(slices(len(sides), size)), n_threads):

@@ -16,6 +16,7 @@ from ..photons import Photons, Sphere, region_of
 from ..progress import Progress
 from ..receivers import Receivers
 from ..sampling.streams import below_one, sobol
+from ..sampling.vectors import dot
 from ..sampling.warps import frame, sample_uniform_disk
 from ..scene import Scene
 from ..tracers import Tracer
@@ -95,6 +96,7 @@ def density_estimate(
         squares = (power.mean(axis=2) ** 2).sum(axis=1)
         return chunk, power.sum(axis=1) / area[:, None], np.sqrt(squares) / area
 
+    progress.update("Gathering photons", 0.0)
     for chunk, value, error in ordered_map(estimate, slices(n, _CHUNK), n_threads):
         irradiance[chunk], stderr[chunk] = value, error
         progress.update("Gathering photons", chunk.stop / n)
@@ -149,7 +151,7 @@ def surface_share(
     down = np.repeat(-normals, _N_DISC_RAYS, 0)
     thickness = np.repeat(2 * SLICE * r, _N_DISC_RAYS)
     hits = tracer.closest_hit(raised, down)
-    cosine = np.abs(np.einsum("ij,ij->i", hits.normal, down))
+    cosine = np.abs(dot(hits.normal, down))
     lies_there = hits.hit & (hits.distance <= thickness) & (cosine > _SAME_SIDE)
     hidden = tracer.occluded(np.repeat(x + top, _N_DISC_RAYS, 0), raised)
     share = (lies_there & ~hidden).reshape(len(x), _N_DISC_RAYS).mean(axis=1, dtype=np.float32)

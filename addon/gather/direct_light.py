@@ -16,6 +16,7 @@ from ..photons.emission import emissive_triangles, sample_area_lamp
 from ..progress import Progress
 from ..receivers import Receivers
 from ..sampling.streams import stream
+from ..sampling.vectors import dot
 from ..sampling.warps import (
     sample_cosine_hemisphere,
     sample_uniform_cone,
@@ -90,7 +91,7 @@ class DirectLight:
         estimates = unshadowed / self._chance[chosen, None]
 
         # Keep one in proportion to its brightness
-        weights = estimates.mean(axis=1, dtype=np.float64).reshape(n, m)
+        weights = (estimates @ np.full(3, 1 / 3, np.float32)).astype(np.float64).reshape(n, m)
         cumulative = np.cumsum(weights, axis=1)
         total = cumulative[:, -1]
         threshold = random.random(n) * total
@@ -122,7 +123,7 @@ class DirectLight:
         if len(self._emissive) == 0:
             return radiance
         k = np.flatnonzero(hits.hit & (self._density[hits.triangle] > 0))
-        cosines = _dot(directions[k], normals[k]) * np.abs(_dot(directions[k], hits.normal[k]))
+        cosines = dot(directions[k], normals[k]) * np.abs(dot(directions[k], hits.normal[k]))
         by_ray = self._rays_find_more(hits.triangle[k], cosines, hits.distance[k])
         radiance[k] = by_ray[:, None] * scene.materials.emission[scene.material_of_triangle[hits.triangle[k]]]
         return radiance
@@ -163,9 +164,9 @@ class DirectLight:
         disc = np.concatenate([sample_uniform_disk(u[:, :2]), np.zeros((len(u), 1), np.float32)], axis=1)
         targets = lights.position[lamp] + lights.radius[lamp, None] * to_world(disc, axis)
         directions, distance = _direction(positions, targets)
-        cosines = np.maximum(_dot(directions, normals), 0) * -_dot(directions, axis)
+        cosines = np.maximum(dot(directions, normals), 0) * -dot(directions, axis)
         spot = lights.kind[lamp] == LightKind.SPOT
-        falloff = np.where(spot, lights.spot_falloff(lamp, -_dot(directions, lights.direction[lamp])), 1)
+        falloff = np.where(spot, lights.spot_falloff(lamp, -dot(directions, lights.direction[lamp])), 1)
         return targets, lights.emission[lamp] * (cosines * falloff / distance**2)[:, None]
 
     def _from_areas(
@@ -175,7 +176,7 @@ class DirectLight:
         lights = self._scene.lights
         targets = sample_area_lamp(lights, lamp, u[:, :2])
         directions, distance = _direction(positions, targets)
-        cosines = np.maximum(_dot(directions, normals), 0) * np.maximum(-_dot(directions, lights.direction[lamp]), 0)
+        cosines = np.maximum(dot(directions, normals), 0) * np.maximum(-dot(directions, lights.direction[lamp]), 0)
         return targets, lights.emission[lamp] * (lights.area(lamp) * cosines / distance**2)[:, None]
 
     def _from_suns(
@@ -185,7 +186,7 @@ class DirectLight:
         lights = self._scene.lights
         cos_max = lights.cos_half_cone(lamp)
         directions = -to_world(sample_uniform_cone(u[:, :2], cos_max), lights.direction[lamp])
-        cosine = np.maximum(_dot(directions, normals), 0)
+        cosine = np.maximum(dot(directions, normals), 0)
         targets = positions + np.float32(2 * self._scene.diagonal) * directions
         return targets, lights.emission[lamp] * (cosine * 2 / (1 + cos_max))[:, None]
 
@@ -197,21 +198,17 @@ class DirectLight:
         triangle = self._emissive[k]
         targets = scene.points(triangle, *sample_uniform_triangle(u[:, :2]))
         directions, distance = _direction(positions, targets)
-        cosines = np.maximum(_dot(directions, normals), 0) * np.abs(_dot(directions, scene.normals[triangle]))
+        cosines = np.maximum(dot(directions, normals), 0) * np.abs(dot(directions, scene.normals[triangle]))
         weight = scene.areas[triangle] / self._emissive_chance[k] * cosines / distance.astype(np.float64) ** 2
         weight = np.where(self._rays_find_more(triangle, cosines, distance), 0, weight)
         radiance = scene.materials.emission[scene.material_of_triangle[triangle]]
         return targets, (radiance * weight[:, None]).astype(np.float32)
 
 
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.einsum("ij,ij->i", a, b)
-
-
 def _direction(positions: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Unit directions from positions to targets, and the distances (at least 1e-6 m: nothing is infinitely close)."""
     way = targets - positions
-    distance = np.maximum(np.sqrt(_dot(way, way)), np.float32(1e-6))
+    distance = np.maximum(np.sqrt(dot(way, way)), np.float32(1e-6))
     return way / distance[:, None], distance
 
 
@@ -227,6 +224,7 @@ def direct_irradiance(
         samples = direct.irradiance(positions, normals, stream(seed, _AT_RECEIVERS, index))
         return chunk, samples.reshape(-1, N_SAMPLES, 3).mean(axis=1)
 
+    progress.update("Adding direct light", 0.0)
     irradiance = np.zeros((len(receivers), 3), np.float32)
     for chunk, value in ordered_map(estimate, enumerate(slices(len(receivers), 1024)), n_threads):
         irradiance[chunk] = value

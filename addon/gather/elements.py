@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from ..scene import Scene
+from ..scene.z_curve import z_curve
 
 _MAX_CUTS = 1024
 _AREA_SHARE = 0.05  # of the elements goes by area, so that what no pilot ray met is not one lump
@@ -136,36 +137,10 @@ def _groups(scene: Scene, triangles: np.ndarray, wanted: np.ndarray) -> np.ndarr
     kind = scene.object_of_triangle[triangles].astype(np.int64) * len(scene.materials.names)
     kind = (kind + scene.material_of_triangle[triangles]) * 6 + facing
     middles = scene.points(triangles, *np.full((2, len(triangles)), np.float32(1 / 3)))
-    order = np.lexsort([_z_curve(middles, scene.bounds), kind])
+    order = np.lexsort([z_curve(middles), kind])
     # A new group starts where the kind changes, or where the run so far has filled one element
     filled = np.floor(np.cumsum(wanted[order])).astype(np.int64)
     new = (np.diff(kind[order]) != 0) | (np.diff(filled) != 0)
     group = np.zeros(len(triangles), np.int64)
     group[order[1:]] = np.cumsum(new)
     return group
-
-
-def _z_curve(positions: np.ndarray, bounds: np.ndarray) -> np.ndarray:
-    """Morton code of positions in the box of `bounds`, 21 bits an axis, (n,) uint64."""
-    extent = max(float((bounds[1] - bounds[0]).max()), 1e-30)
-    cells = ((positions - bounds[0]) / extent * (2**21 - 1)).astype(np.uint64)
-    code = np.zeros(len(positions), np.uint64)
-    for axis in range(3):
-        bits = cells[:, axis]
-        for shift, mask in _SPREAD:
-            bits = (bits | (bits << shift)) & mask
-        code |= bits << np.uint64(axis)
-    return code
-
-
-# Puts two zeros between the bits of a number.
-_SPREAD = [
-    (np.uint64(shift), np.uint64(mask))
-    for shift, mask in (
-        (32, 0x1F00000000FFFF),
-        (16, 0x1F0000FF0000FF),
-        (8, 0x100F00F00F00F00F),
-        (4, 0x10C30C30C30C30C3),
-        (2, 0x1249249249249249),
-    )
-]

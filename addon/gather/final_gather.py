@@ -8,6 +8,7 @@ from ..parallel import ordered_map, slices
 from ..progress import Progress
 from ..receivers import Receivers
 from ..sampling.streams import stream
+from ..scene.z_curve import z_curve
 from .gather_rays import GatherRays
 
 _GATHER = 21  # stream of random numbers
@@ -60,7 +61,8 @@ def final_gather(
     rays_a_batch = max(1, n_rays // _N_BATCHES)
     total, total_square = np.zeros((n, 6)), np.zeros(n)
     batches = np.zeros(n, np.int64)
-    active = np.arange(n)
+    # Neighbours are gathered together, whose rays meet the same surfaces: that is faster.
+    active = in_space = np.argsort(z_curve(receivers.position), kind="stable")
     sent = 0
     for turn in range(_MAX_ROUNDS if noise > 0 else 1):
         size = max(1, _CHUNK // (rays_a_batch * _N_BATCHES))
@@ -73,6 +75,7 @@ def final_gather(
             return receiver, _batch_means(rays, receivers, receiver, rays_a_batch, stream(seed, _GATHER, turn, index))
 
         done = 0
+        progress.update("Gathering light", 0.0)
         for receiver, means in ordered_map(gather, enumerate(slices(len(active), size)), n_threads):
             total[receiver] += means.sum(axis=1)
             total_square[receiver] += (means[:, :, :3].mean(axis=2) ** 2).sum(axis=1)
@@ -83,7 +86,7 @@ def final_gather(
         mean = total / np.maximum(batches, 1)[:, None]
         variance = np.maximum(total_square / np.maximum(batches, 1) - mean[:, :3].mean(axis=1) ** 2, 0)
         stderr = np.sqrt(variance / np.maximum(batches - 1, 1))
-        active = np.flatnonzero(stderr > noise * mean[:, :3].mean())
+        active = in_space[stderr[in_space] > noise * mean[:, :3].mean()]
         if len(active) == 0:
             break
     irradiance = (np.pi * mean).astype(np.float32)

@@ -8,7 +8,7 @@ import numpy as np
 from ..tracers import Hits
 from .elements import SurfaceElements
 
-NEAR = 2.0
+NEAR = 1.0
 """Rays that end nearer than this many sizes (√area) of the element they hit are not answered by the cache.
 
 An element is the mean of its area; seen from several sizes away that is what a gather ray needs, but from closer by
@@ -44,5 +44,4 @@ class RadianceCache:
     def look_up(self, hits: Hits, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Radiance that each ray meets, (n, 3) float32, 0 where it meets nothing; and which rays end too near, (n,)."""
         element = self.elements.find(hits.triangle, hits.u, hits.v)
-        back = np.einsum("ij,ij->i", hits.normal, directions) > 0
-        return self.radiance[2 * element + back], hits.distance < self._reach[element]
+        return self.radiance[2 * element + hits.back(directions)], hits.distance < self._reach[element]

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import BakeError
+from ..sampling.vectors import dot
 from ..sampling.warps import (
+    frame,
     sample_cosine_hemisphere,
     sample_uniform_cone,
     sample_uniform_disk,
@@ -146,27 +148,36 @@ class _DistantSource(Source):
         self._whole = bounding_sphere(scene)
         smallest = max(region.radius, 1e-3 * self._whole.radius)  # a lone receiver's region has no size
         n_inner = max(0, int(np.ceil(np.log2(self._whole.radius / smallest))))
-        self._radii = np.array([smallest * 2**k for k in range(n_inner)] + [self._whole.radius], np.float32)[:, None]
-        self._centres = np.array([region.centre] * n_inner + [self._whole.centre], np.float32)
+        self._centre, self._radii = region.centre, (smallest * 2.0 ** np.arange(n_inner)).astype(np.float32)
+        # Σ 1/(K A_k) over the discs around the region that are wider than a distance, by their number
+        shares = 1 / ((n_inner + 1) * np.pi * self._radii.astype(np.float64) ** 2)
+        self._density = np.append(np.cumsum(shares[::-1])[::-1], 0).astype(np.float32)
+        self._density_of_whole = np.float32(1 / ((n_inner + 1) * np.pi * self._whole.radius**2))
         self._area_of_region = np.pi * smallest**2
 
     def _through_discs(
         self, directions: np.ndarray, u_place: np.ndarray, u_choose: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Origins (n, 3) outside the scene, and 1/p of each (n, 1), m²."""
-        n_discs = len(self._radii)
+        n_discs = len(self._radii) + 1
         chosen = (u_choose * n_discs).astype(np.int32)
-        disc = sample_uniform_disk(u_place)
-        offset = to_world(np.concatenate([disc, np.zeros((len(u_place), 1), np.float32)], axis=1), directions)
-        through = self._centres[chosen] + self._radii[chosen] * offset
-        density = np.zeros(len(directions), np.float32)
-        for k, (centre, radius) in enumerate(zip(self._centres, self._radii[:, 0], strict=True)):
-            away = through - centre
-            along = (away * directions).sum(1)
-            inside = ((away**2).sum(1) - along**2 <= radius**2) | (chosen == k)  # its own disc, whatever rounding says
-            density += inside * np.float32(1 / (n_discs * np.pi * radius**2))
-        behind = ((through - self._whole.centre) * directions).sum(1, keepdims=True) + np.float32(self._whole.radius)
-        return through - behind * directions, 1 / density[:, None]
+        centres = np.where((chosen < n_discs - 1)[:, None], self._centre, self._whole.centre)
+        radii = np.append(self._radii, np.float32(self._whole.radius))[chosen]
+        tangent, bitangent = frame(directions)
+        disc = sample_uniform_disk(u_place) * radii[:, None]
+        through = centres + disc[:, :1] * tangent + disc[:, 1:] * bitangent
+
+        # A point of a disc lies on that disc and on all wider ones, whatever rounding says
+        from_centre = through - self._centre
+        miss2 = dot(from_centre, from_centre) - dot(from_centre, directions) ** 2
+        n_narrower = np.minimum(np.searchsorted(self._radii**2, miss2), chosen)
+        from_whole = through - self._whole.centre
+        along = dot(from_whole, directions)
+        in_whole = dot(from_whole, from_whole) - along**2 <= self._whole.radius**2
+        in_whole |= chosen == n_discs - 1
+        density = self._density[n_narrower] + in_whole * self._density_of_whole
+        behind = along + np.float32(self._whole.radius)
+        return through - behind[:, None] * directions, 1 / density[:, None]
 
 
 class SunSource(_DistantSource):

@@ -9,13 +9,14 @@ from ..parallel import ordered_map
 from ..progress import Progress
 from ..sampling.octahedral import encode_octahedral
 from ..sampling.streams import sobol_chunks, stream
+from ..sampling.vectors import largest
 from ..sampling.warps import sample_cosine_hemisphere, to_world
 from ..scene import Scene
 from ..tracers import Tracer
 from .emission import N_DIMENSIONS, Rays, Source
 from .photons import PathKind, Photons
 
-CHUNK = 1 << 15
+CHUNK = 1 << 17
 """Photons that fly together: enough to hide Python's cost a call, few enough to stay in the processor's cache."""
 
 _EMISSION, _SCATTERING = 1, 2  # streams of random numbers
@@ -118,7 +119,7 @@ def _trace_batch(scene: Scene, tracer: Tracer, batch: _Batch, max_bounces: int, 
                     position=positions,
                     power=power,
                     packed_direction=encode_octahedral(directions),
-                    packed_normal=encode_octahedral(normals),
+                    packed_normal=scene.packed_normals[hits.triangle, hits.back(directions).astype(np.int8)],
                     triangle=hits.triangle,
                     path=path,
                     path_density=path_density,
@@ -129,7 +130,7 @@ def _trace_batch(scene: Scene, tracer: Tracer, batch: _Batch, max_bounces: int, 
 
         # Let Russian roulette absorb some by the largest albedo, so that no photon gains power
         albedo = scene.albedo(hits.triangle, hits.u, hits.v)
-        survival = albedo.max(axis=1)
+        survival = largest(albedo)
         alive = np.flatnonzero(random.random(len(hit), dtype=np.float32) < survival)
         if len(alive) == 0:
             break

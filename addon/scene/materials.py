@@ -74,14 +74,6 @@ class Materials:
     def textured(self) -> bool:
         return bool((self.texture >= 0).any())
 
-    def albedo_at(self, material: np.ndarray, uv: np.ndarray) -> np.ndarray:
-        """Albedo of materials at texture coordinates, (n, 3) float32."""
-        albedo = self.albedo[material]
-        image = self.texture[material]
-        on = np.flatnonzero(image >= 0)
-        albedo[on] *= self.textures.look_up(image[on], uv[on])
-        return albedo
-
     @staticmethod
     def diffuse(albedo: np.ndarray, emission: np.ndarray | None = None) -> "Materials":
         """Untextured Lambertian materials of (m, 3) albedos and, where given, (m, 3) emitted radiances."""

@@ -5,6 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+from ..sampling.octahedral import encode_octahedral
+from ..sampling.vectors import dot, largest
 from .lights import Lights
 from .materials import Materials
 
@@ -87,6 +89,11 @@ class Scene:
         return (self._cross / np.linalg.norm(self._cross, axis=1, keepdims=True)).astype(np.float32)
 
     @cached_property
+    def packed_normals(self) -> np.ndarray:
+        """Octahedral codes of the normals of each triangle's front and back, (t, 2, 2) int16."""
+        return np.stack([encode_octahedral(self.normals), encode_octahedral(-self.normals)], axis=1)
+
+    @cached_property
     def areas(self) -> np.ndarray:
         """Area of each triangle, (t,) float64, m²."""
         return np.linalg.norm(self._cross, axis=1) / 2
@@ -99,8 +106,7 @@ class Scene:
         """Barycentric weights (u, v) of points on triangles, clipped to the triangles, (n,) float32 each."""
         corners = self.vertices[self.triangles[triangle]]
         e1, e2, p = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], positions - corners[:, 0]
-        d11, d12, d22 = (np.einsum("ij,ij->i", *pair) for pair in ((e1, e1), (e1, e2), (e2, e2)))
-        p1, p2 = np.einsum("ij,ij->i", p, e1), np.einsum("ij,ij->i", p, e2)
+        d11, d12, d22, p1, p2 = dot(e1, e1), dot(e1, e2), dot(e2, e2), dot(p, e1), dot(p, e2)
         scale = 1 / np.maximum(d11 * d22 - d12 * d12, np.float32(1e-37))
         u = np.clip((d22 * p1 - d12 * p2) * scale, 0, 1)
         return u, np.clip((d11 * p2 - d12 * p1) * scale, 0, 1 - u)
@@ -113,9 +119,12 @@ class Scene:
         """Diffuse albedo of points on triangles, (n, 3) float32."""
         materials = self.materials
         material = self.material_of_triangle[triangle]
-        if not materials.textured:
-            return materials.albedo[material]
-        return materials.albedo_at(material, self.uvs(triangle, u, v))
+        albedo = materials.albedo[material]
+        if materials.textured:
+            on = np.flatnonzero(materials.texture[material] >= 0)
+            texel = materials.textures.look_up(materials.texture[material[on]], self.uvs(triangle[on], u[on], v[on]))
+            albedo[on] *= texel
+        return albedo
 
     def ray_offset(self, positions: np.ndarray) -> np.ndarray:
         """How far a ray has to start off a surface so as not to meet it again, (n, 1) float32, m.
@@ -123,7 +132,7 @@ class Scene:
         A hit is known to a few units in the last place (2⁻²³) of its coordinates, and of the corners of its triangle,
         which may be as large as the scene; 2⁻¹⁸ of the one and 2⁻²⁰ of the other leave a margin.
         """
-        return np.abs(positions).max(axis=1, keepdims=True) * np.float32(2**-18) + np.float32(self.diagonal * 2**-20)
+        return (largest(np.abs(positions)) * np.float32(2**-18) + np.float32(self.diagonal * 2**-20))[:, None]
 
 
 def interpolate(corners: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:

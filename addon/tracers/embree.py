@@ -4,6 +4,7 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
+from ..sampling.vectors import dot
 from ..scene import Scene
 from .protocol import Hits
 
@@ -66,7 +67,7 @@ class _Tree:
         if self._empty or len(origins) == 0:
             return np.zeros(len(origins), bool)
         way = targets - origins
-        length = np.sqrt(np.einsum("ij,ij->i", way, way))
+        length = np.sqrt(dot(way, way))
         # Unit directions: with longer ones Embree's own tolerances would scale with the distance.
         directions = way / np.maximum(length, np.float32(1e-30))[:, None]
         return self._embree.run(origins, directions, dists=length * _SHORT_OF_TARGET, query="OCCLUDED") >= 0

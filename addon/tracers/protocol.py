@@ -5,6 +5,8 @@ from typing import Protocol
 
 import numpy as np
 
+from ..sampling.vectors import dot
+
 
 @dataclass(frozen=True)
 class Hits:
@@ -28,10 +30,14 @@ class Hits:
     v: np.ndarray
     normal: np.ndarray
 
+    def back(self, directions: np.ndarray) -> np.ndarray:
+        """Which rays came to the back of their triangle, (n,) bool."""
+        return dot(self.normal, directions) > 0
+
     def points(self, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Positions of the hits, and the unit normals of the sides that the rays came to, (n, 3) float32 each."""
-        facing = np.einsum("ij,ij->i", self.normal, directions) < 0
-        return origins + self.distance[:, None] * directions, np.where(facing[:, None], self.normal, -self.normal)
+        normals = np.where(self.back(directions)[:, None], -self.normal, self.normal)
+        return origins + self.distance[:, None] * directions, normals
 
     def where(self, chosen: np.ndarray) -> "Hits":
         """The hits of the rays that a mask or an index array chooses."""

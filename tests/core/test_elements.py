@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.gather.elements import SurfaceElements, _z_curve
+from photon_bake.addon.gather.elements import SurfaceElements
+from photon_bake.addon.scene.z_curve import z_curve
 from photon_bake.tests.core.scenes import plane, scene_of
 from scipy import stats
 
@@ -92,7 +93,7 @@ def test_no_triangle_is_an_element_of_its_own(elements):
 
 def test_z_curve_keeps_neighbours_together():
     grid = np.stack(np.meshgrid(*[np.arange(8)] * 3, indexing="ij"), -1).reshape(-1, 3).astype(np.float32)
-    code = _z_curve(grid, np.array([[0, 0, 0], [7, 7, 7]], np.float32))
+    code = z_curve(grid)
     assert len(np.unique(code)) == 512
     first_half = grid[np.argsort(code)][:256]
     assert first_half[:, 2].max() <= 3

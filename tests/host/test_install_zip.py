@@ -17,7 +17,15 @@ pytestmark = pytest.mark.skipif(
     Path(bpy.app.binary_path).is_file(), reason="installs into the bpy module; make bake BLENDER=… does so in a Blender"
 )
 
-INSTALL = """
+# Without the module's own end, which hangs in version 4.5 where an extension had been enabled.
+LEAVE = """
+import os
+sys.stdout.flush()
+os._exit(0)
+"""
+
+INSTALL = (
+    """
 import importlib.util, sys
 site, zip_path = sys.argv[1:]
 sys.path.append(site)
@@ -31,8 +39,11 @@ bpy.ops.extensions.package_install_files(filepath=zip_path, repo="user_default",
 assert bpy.context.preferences.addons.get("bl_ext.user_default.photon_bake"), "the extension is not enabled"
 bpy.ops.wm.save_userpref()
 """
+    + LEAVE
+)
 
-BAKE = """
+BAKE = (
+    """
 import os, sys
 site, _ = sys.argv[1:]
 sys.path.append(site)
@@ -61,6 +72,8 @@ colors = colors.reshape(-1, 4)[:, :3]
 assert numpy.isfinite(colors).all() and (colors > 0.01).all(), colors
 print("BAKED", colors.mean())
 """
+    + LEAVE
+)
 
 
 def build_zip():

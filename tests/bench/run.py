@@ -1,0 +1,228 @@
+"""Measures the engine: rays a second against Embree's own, error and time against Cycles, whole scenes.
+
+    make bench ARGS="[--scenes DIR] [--output FILE.md] [--only rays|error|scenes]"
+
+Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
+demo scene alone. Prints Markdown tables, and writes them to build/bench.md.
+"""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from time import perf_counter
+
+import bpy
+import numpy as np
+from photon_bake.addon.bake import bake
+from photon_bake.addon.blender import bake_objects, extract_scene, receiver_meshes
+from photon_bake.addon.gather import DirectLight, GatherRays, build_radiance_cache, final_gather
+from photon_bake.addon.photons import light_sources, region_of, trace_photons
+from photon_bake.addon.receivers import vertex_receivers
+from photon_bake.addon.settings import settings_for
+from photon_bake.addon.tracers.embree import EmbreeTracer
+
+ROOT = Path(__file__).resolve().parents[2]
+QUALITIES = ("draft", "medium", "high")
+
+
+class RecordingTracer(EmbreeTracer):
+    """Keeps every ray it is asked for."""
+
+    def __init__(self, scene):
+        super().__init__(scene)
+        self.asked = []
+
+    def closest_hit(self, origins, directions, t_max=np.inf):
+        self.asked.append((origins.copy(), directions.copy()))
+        return super().closest_hit(origins, directions, t_max)
+
+
+def load(path):
+    """Scene and receivers of all objects, and of the probes where there are some."""
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    scene = extract_scene(depsgraph)
+    objects = bake_objects(depsgraph)
+    everything = vertex_receivers(receiver_meshes([o for o in objects if o.name != "Probes"], depsgraph))
+    return scene, everything, depsgraph
+
+
+def seconds(function):
+    start = perf_counter()
+    function()
+    return perf_counter() - start
+
+
+def best_of(n, function):
+    return min(seconds(function) for _ in range(n))
+
+
+def embree_seconds(tracer, asked):
+    """Embree's own time for recorded rays, in the same chunks on as many threads as the engine takes."""
+    run = tracer._scattering._embree.run
+
+    def replay():
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            list(pool.map(lambda rays: run(*rays, output=True), asked))
+
+    return best_of(3, replay)
+
+
+def ray_rates(name, scene, receivers):
+    """Rows: what the engine's rays cost against Embree alone."""
+    sources = light_sources(scene, region_of(receivers.position))
+    tracer = EmbreeTracer(scene)
+    recording = RecordingTracer(scene)
+
+    def photons(with_tracer):
+        return trace_photons(scene, with_tracer, sources, 1_000_000, 32, 0)
+
+    stored = photons(recording)
+    rows = [rate_row(name, "photons", best_of(3, lambda: photons(tracer)), tracer, recording.asked)]
+
+    direct = DirectLight(scene, tracer, sources)
+    cache = build_radiance_cache(scene, tracer, stored, direct, receivers, 120_000, 0, 0)
+    recording.asked.clear()
+    final_gather(GatherRays(scene, recording, direct, cache), receivers, 16, 0, 0)
+    gather = best_of(3, lambda: final_gather(GatherRays(scene, tracer, direct, cache), receivers, 16, 0, 0))
+    rows.append(rate_row(name, "final gather", gather, tracer, recording.asked))
+    return rows
+
+
+def rate_row(name, what, ours, tracer, asked):
+    n = sum(len(origins) for origins, _ in asked)
+    embree = embree_seconds(tracer, asked)
+    return [name, what, f"{n:,}", f"{n / ours / 1e6:.2f}", f"{n / embree / 1e6:.2f}", f"{embree / ours:.0%}"]
+
+
+def relative_rmse(value, truth):
+    """RMS error over the mean, the truth's own noise taken out; value and truth are E/π at the probes."""
+    keep = truth["keep"]
+    error2 = np.mean((value[keep] - truth["mean"][keep]) ** 2) - np.mean(truth["stderr"][keep] ** 2)
+    return float(np.sqrt(max(error2, 0)) / truth["mean"][keep].mean())
+
+
+def errors(name, path, truth):
+    """Rows: error and time of each quality and gather at the probes, and of Cycles' bake at equal error."""
+    scene, _, depsgraph = load(path)
+    probes = vertex_receivers(receiver_meshes(bake_objects(depsgraph, ["Probes"]), depsgraph))
+    element = probes.targets[0].receiver_of_element
+    cycles = cycles_curve(truth)
+    rows = []
+    for gather in ("final", "density"):
+        for quality in QUALITIES:
+            start = perf_counter()
+            value = bake(scene, probes, settings_for(quality, gather=gather), EmbreeTracer(scene)).value[element]
+            time = perf_counter() - start
+            at_probe = value.reshape(-1, 3, 3).mean(axis=1) / np.pi
+            error = relative_rmse(at_probe, truth)
+            ratio = at_probe[truth["keep"]].mean() / truth["mean"][truth["keep"]].mean()
+            speed_up, extrapolated = equal_error(cycles, error, time)
+            mark = " (extrapolated)" if extrapolated else ""
+            rows.append(
+                [name, gather, quality, f"{time:.1f}", f"{error:.2%}", f"{ratio - 1:+.2%}", f"{speed_up:.1f}{mark}"]
+            )
+    rows += [[name, "Cycles", f"{n} samples", f"{time:.1f}", f"{error:.2%}", "", ""] for n, time, error in cycles]
+    return rows
+
+
+def cycles_curve(truth, samples=(16, 64, 256)):
+    """Samples, seconds and error of Cycles' own vertex bake of the probes."""
+    probes = bpy.data.objects["Probes"]
+    cycles = bpy.context.scene.cycles
+    bpy.context.scene.render.engine = "CYCLES"
+    cycles.device, cycles.use_adaptive_sampling = "CPU", False
+    cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = 32
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0
+    bpy.ops.object.select_all(action="DESELECT")
+    probes.select_set(True)
+    bpy.context.view_layer.objects.active = probes
+    attribute = probes.data.color_attributes.active_color
+    curve = []
+    for n in samples:
+        cycles.samples = n
+        time = seconds(lambda: bpy.ops.object.bake(type="DIFFUSE", pass_filter={"INDIRECT"}, target="VERTEX_COLORS"))
+        color = np.empty(len(attribute.data) * 4, np.float32)
+        attribute.data.foreach_get("color", color)
+        curve.append((n, time, relative_rmse(color.reshape(-1, 3, 4)[..., :3].mean(axis=1), truth)))
+    return curve
+
+
+def equal_error(curve, error, time):
+    """Cycles' seconds for our error over ours: interpolated in log-log, or extrapolated by 1/√n beyond its curve."""
+    _, times, errors_ = (np.array(column, float) for column in zip(*curve, strict=True))
+    if error < errors_[-1]:
+        return times[-1] * (errors_[-1] / error) ** 2 / time, True
+    order = np.argsort(errors_)
+    return float(np.exp(np.interp(np.log(error), np.log(errors_[order]), np.log(times[order])))) / time, False
+
+
+def whole_scene(name, path):
+    """A row: the command line at medium quality over all objects, from its own report."""
+    with tempfile.TemporaryDirectory() as folder:
+        report = Path(folder) / "report.json"
+        command = [sys.executable, ROOT / "tools/blender_stand_in.py", "-b", path, "-c", "photon_bake"]
+        subprocess.run([*map(str, command), "--report", str(report)], check=True, stderr=subprocess.DEVNULL)
+        said = json.loads(report.read_text())
+    stages = ", ".join(f"{stage} {time:.1f}" for stage, time in said["stage_seconds"].items())
+    return [
+        name,
+        f"{said['counts']['receivers']:,}",
+        f"{said['total_seconds']:.1f}",
+        f"{said['peak_memory_mb']:.0f}",
+        f"{said['relative_noise']:.1%}",
+        stages,
+    ]
+
+
+def table(title, head, rows):
+    lines = [f"## {title}", "", "| " + " | ".join(head) + " |", "|" + " --- |" * len(head)]
+    text = "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows), ""])
+    print(text, flush=True)
+    return text
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--scenes", type=Path, default=ROOT.parent / "shared/scenes")
+    parser.add_argument("--output", type=Path, default=ROOT / "build/bench.md")
+    parser.add_argument("--only", choices=("rays", "error", "scenes"))
+    options = parser.parse_args()
+    scenes = {
+        name: options.scenes / name / f"{name}.blend"
+        for name in ("cornell", "classroom", "oa_bases3")
+        if (options.scenes / name / f"{name}.blend").exists()
+    }
+    if not scenes:
+        print(f"No scenes with truth in {options.scenes}: measuring rays on the demo scene alone.")
+        demo = ROOT / "build/demo.blend"
+        if not demo.exists():
+            subprocess.run([sys.executable, ROOT / "tools/demo_scene.py", "build", demo], check=True)
+        scenes, options.only = {"demo": demo}, "rays"
+
+    parts = [f"Python {sys.version.split()[0]}, Blender {bpy.app.version_string}, {os.cpu_count()} cores\n"]
+    if options.only in (None, "rays"):
+        rows = [row for name, path in scenes.items() for row in ray_rates(name, *load(path)[:2])]
+        head = ["Scene", "Rays of", "Rays", "Ours, M/s", "Embree alone, M/s", "Embree's share of our time"]
+        parts.append(table("Rays against Embree's own time for the same rays", head, rows))
+    if options.only in (None, "error"):
+        truths = {name: np.load(path.with_suffix(".npz")) for name, path in scenes.items()}
+        rows = [row for name, path in scenes.items() for row in errors(name, path, truths[name])]
+        head = ["Scene", "Gather", "Quality", "Seconds", "Relative RMSE", "Mean", "Times faster than Cycles"]
+        parts.append(table("Error and time at the probes", head, rows))
+    if options.only in (None, "scenes"):
+        head = ["Scene", "Receivers", "Seconds", "Peak MB", "Noise", "Stages, s"]
+        rows = [whole_scene(name, path) for name, path in scenes.items()]
+        parts.append(table("All objects at medium quality, by the command line", head, rows))
+    options.output.parent.mkdir(parents=True, exist_ok=True)
+    options.output.write_text("\n".join(parts))
+    print(f"Written to {options.output}")
+
+
+if __name__ == "__main__":
+    main()

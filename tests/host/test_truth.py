@@ -1,0 +1,50 @@
+"""The Cornell box against converged Cycles. The scene is not part of the repository: without it these tests skip."""
+
+import os
+from functools import cache
+from pathlib import Path
+
+import bpy
+import numpy as np
+import pytest
+from photon_bake.addon.bake import bake
+from photon_bake.addon.blender import bake_objects, extract_scene, receiver_meshes
+from photon_bake.addon.receivers import vertex_receivers
+from photon_bake.addon.settings import settings_for
+from photon_bake.addon.tracers.embree import EmbreeTracer
+
+SCENES = Path(os.environ.get("PHOTON_BAKE_SCENES", Path(__file__).resolve().parents[3] / "shared/scenes"))
+CORNELL = SCENES / "cornell/cornell.blend"
+
+pytestmark = pytest.mark.skipif(not CORNELL.exists(), reason=f"{CORNELL} is not there (set PHOTON_BAKE_SCENES)")
+
+
+@pytest.fixture
+def truth():
+    return np.load(CORNELL.with_suffix(".npz"))
+
+
+@cache
+def at_probes(gather, quality):
+    """E/π at each probe, (n, 3)."""
+    bpy.ops.wm.open_mainfile(filepath=str(CORNELL))
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    probes = vertex_receivers(receiver_meshes(bake_objects(depsgraph, ["Probes"]), depsgraph))
+    scene = extract_scene(depsgraph)
+    light = bake(scene, probes, settings_for(quality, gather=gather), EmbreeTracer(scene))
+    return light.value[probes.targets[0].receiver_of_element].reshape(-1, 3, 3).mean(axis=1) / np.pi
+
+
+@pytest.mark.parametrize("quality, bound", [("draft", 0.12), ("medium", 0.06), ("high", 0.03)])
+def test_cornell_box(truth, quality, bound):
+    keep = truth["keep"]
+    got, mean = at_probes("final", quality)[keep], truth["mean"][keep]
+    noise2 = np.mean(truth["stderr"][keep] ** 2)
+    assert np.sqrt(max(np.mean((got - mean) ** 2) - noise2, 0)) / mean.mean() <= bound
+    assert got.mean(0) / mean.mean(0) == pytest.approx(np.ones(3), abs=0.02)
+
+
+def test_gathers_agree(truth):
+    keep = truth["keep"]
+    final, density = (at_probes(gather, "medium")[keep].mean(0) for gather in ("final", "density"))
+    assert density / final == pytest.approx(np.ones(3), abs=0.03)
