@@ -69,9 +69,9 @@ def _by_final_gather(
     )
     rays = GatherRays(scene, tracer, direct, cache)
     gathered = final_gather(rays, receivers, settings.n_gather_rays, settings.noise, seed, n_threads, progress)
-    passes = {"indirect": gathered.indirect}
+    passes = {"indirect": gathered.irradiance}
     if settings.add_direct:
-        passes["direct"] = gathered.sky + direct_irradiance(direct, receivers, seed, n_threads, progress)
+        passes["direct"] = direct_irradiance(direct, receivers, seed, n_threads, progress)
     counts = {"cache_elements": len(cache.elements), "gather_rays": gathered.n_rays}
     return _irradiance(passes, gathered.stderr, photons, counts)
 
@@ -86,14 +86,14 @@ def _by_density(
     progress: Progress,
 ) -> Irradiance:
     """Receivers gather the photons around them."""
-    knobs = settings.n_nearest, settings.max_radius, settings.n_threads, progress
-    straight = photons.kind == PathKind.DIRECT
-    indirect = density_estimate(scene, tracer, photons.where(~straight), receivers, *knobs)
+    scattered = photons.where(photons.kind != PathKind.DIRECT)
+    indirect = density_estimate(
+        scene, tracer, scattered, receivers, settings.n_nearest, settings.max_radius, settings.n_threads, progress
+    )
     passes = {"indirect": indirect.irradiance}
     if settings.add_direct:
-        sky = density_estimate(scene, tracer, photons.where(straight), receivers, *knobs)
-        lamps = direct_irradiance(direct, receivers, settings.seed, settings.n_threads, progress)
-        passes["direct"] = sky.irradiance + lamps
+        seed, n_threads = settings.seed, settings.n_threads
+        passes["direct"] = direct_irradiance(direct, receivers, seed, n_threads, progress)
     return _irradiance(passes, indirect.stderr, photons, {})
 
 

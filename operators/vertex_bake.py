@@ -73,6 +73,7 @@ class VertexBake:
         from ..addon.bake import bake  # here, as Blender's start should not wait for SciPy
 
         receivers = vertex_receivers(self.meshes)
+        self.warnings += too_coarse(receivers)
         tracer = make_tracer(self.scene, self.warnings)
         return receivers, bake(self.scene, receivers, settings, tracer, progress)
 
@@ -81,6 +82,20 @@ class VertexBake:
         progress.update(WRITING, 0)
         self.warnings += write_color_attribute(irradiance.value, receivers, self.attribute)
         progress.update(WRITING, 1)
+
+
+def too_coarse(receivers: Receivers) -> list[str]:
+    """Warnings of objects with faces wider than all the rest: light within such a face is not seen by its vertices."""
+    from ..addon.photons import region_of
+
+    if len(receivers) == 0:
+        return []
+    widest = region_of(receivers.position).radius
+    return [
+        f"Object '{target.object_name}' has too few vertices for its size to show light: subdivide it."
+        for target in receivers.targets
+        if (receivers.footprint[target.receiver_of_element[target.receiver_of_element >= 0]] > widest).any()
+    ]
 
 
 def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:

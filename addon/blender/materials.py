@@ -142,6 +142,8 @@ class _Reader:
         )
         if surface.transmission > 0 or surface.alpha < 1 or source(node.inputs["Alpha"]):
             self.warn("it lets light through, but is baked as opaque in this version")
+        if surface.metallic > 0 or source(node.inputs["Metallic"]):
+            self.warn("it is metal, but is baked as diffuse in this version")
         return self.colored(surface, node.inputs["Base Color"])
 
     def emission(self, color: "bpy.types.NodeSocket", strength: "bpy.types.NodeSocket") -> np.ndarray:

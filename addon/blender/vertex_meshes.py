@@ -154,13 +154,15 @@ def check_target(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> N
 
 def _check_modifiers(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> None:
     """Make sure that the original vertices can be found in the evaluated mesh."""
-    n, n_evaluated = len(obj.data.vertices), len(obj.evaluated_get(depsgraph).data.vertices)
-    if n_evaluated == n:
+    evaluated = obj.evaluated_get(depsgraph).data
+    n, n_evaluated = len(obj.data.vertices), len(evaluated.vertices)
+    # As many vertices in the same faces are the same vertices; as many in others may have been sorted anew.
+    if n_evaluated == n and np.array_equal(_corner_vertex(evaluated), _corner_vertex(obj.data)):
         return
     shown = "show_viewport" if depsgraph.mode == "VIEWPORT" else "show_render"
     modifiers = [modifier for modifier in obj.modifiers if getattr(modifier, shown)]
     culprits = [modifier for modifier in modifiers if not _keeps_vertices_first(modifier)]
-    if not culprits and n_evaluated > n:
+    if not culprits and n_evaluated >= n:
         return
     name = culprits[0].name if culprits else (modifiers[0].name if modifiers else "?")
     raise BakeError(

@@ -34,7 +34,7 @@ _AT_RECEIVERS = 31  # stream of random numbers
 
 
 class DirectLight:
-    """Estimates of the irradiance that comes straight from lamps and emissive meshes; the world is not among them.
+    """Estimates of the irradiance that comes straight from lamps and emissive meshes, and on request from the world.
 
     Parameters
     ----------
@@ -62,11 +62,6 @@ class DirectLight:
         single = lit.sum() == 1 and not len(self._emissive)
         self._n_candidates = 1 if single else MAX_CANDIDATES
 
-    @property
-    def dark(self) -> bool:
-        """There is nothing to sample."""
-        return not (self._chance > 0).any()
-
     def irradiance(
         self, positions: np.ndarray, normals: np.ndarray, random: np.random.Generator, rays_follow: bool = False
     ) -> np.ndarray:
@@ -80,7 +75,7 @@ class DirectLight:
             The caller sends a cosine-weighted ray from each point anyway, and adds what `emission_met` says of it.
         """
         n, m = len(positions), self._n_candidates
-        if n == 0 or self.dark:
+        if n == 0 or not (self._chance > 0).any():
             return np.zeros((n, 3), np.float32)
         # Draw candidates, stratified over the sources
         steps = (np.arange(m) + random.random((n, 1))) / m
@@ -105,10 +100,25 @@ class DirectLight:
         result = np.zeros((n, 3), np.float32)
         result[seen] = estimates[k[seen]] * scale[:, None].astype(np.float32)
         if len(self._emissive) and not rays_follow:
-            directions = to_world(sample_cosine_hemisphere(random.random((n, 2), dtype=np.float32)), normals)
-            hits = self._tracer.closest_hit(positions, directions)
-            result += np.float32(np.pi) * self.emission_met(hits, directions, normals)
+            result += np.float32(np.pi) * self._seen_by_rays(positions, normals, random)[0]
         return result
+
+    def _seen_by_rays(
+        self, positions: np.ndarray, normals: np.ndarray, random: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Radiance that a cosine-weighted ray meets: `emission_met`, and the world's, (n, 3) float32 each."""
+        u = random.random((len(positions), 2), dtype=np.float32)
+        directions = to_world(sample_cosine_hemisphere(u), normals)
+        hits = self._tracer.closest_hit(positions, directions)
+        sky = np.where(hits.hit[:, None], np.float32(0), self._scene.world_radiance)
+        return self.emission_met(hits, directions, normals), sky
+
+    def irradiance_with_sky(
+        self, positions: np.ndarray, normals: np.ndarray, random: np.random.Generator
+    ) -> np.ndarray:
+        """As `irradiance`, and the world's light."""
+        glow, sky = self._seen_by_rays(positions, normals, random)
+        return self.irradiance(positions, normals, random, rays_follow=True) + np.float32(np.pi) * (glow + sky)
 
     def emission_met(self, hits: Hits, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Radiance emitted by what cosine-weighted rays meet, where they find it more often, (n, 3) float32.
@@ -215,13 +225,13 @@ def _direction(positions: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, 
 def direct_irradiance(
     direct: DirectLight, receivers: Receivers, seed: int, n_threads: int = 0, progress: Progress | None = None
 ) -> np.ndarray:
-    """Direct irradiance of receivers, the mean of `N_SAMPLES` estimates, (n, 3) float32, W/m²."""
+    """Direct irradiance of receivers, the world's among it, the mean of `N_SAMPLES` estimates, (n, 3) float32, W/m²."""
     progress = progress or Progress()
 
     def estimate(item: tuple[int, slice]) -> tuple[slice, np.ndarray]:
         index, chunk = item
         positions, normals = (np.repeat(of[chunk], N_SAMPLES, 0) for of in (receivers.position, receivers.normal))
-        samples = direct.irradiance(positions, normals, stream(seed, _AT_RECEIVERS, index))
+        samples = direct.irradiance_with_sky(positions, normals, stream(seed, _AT_RECEIVERS, index))
         return chunk, samples.reshape(-1, N_SAMPLES, 3).mean(axis=1)
 
     progress.update("Adding direct light", 0.0)

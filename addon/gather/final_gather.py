@@ -23,16 +23,15 @@ class Gathered:
 
     Attributes
     ----------
-    indirect, sky : (n, 3) float32, W/m²
-        Irradiance from surfaces, and straight from the world.
+    irradiance : (n, 3) float32, W/m²
+        From surfaces.
     stderr : (n,) float32, W/m²
-        Standard error of `indirect`, mean over colours, from independent batches of rays.
+        Standard error of the irradiance, mean over colours, from independent batches of rays.
     n_rays : int
         Rays sent out in all.
     """
 
-    indirect: np.ndarray
-    sky: np.ndarray
+    irradiance: np.ndarray
     stderr: np.ndarray
     n_rays: int
 
@@ -59,7 +58,7 @@ def final_gather(
     progress = progress or Progress()
     n = len(receivers)
     rays_a_batch = max(1, n_rays // _N_BATCHES)
-    total, total_square = np.zeros((n, 6)), np.zeros(n)
+    total, total_square = np.zeros((n, 3)), np.zeros(n)
     batches = np.zeros(n, np.int64)
     # Neighbours are gathered together, whose rays meet the same surfaces: that is faster.
     active = in_space = np.argsort(z_curve(receivers.position), kind="stable")
@@ -75,30 +74,33 @@ def final_gather(
             return receiver, _batch_means(rays, receivers, receiver, rays_a_batch, stream(seed, _GATHER, turn, index))
 
         done = 0
-        progress.update("Gathering light", 0.0)
+        progress.update("Gathering light", _fraction(turn, 0.0, noise > 0))
         for receiver, means in ordered_map(gather, enumerate(slices(len(active), size)), n_threads):
             total[receiver] += means.sum(axis=1)
-            total_square[receiver] += (means[:, :, :3].mean(axis=2) ** 2).sum(axis=1)
+            total_square[receiver] += (means.mean(axis=2) ** 2).sum(axis=1)
             batches[receiver] += _N_BATCHES
             done += len(receiver)
-            progress.update("Gathering light", done / len(active))
+            progress.update("Gathering light", _fraction(turn, done / len(active), noise > 0))
         sent += len(active) * rays_a_batch * _N_BATCHES
         mean = total / np.maximum(batches, 1)[:, None]
-        variance = np.maximum(total_square / np.maximum(batches, 1) - mean[:, :3].mean(axis=1) ** 2, 0)
+        variance = np.maximum(total_square / np.maximum(batches, 1) - mean.mean(axis=1) ** 2, 0)
         stderr = np.sqrt(variance / np.maximum(batches - 1, 1))
-        active = in_space[stderr[in_space] > noise * mean[:, :3].mean()]
+        active = in_space[stderr[in_space] > noise * mean.mean()]
         if len(active) == 0:
             break
-    irradiance = (np.pi * mean).astype(np.float32)
-    return Gathered(irradiance[:, :3], irradiance[:, 3:], (np.pi * stderr).astype(np.float32), sent)
+    return Gathered((np.pi * mean).astype(np.float32), (np.pi * stderr).astype(np.float32), sent)
+
+
+def _fraction(turn: int, of_turn: float, more_turns: bool) -> float:
+    """How much is done: each turn half of what is left, as nobody knows how many there will be."""
+    return 1 - (1 - of_turn / 2) / 2**turn if more_turns else of_turn
 
 
 def _batch_means(
     rays: GatherRays, receivers: Receivers, receiver: np.ndarray, rays_a_batch: int, random: np.random.Generator
 ) -> np.ndarray:
-    """Mean radiance of each batch of rays of some receivers: reflected and sky, (r, batches, 6) float64."""
+    """Mean radiance of each batch of rays of some receivers, (r, batches, 3) float64."""
     n = rays_a_batch * _N_BATCHES
     origins, normals = np.repeat(receivers.position[receiver], n, 0), np.repeat(receivers.normal[receiver], n, 0)
-    reflected_and_sky = rays.radiance(origins, normals, rays_a_batch, random)
-    seen = np.concatenate(reflected_and_sky, axis=1).reshape(len(receiver), _N_BATCHES, rays_a_batch, 6)
-    return seen.mean(axis=2, dtype=np.float64)
+    reflected, _ = rays.radiance(origins, normals, rays_a_batch, random)
+    return reflected.reshape(len(receiver), _N_BATCHES, rays_a_batch, 3).mean(axis=2, dtype=np.float64)

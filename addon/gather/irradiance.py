@@ -14,7 +14,7 @@ class Irradiance:
     value : (n, 3) float32, W/m²
         Sum of the passes.
     stderr : (n,) float32, W/m²
-        Estimated standard error of the mean over colours; the radiance cache's own noise is not in it.
+        Estimated standard error of the indirect light's mean over colours; the radiance cache's own noise is not in it.
     passes : dict of str to (n, 3) float32, W/m²
         ``indirect`` and, where asked for, ``direct``.
     counts : dict of str to int
@@ -28,6 +28,7 @@ class Irradiance:
 
     @property
     def relative_noise(self) -> float:
-        """Root mean square of the standard errors over the mean irradiance; 0 where all is dark."""
-        mean = float(self.value.mean(dtype=np.float64)) if self.value.size else 0.0
+        """Root mean square of the standard errors over the mean indirect irradiance; 0 where all is dark."""
+        indirect = self.passes["indirect"]
+        mean = float(indirect.mean(dtype=np.float64)) if indirect.size else 0.0
         return float(np.sqrt(np.mean(self.stderr.astype(np.float64) ** 2))) / mean if mean > 0 else 0.0

@@ -182,11 +182,12 @@ def test_cancel_at_every_stage():
     assert len(set(stages)) >= 5
 
 
-def test_progress_never_goes_back_within_a_stage():
+@pytest.mark.parametrize("changes", [{}, {"noise": 0.01}, {"gather": "density"}])
+def test_progress_never_goes_back_within_a_stage(changes):
     said: dict[str, list[float]] = {}
     scene = box_with_lamp(0.5)
     progress = Progress(lambda stage, fraction: said.setdefault(stage, []).append(fraction))
-    bake(scene, receivers_in_box(100), settings_for("draft", n_cache_rays=4), EmbreeTracer(scene), progress)
+    bake(scene, receivers_in_box(100), settings_for("draft", add_direct=True, **changes), EmbreeTracer(scene), progress)
     for stage, fractions in said.items():
         assert fractions == sorted(fractions) and fractions[0] >= 0 and fractions[-1] <= 1, stage
     assert set(progress.stage_seconds) == set(said)

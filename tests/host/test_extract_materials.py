@@ -265,3 +265,12 @@ def test_world_that_diffuse_rays_do_not_see():
     scenes.set_world((1, 1, 1))
     bpy.context.scene.world.cycles_visibility.diffuse = False
     assert not extract().world_radiance.any()
+
+
+def test_metal_warns():
+    material, surface = scenes.add_material("Brass")
+    surface.inputs["Metallic"].default_value = 1.0
+    scenes.add_plane(material=material)
+    warnings = []
+    extract(warnings)
+    assert warnings == ["Material 'Brass': it is metal, but is baked as diffuse in this version."]

@@ -60,6 +60,15 @@ def test_the_progress_bar_knows_every_stage(room, gather):
     assert done == sorted(done) and done[-1] == pytest.approx(1)
 
 
+def test_a_wide_face_among_small_ones_is_warned_about(room):
+    add_plane("Ground", size=500.0)
+    for i in range(20):
+        add_cube(f"Cube {i}").location = (3 * i, 0, 1)
+    bpy.ops.photon_bake.bake_indirect()
+    assert "Object 'Ground' has too few vertices for its size to show light: subdivide it." in bake_state.warnings
+    assert not any("'Cube 0'" in warning for warning in bake_state.warnings)
+
+
 def test_selected_only(room):
     room.selected_only = True
     for thing in bpy.context.view_layer.objects:

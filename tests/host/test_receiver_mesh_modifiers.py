@@ -170,3 +170,20 @@ def test_geometry_nodes_that_do_not():
     geometry_nodes(obj, "GeometryNodeSubdivideMesh")
     with pytest.raises(BakeError, match=r"'Grid'.*'Nodes'"):
         receiver(obj)
+
+
+def test_sorted_vertices_are_refused():
+    """As many vertices in another order are not the same vertices."""
+    obj = scrambled_grid(flat=False)
+    geometry_nodes(obj, "GeometryNodeSortElements")
+    nodes = obj.modifiers["Nodes"].node_group.nodes
+    sort = next(node for node in nodes if node.bl_idname == "GeometryNodeSortElements")
+    index = nodes.new("GeometryNodeInputIndex")
+    minus = nodes.new("ShaderNodeMath")
+    minus.operation = "MULTIPLY"
+    minus.inputs[1].default_value = -1.0
+    links = obj.modifiers["Nodes"].node_group.links
+    links.new(index.outputs[0], minus.inputs[0])
+    links.new(minus.outputs[0], sort.inputs["Sort Weight"])
+    with pytest.raises(BakeError, match=r"'Grid'.*'Nodes'"):
+        receiver(obj)
