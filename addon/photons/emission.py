@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import BakeError
-from ..sampling.vectors import dot
 from ..sampling.warps import (
     frame,
     sample_cosine_hemisphere,
@@ -161,23 +160,25 @@ class _DistantSource(Source):
         """Origins (n, 3) outside the scene, and 1/p of each (n, 1), m²."""
         n_discs = len(self._radii) + 1
         chosen = (u_choose * n_discs).astype(np.int32)
-        centres = np.where((chosen < n_discs - 1)[:, None], self._centre, self._whole.centre)
+        of_region = chosen < n_discs - 1
         radii = np.append(self._radii, np.float32(self._whole.radius))[chosen]
         tangent, bitangent = frame(directions)
         disc = sample_uniform_disk(u_place) * radii[:, None]
-        through = centres + disc[:, :1] * tangent + disc[:, 1:] * bitangent
+        offset = disc[:, :1] * tangent + disc[:, 1:] * bitangent
 
-        # A point of a disc lies on that disc and on all wider ones, whatever rounding says
-        from_centre = through - self._centre
-        miss2 = dot(from_centre, from_centre) - dot(from_centre, directions) ** 2
-        n_narrower = np.minimum(np.searchsorted(self._radii**2, miss2), chosen)
-        from_whole = through - self._whole.centre
-        along = dot(from_whole, directions)
-        in_whole = dot(from_whole, from_whole) - along**2 <= self._whole.radius**2
-        in_whole |= chosen == n_discs - 1
+        # Squared distance of the line from the centre of its own disc, and from the other centre, at Δ from the first
+        own = u_place[:, 0] * radii**2
+        delta = self._centre - self._whole.centre
+        along = directions @ delta
+        other = own + np.where(of_region, 2, -2) * (offset @ delta) + (delta @ delta - along**2)
+        n_narrower = np.searchsorted(self._radii**2, np.where(of_region, own * np.float32(1 - 1e-6), other))
+        in_whole = ~of_region | (other <= self._whole.radius**2)
         density = self._density[n_narrower] + in_whole * self._density_of_whole
-        behind = along + np.float32(self._whole.radius)
-        return through - behind[:, None] * directions, 1 / density[:, None]
+
+        # Start behind the whole scene
+        centres = np.stack([self._whole.centre, self._centre])[of_region.astype(np.int8)]
+        back = np.where(of_region, along, 0) + np.float32(self._whole.radius)
+        return centres + offset - back[:, None] * directions, 1 / density[:, None]
 
 
 class SunSource(_DistantSource):
