@@ -10,6 +10,7 @@ from .gather import (
     density_estimate,
     direct_irradiance,
     final_gather,
+    worthwhile_elements,
 )
 from .photons import PathKind, Photons, light_sources, region_of, trace_photons
 from .progress import Progress
@@ -55,20 +56,13 @@ def _by_final_gather(
 ) -> Irradiance:
     """Photons and direct light make a radiance cache; rays from the receivers gather from it."""
     seed, n_threads = settings.seed, settings.n_threads
+    n_rays, n_gather_rays = settings.n_cache_rays, settings.n_gather_rays
+    n_elements = worthwhile_elements(settings.n_cache_elements, n_rays, len(receivers) * n_gather_rays)
     cache = build_radiance_cache(
-        scene,
-        tracer,
-        photons,
-        direct,
-        receivers,
-        settings.n_cache_elements,
-        settings.n_cache_rays,
-        seed,
-        n_threads,
-        progress,
+        scene, tracer, photons, direct, receivers, n_elements, n_rays, seed, n_threads, progress
     )
     rays = GatherRays(scene, tracer, direct, cache)
-    gathered = final_gather(rays, receivers, settings.n_gather_rays, settings.noise, seed, n_threads, progress)
+    gathered = final_gather(rays, receivers, n_gather_rays, settings.noise, seed, n_threads, progress)
     passes = {"indirect": gathered.irradiance}
     if settings.add_direct:
         passes["direct"] = direct_irradiance(direct, receivers, seed, n_threads, progress)

@@ -27,7 +27,9 @@ class BakeSettings:
     n_photons: int = _knob(1_000_000, 1_000, 1_000_000_000, "Photons emitted by all lights together")
     max_bounces: int = _knob(32, 1, 1024, "Surfaces a photon may hit before it is dropped")
     n_gather_rays: int = _knob(256, 4, 65_536, "Rays that a receiver sends out in a final gather")
-    n_cache_elements: int = _knob(120_000, 100, 10_000_000, "Surface elements of the radiance cache")
+    n_cache_elements: int = _knob(
+        120_000, 100, 10_000_000, "Most surface elements of the radiance cache; small gathers take fewer"
+    )
     n_cache_rays: int = _knob(
         16, 0, 4096, "Rays that an element of the radiance cache gathers with; 0 trusts its photons"
     )

@@ -1,6 +1,6 @@
 """Photons to irradiance: a density estimate, or a final gather into a radiance cache."""
 
-from .build_cache import build_radiance_cache
+from .build_cache import build_radiance_cache, worthwhile_elements
 from .density import density_estimate
 from .direct_light import DirectLight, direct_irradiance
 from .final_gather import final_gather
@@ -17,4 +17,5 @@ __all__ = [
     "density_estimate",
     "direct_irradiance",
     "final_gather",
+    "worthwhile_elements",
 ]

@@ -24,7 +24,19 @@ from .radiance_cache import RadianceCache
 _PILOT, _DIRECT, _REFINE = 11, 12, 13  # streams of random numbers
 _N_PILOT_RAYS = 1 << 18
 _N_DIRECT_SEEN, _N_DIRECT_UNSEEN = 16, 2
+_LEAST_ELEMENTS = 10_000
 _CHUNK = 1 << 15
+
+
+def worthwhile_elements(n_elements: int, n_rays: int, n_gather_rays: int) -> int:
+    """At most `n_elements`, and as many as cost no more rays than the gather of `n_gather_rays` that they are for.
+
+    Parameters
+    ----------
+    n_rays : int
+        Rays that each element gathers with.
+    """
+    return min(n_elements, max(_LEAST_ELEMENTS, n_gather_rays // (_N_DIRECT_SEEN + n_rays)))
 
 
 def build_radiance_cache(
