@@ -154,8 +154,10 @@ def _direct_radiance(
         positions, normals, albedo = _points_on(scene, elements, side, random)
         reflected = albedo * direct.irradiance(positions, normals, random) / np.float32(np.pi)
         first = np.cumsum(counts) - counts
-        means = (np.add.reduceat(values, first) / counts[:, None] for values in (reflected, albedo))
-        return chunk, *means
+        mean_reflected, mean_albedo = (
+            np.add.reduceat(values, first) / counts[:, None] for values in (reflected, albedo)
+        )
+        return chunk, mean_reflected, mean_albedo
 
     progress.update("Lighting surfaces", 0.0)
     radiance, albedo = np.zeros((2, len(seen), 3), np.float32)

@@ -47,7 +47,8 @@ def search_radius(photons: Photons, region: Sphere, k: int) -> float:
 
     The π-engine takes the sphere around all photons, which a ground plane blows up; so do we if the first has none.
     """
-    n, r_n = np.count_nonzero(((photons.position - region.centre) ** 2).sum(axis=1) <= region.radius**2), region.radius
+    away = photons.position - region.centre
+    n, r_n = int(np.count_nonzero(dot(away, away) <= region.radius**2)), region.radius
     if n == 0:
         n, r_n = len(photons), float(np.linalg.norm(np.ptp(photons.position, axis=0))) / 2
     return float(np.sqrt(k * r_n**2 / (LOW_DENSITY * n)))
