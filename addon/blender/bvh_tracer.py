@@ -38,8 +38,7 @@ class BVHTracer:
         u, v = np.zeros((2, len(origins)), np.float32)
         normal = np.zeros((len(origins), 3), np.float32)
         points = origins[hit] + directions[hit] * distance[hit, None]
-        corners = self._scene.vertices[self._scene.triangles[triangle[hit]]]
-        u[hit], v[hit] = _barycentrics(points, corners)
+        u[hit], v[hit] = self._scene.barycentrics(triangle[hit], points)
         normal[hit] = self._scene.normals[triangle[hit]]
         return Hits(triangle, distance, u, v, normal)
 
@@ -70,15 +69,3 @@ class _Tree:
         index = np.array([-1 if i is None else i for i, _ in ends], np.int64).reshape(-1)
         distance = np.array([np.inf if i is None else d for i, d in ends], np.float32).reshape(-1)
         return self._triangle[index], distance
-
-
-def _barycentrics(points: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Weights (n,) of the second and third corner of (n, 3, 3) triangles at (n, 3) points in their planes."""
-    corners = corners.astype(np.float64)
-    a = corners[:, 0]
-    ab, ac, ap = corners[:, 1] - a, corners[:, 2] - a, points - a
-    cross = np.cross(ab, ac)
-    square = np.maximum((cross * cross).sum(1), np.finfo(float).tiny)
-    v = np.clip((np.cross(ab, ap) * cross).sum(1) / square, 0, 1)
-    u = np.clip((np.cross(ap, ac) * cross).sum(1) / square, 0, 1 - v)
-    return u, v
