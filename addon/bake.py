@@ -12,6 +12,7 @@ from .gather import (
     final_gather,
     worthwhile_elements,
 )
+from .parallel import Workers
 from .photons import PathKind, Photons, light_sources, region_of, trace_photons
 from .progress import Progress
 from .receivers import Receivers
@@ -36,13 +37,17 @@ def bake(
     if len(receivers) == 0:
         nothing = np.zeros((0, 3), np.float32)
         return Irradiance(nothing, nothing[:, 0], {"indirect": nothing}, {"receivers": 0})
+    workers = Workers(settings.seed, settings.n_threads, progress)
     sources = light_sources(scene, region_of(receivers.position))
-    photons = trace_photons(
-        scene, tracer, sources, settings.n_photons, settings.max_bounces, settings.seed, settings.n_threads, progress
-    )
+    photons = trace_photons(scene, tracer, sources, settings.n_photons, settings.max_bounces, workers)
     direct = DirectLight(scene, tracer, sources)
     gather = _by_density if settings.gather == "density" else _by_final_gather
-    return gather(scene, receivers, settings, tracer, photons, direct, progress)
+    indirect, stderr, counts = gather(scene, receivers, settings, tracer, photons, direct, workers)
+    passes = {"indirect": indirect}
+    if settings.add_direct:
+        passes["direct"] = direct_irradiance(direct, receivers, workers)
+    value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
+    return Irradiance(value, stderr, passes, {"receivers": len(value), "stored_photons": len(photons), **counts})
 
 
 def _by_final_gather(
@@ -52,22 +57,16 @@ def _by_final_gather(
     tracer: Tracer,
     photons: Photons,
     direct: DirectLight,
-    progress: Progress,
-) -> Irradiance:
+    workers: Workers,
+) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
     """Photons and direct light make a radiance cache; rays from the receivers gather from it."""
-    seed, n_threads = settings.seed, settings.n_threads
     n_rays, n_gather_rays = settings.n_cache_rays, settings.n_gather_rays
     n_elements = worthwhile_elements(settings.n_cache_elements, n_rays, len(receivers) * n_gather_rays)
-    cache = build_radiance_cache(
-        scene, tracer, photons, direct, receivers, n_elements, n_rays, seed, n_threads, progress
-    )
+    cache = build_radiance_cache(scene, tracer, photons, direct, receivers, n_elements, n_rays, workers)
     rays = GatherRays(scene, tracer, direct, cache)
-    gathered = final_gather(rays, receivers, n_gather_rays, settings.noise, seed, n_threads, progress)
-    passes = {"indirect": gathered.irradiance}
-    if settings.add_direct:
-        passes["direct"] = direct_irradiance(direct, receivers, seed, n_threads, progress)
+    gathered = final_gather(rays, receivers, n_gather_rays, settings.noise, workers)
     counts = {"cache_elements": len(cache.elements), "gather_rays": gathered.n_rays}
-    return _irradiance(passes, gathered.stderr, photons, counts)
+    return gathered.irradiance, gathered.stderr, counts
 
 
 def _by_density(
@@ -77,23 +76,10 @@ def _by_density(
     tracer: Tracer,
     photons: Photons,
     direct: DirectLight,
-    progress: Progress,
-) -> Irradiance:
+    workers: Workers,
+) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
     """Receivers gather the photons around them."""
     scattered = photons.where(photons.kind != PathKind.DIRECT)
-    indirect = density_estimate(
-        scene, tracer, scattered, receivers, settings.n_nearest, settings.max_radius, settings.n_threads, progress
-    )
-    passes = {"indirect": indirect.irradiance}
-    if settings.add_direct:
-        seed, n_threads = settings.seed, settings.n_threads
-        passes["direct"] = direct_irradiance(direct, receivers, seed, n_threads, progress)
-    return _irradiance(passes, indirect.stderr, photons, {})
-
-
-def _irradiance(
-    passes: dict[str, np.ndarray], stderr: np.ndarray, photons: Photons, counts: dict[str, int]
-) -> Irradiance:
-    value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
-    counts = {"receivers": len(value), "stored_photons": len(photons), **counts}
-    return Irradiance(value, stderr, passes, counts)
+    n_nearest, max_radius = settings.n_nearest, settings.max_radius
+    density = density_estimate(scene, tracer, scattered, receivers, n_nearest, max_radius, workers)
+    return density.irradiance, density.stderr, {}

@@ -1,13 +1,80 @@
-"""Work spread over threads, with results in order."""
+"""Work spread over threads, with results in order, random numbers of its own, and word of its progress."""
 
 import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
 from typing import TypeVar
+
+import numpy as np
+
+from .progress import Progress
+from .sampling.streams import stream
 
 A = TypeVar("A")
 B = TypeVar("B")
+
+
+@dataclass(frozen=True)
+class Workers:
+    """The threads that do a bake's work. What they make depends on the seed, and not on how many they are.
+
+    Attributes
+    ----------
+    seed : int
+    n_threads : int
+        0 takes every core.
+    progress : Progress
+    """
+
+    seed: int = 0
+    n_threads: int = 0
+    progress: Progress = field(default_factory=Progress)
+
+    def map(self, function: Callable[[A], B], items: Iterable[A]) -> Iterator[B]:
+        """`ordered_map` on these threads."""
+        return ordered_map(function, items, self.n_threads)
+
+    def chunks(
+        self,
+        stage: str,
+        n: int,
+        size: int,
+        function: Callable[[slice, np.random.Generator], B],
+        key: tuple[int, ...],
+        part: tuple[float, float] = (0.0, 1.0),
+    ) -> Iterator[tuple[slice, B]]:
+        """Yield each chunk of ``range(n)`` with ``function(chunk, random)``, in order.
+
+        Parameters
+        ----------
+        stage : str
+            What the progress says.
+        size : int
+            Of a chunk.
+        function : callable
+            Gets a random stream of the chunk's own.
+        key : tuple of int
+            What the random numbers are for.
+        part : tuple of float
+            The part of the stage that this is.
+
+        Raises
+        ------
+        Cancelled
+            If the bake was cancelled.
+        """
+        start, end = part
+
+        def work(item: tuple[int, slice]) -> tuple[slice, B]:
+            index, chunk = item
+            return chunk, function(chunk, stream(self.seed, *key, index))
+
+        self.progress.update(stage, start)
+        for chunk, result in self.map(work, enumerate(slices(n, size))):
+            yield chunk, result
+            self.progress.update(stage, start + (end - start) * chunk.stop / n)
 
 
 def ordered_map(function: Callable[[A], B], items: Iterable[A], n_threads: int = 0) -> Iterator[B]:

@@ -7,11 +7,9 @@ rays end. Where the noise matters, elements gather once themselves, so that rece
 
 import numpy as np
 
-from ..parallel import ordered_map, slices
+from ..parallel import Workers, slices
 from ..photons import Photons
-from ..progress import Progress
 from ..receivers import Receivers
-from ..sampling.streams import stream
 from ..sampling.vectors import dot
 from ..sampling.warps import sample_cosine_hemisphere, to_world
 from ..scene import Scene
@@ -47,9 +45,7 @@ def build_radiance_cache(
     receivers: Receivers,
     n_elements: int,
     n_rays: int,
-    seed: int,
-    n_threads: int = 0,
-    progress: Progress | None = None,
+    workers: Workers,
 ) -> RadianceCache:
     """A radiance cache for gather rays from `receivers`.
 
@@ -63,32 +59,26 @@ def build_radiance_cache(
         Rays that each side seen from the receivers gathers with, from the cache of photons and direct light; 0 leaves
         the photons as they are.
     """
-    progress = progress or Progress()
-    visits = pilot_visits(scene, tracer, receivers, seed, n_threads, progress)
+    visits = pilot_visits(scene, tracer, receivers, workers)
     elements = SurfaceElements.by_visits(scene, visits.sum(axis=1), n_elements)
     seen = elements.of_triangles(visits > 0).ravel()
-    lit, albedo = _direct_radiance(scene, direct, elements, seen, seed, n_threads, progress)
+    lit, albedo = _direct_radiance(scene, direct, elements, seen, workers)
     cache = RadianceCache.of_sides(elements, lit + photon_radiance(scene, photons, elements))
     if n_rays == 0:
         return cache
     sides = np.flatnonzero(seen)
     rays = GatherRays(scene, tracer, direct, cache)
-    gathered = _gather_at_sides(scene, rays, elements, sides, n_rays, seed, n_threads, progress)
+    gathered = _gather_at_sides(scene, rays, elements, sides, n_rays, workers)
     refined = cache.radiance.copy()
     refined[sides] = lit[sides] + albedo[sides] * gathered
     return RadianceCache(elements, refined)
 
 
-def pilot_visits(
-    scene: Scene, tracer: Tracer, receivers: Receivers, seed: int, n_threads: int, progress: Progress
-) -> np.ndarray:
+def pilot_visits(scene: Scene, tracer: Tracer, receivers: Receivers, workers: Workers) -> np.ndarray:
     """How often a side of a triangle ends a gather ray from a receiver, or a ray from there on: (t, 2) int64."""
-    n = _N_PILOT_RAYS
-    start = np.linspace(0, len(receivers), n, endpoint=False).astype(np.int64)  # every receiver alike
+    start = np.linspace(0, len(receivers), _N_PILOT_RAYS, endpoint=False).astype(np.int64)  # every receiver alike
 
-    def fly(item: tuple[int, slice]) -> np.ndarray:
-        index, chunk = item
-        random = stream(seed, _PILOT, index)
+    def fly(chunk: slice, random: np.random.Generator) -> np.ndarray:
         normals, origins = receivers.normal[start[chunk]], receivers.position[start[chunk]]
         met = []
         for _ in range(2):
@@ -101,11 +91,9 @@ def pilot_visits(
             origins = positions + scene.ray_offset(positions) * normals
         return np.concatenate(met)
 
-    progress.update("Refining surfaces", 0.0)
     visits = np.zeros(2 * scene.n_triangles, np.int64)
-    for done, met in enumerate(ordered_map(fly, enumerate(slices(n, _CHUNK)), n_threads), 1):
+    for _, met in workers.chunks("Refining surfaces", _N_PILOT_RAYS, _CHUNK, fly, (_PILOT,)):
         visits += np.bincount(met, minlength=len(visits))
-        progress.update("Refining surfaces", done * _CHUNK / n)
     return visits.reshape(-1, 2)
 
 
@@ -135,20 +123,12 @@ def _points_on(
 
 
 def _direct_radiance(
-    scene: Scene,
-    direct: DirectLight,
-    elements: SurfaceElements,
-    seen: np.ndarray,
-    seed: int,
-    n_threads: int,
-    progress: Progress,
+    scene: Scene, direct: DirectLight, elements: SurfaceElements, seen: np.ndarray, workers: Workers
 ) -> tuple[np.ndarray, np.ndarray]:
     """Direct light that each side reflects, mean of ρE/π over points of the element; and its mean albedo: (2 e, 3)."""
     n_samples = np.where(seen, _N_DIRECT_SEEN, _N_DIRECT_UNSEEN)
 
-    def estimate(item: tuple[int, slice]) -> tuple[slice, np.ndarray, np.ndarray]:
-        index, chunk = item
-        random = stream(seed, _DIRECT, index)
+    def estimate(chunk: slice, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         counts = n_samples[chunk]
         side = np.repeat(np.arange(chunk.start, chunk.stop), counts)
         positions, normals, albedo = _points_on(scene, elements, side, random)
@@ -157,39 +137,25 @@ def _direct_radiance(
         mean_reflected, mean_albedo = (
             np.add.reduceat(values, first) / counts[:, None] for values in (reflected, albedo)
         )
-        return chunk, mean_reflected, mean_albedo
+        return mean_reflected, mean_albedo
 
-    progress.update("Lighting surfaces", 0.0)
     radiance, albedo = np.zeros((2, len(seen), 3), np.float32)
-    for chunk, of_chunk, albedo_of_chunk in ordered_map(estimate, enumerate(slices(len(seen), 1 << 12)), n_threads):
-        radiance[chunk], albedo[chunk] = of_chunk, albedo_of_chunk
-        progress.update("Lighting surfaces", chunk.stop / len(seen))
+    for chunk, means in workers.chunks("Lighting surfaces", len(seen), 1 << 12, estimate, (_DIRECT,)):
+        radiance[chunk], albedo[chunk] = means
     return radiance, albedo
 
 
 def _gather_at_sides(
-    scene: Scene,
-    rays: GatherRays,
-    elements: SurfaceElements,
-    sides: np.ndarray,
-    n_rays: int,
-    seed: int,
-    n_threads: int,
-    progress: Progress,
+    scene: Scene, rays: GatherRays, elements: SurfaceElements, sides: np.ndarray, n_rays: int, workers: Workers
 ) -> np.ndarray:
     """Mean radiance (E/π) from the cache and the world at each of `sides`, (n, 3): a ray from a new point each time."""
 
-    def gather(item: tuple[int, slice]) -> tuple[slice, np.ndarray]:
-        index, chunk = item
-        random = stream(seed, _REFINE, index)
+    def gather(chunk: slice, random: np.random.Generator) -> np.ndarray:
         positions, normals, _ = _points_on(scene, elements, np.repeat(sides[chunk], n_rays), random)
         reflected, sky = rays.radiance(positions, normals, n_rays, random)
-        return chunk, (reflected + sky).reshape(-1, n_rays, 3).mean(axis=1)
+        return (reflected + sky).reshape(-1, n_rays, 3).mean(axis=1)
 
-    progress.update("Refining light", 0.0)
     gathered = np.zeros((len(sides), 3), np.float32)
-    size = max(1, _CHUNK // n_rays)
-    for chunk, mean in ordered_map(gather, enumerate(slices(len(sides), size)), n_threads):
+    for chunk, mean in workers.chunks("Refining light", len(sides), max(1, _CHUNK // n_rays), gather, (_REFINE,)):
         gathered[chunk] = mean
-        progress.update("Refining light", chunk.stop / len(sides))
     return gathered

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..parallel import ordered_map, slices
+from ..parallel import Workers
 from ..photons import Photons, Sphere, region_of
-from ..progress import Progress
 from ..receivers import Receivers
 from ..sampling.streams import below_one, sobol
 from ..sampling.vectors import dot
@@ -27,6 +26,7 @@ SLICE = np.float32(0.2)
 LOW_DENSITY = 0.05
 """α of Eq. 3.6: where photons are less dense than this share of their average, the radius is not grown further."""
 
+_DENSITY = 41  # stream of random numbers
 _CHUNK = 2048
 _OVERSEARCH = 2  # in an edge between two faces, half of the nearest photons are the other face's
 _N_DISC_RAYS = 64
@@ -61,8 +61,7 @@ def density_estimate(
     receivers: Receivers,
     n_nearest: int,
     max_radius: float,
-    n_threads: int = 0,
-    progress: Progress | None = None,
+    workers: Workers,
 ) -> Density:
     """Irradiance E = Σ Φ / (s π r²), with s the share of the disc of radius r that is surface.
 
@@ -76,17 +75,16 @@ def density_estimate(
     max_radius : float
         m; 0 takes `search_radius`.
     """
-    progress = progress or Progress()
     n = len(receivers)
     irradiance, stderr = np.zeros((n, 3), np.float32), np.zeros(n, np.float32)
     if len(photons) == 0:
         return Density(irradiance, stderr)
     r_max = max_radius or search_radius(photons, region_of(receivers.position), n_nearest)
-    progress.update("Sorting photons", 0.0)
+    workers.progress.update("Sorting photons", 0.0)
     tree = cKDTree(photons.position, balanced_tree=False)
     photon_normals = photons.normal
 
-    def estimate(chunk: slice) -> tuple[slice, np.ndarray, np.ndarray]:
+    def estimate(chunk: slice, _: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         x, normals = receivers.position[chunk], receivers.normal[chunk]
         within, r = _nearest_in_slice(tree, photons.position, photon_normals, x, normals, n_nearest, r_max)
         share, blocked = surface_share(scene, tracer, x, normals, r)
@@ -95,12 +93,10 @@ def density_estimate(
         power = np.where((within >= 0)[..., None], photons.power[within], 0)
         area = np.pi * r**2 * share
         squares = (power.mean(axis=2) ** 2).sum(axis=1)
-        return chunk, power.sum(axis=1) / area[:, None], np.sqrt(squares) / area
+        return power.sum(axis=1) / area[:, None], np.sqrt(squares) / area
 
-    progress.update("Gathering photons", 0.0)
-    for chunk, value, error in ordered_map(estimate, slices(n, _CHUNK), n_threads):
-        irradiance[chunk], stderr[chunk] = value, error
-        progress.update("Gathering photons", chunk.stop / n)
+    for chunk, estimates in workers.chunks("Gathering photons", n, _CHUNK, estimate, (_DENSITY,)):
+        irradiance[chunk], stderr[chunk] = estimates
     return Density(irradiance, stderr)
 
 

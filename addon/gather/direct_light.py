@@ -10,12 +10,10 @@ sampled by the way that finds it more often (the maximum heuristic: Veach 1997, 
 
 import numpy as np
 
-from ..parallel import ordered_map, slices
+from ..parallel import Workers
 from ..photons import Source
 from ..photons.emission import emissive_triangles, sample_area_lamp
-from ..progress import Progress
 from ..receivers import Receivers
-from ..sampling.streams import stream
 from ..sampling.vectors import dot
 from ..sampling.warps import (
     sample_cosine_hemisphere,
@@ -222,21 +220,14 @@ def _direction(positions: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, 
     return way / distance[:, None], distance
 
 
-def direct_irradiance(
-    direct: DirectLight, receivers: Receivers, seed: int, n_threads: int = 0, progress: Progress | None = None
-) -> np.ndarray:
-    """Direct irradiance of receivers, the world's among it, the mean of `N_SAMPLES` estimates, (n, 3) float32, W/m²."""
-    progress = progress or Progress()
+def direct_irradiance(direct: DirectLight, receivers: Receivers, workers: Workers) -> np.ndarray:
+    """Direct irradiance of receivers, the world's among it, mean of `N_SAMPLES` estimates, (n, 3) float32, W/m²."""
 
-    def estimate(item: tuple[int, slice]) -> tuple[slice, np.ndarray]:
-        index, chunk = item
+    def estimate(chunk: slice, random: np.random.Generator) -> np.ndarray:
         positions, normals = (np.repeat(of[chunk], N_SAMPLES, 0) for of in (receivers.position, receivers.normal))
-        samples = direct.irradiance_with_sky(positions, normals, stream(seed, _AT_RECEIVERS, index))
-        return chunk, samples.reshape(-1, N_SAMPLES, 3).mean(axis=1)
+        return direct.irradiance_with_sky(positions, normals, random).reshape(-1, N_SAMPLES, 3).mean(axis=1)
 
-    progress.update("Adding direct light", 0.0)
     irradiance = np.zeros((len(receivers), 3), np.float32)
-    for chunk, value in ordered_map(estimate, enumerate(slices(len(receivers), 1024)), n_threads):
+    for chunk, value in workers.chunks("Adding direct light", len(receivers), 1024, estimate, (_AT_RECEIVERS,)):
         irradiance[chunk] = value
-        progress.update("Adding direct light", chunk.stop / len(receivers))
     return irradiance

@@ -4,10 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..parallel import ordered_map, slices
-from ..progress import Progress
+from ..parallel import Workers
 from ..receivers import Receivers
-from ..sampling.streams import stream
 from ..scene.z_curve import z_curve
 from .gather_rays import GatherRays
 
@@ -41,9 +39,7 @@ def final_gather(
     receivers: Receivers,
     n_rays: int,
     noise: float,
-    seed: int,
-    n_threads: int = 0,
-    progress: Progress | None = None,
+    workers: Workers,
 ) -> Gathered:
     """Irradiance E = π · mean of L over cosine-weighted rays, in batches that are stratified each on its own.
 
@@ -55,32 +51,25 @@ def final_gather(
         Rounds go on for the receivers whose standard error is above this share of the mean irradiance, as long as
         there are any (at most 64 rounds); 0: one round.
     """
-    progress = progress or Progress()
     n = len(receivers)
     rays_a_batch = max(1, n_rays // _N_BATCHES)
+    size = max(1, _CHUNK // (rays_a_batch * _N_BATCHES))
     total, total_square = np.zeros((n, 3)), np.zeros(n)
     batches = np.zeros(n, np.int64)
     # Neighbours are gathered together, whose rays meet the same surfaces: that is faster.
     active = in_space = np.argsort(z_curve(receivers.position), kind="stable")
     sent = 0
     for turn in range(_MAX_ROUNDS if noise > 0 else 1):
-        size = max(1, _CHUNK // (rays_a_batch * _N_BATCHES))
 
-        def gather(
-            item: tuple[int, slice], chosen: np.ndarray = active, turn: int = turn
-        ) -> tuple[np.ndarray, np.ndarray]:
-            index, chunk = item
-            receiver = chosen[chunk]
-            return receiver, _batch_means(rays, receivers, receiver, rays_a_batch, stream(seed, _GATHER, turn, index))
+        def gather(chunk: slice, random: np.random.Generator, active: np.ndarray = active) -> np.ndarray:
+            return _batch_means(rays, receivers, active[chunk], rays_a_batch, random)
 
-        done = 0
-        progress.update("Gathering light", _fraction(turn, 0.0, noise > 0))
-        for receiver, means in ordered_map(gather, enumerate(slices(len(active), size)), n_threads):
-            total[receiver] += means.sum(axis=1)
-            total_square[receiver] += (means.mean(axis=2) ** 2).sum(axis=1)
-            batches[receiver] += _N_BATCHES
-            done += len(receiver)
-            progress.update("Gathering light", _fraction(turn, done / len(active), noise > 0))
+        # Nobody knows how many turns there will be: each is half of what is left
+        part = (1 - 0.5**turn, 1 - 0.5 ** (turn + 1)) if noise > 0 else (0.0, 1.0)
+        for chunk, means in workers.chunks("Gathering light", len(active), size, gather, (_GATHER, turn), part):
+            total[active[chunk]] += means.sum(axis=1)
+            total_square[active[chunk]] += (means.mean(axis=2) ** 2).sum(axis=1)
+        batches[active] += _N_BATCHES
         sent += len(active) * rays_a_batch * _N_BATCHES
         mean = total / np.maximum(batches, 1)[:, None]
         variance = np.maximum(total_square / np.maximum(batches, 1) - mean.mean(axis=1) ** 2, 0)
@@ -89,11 +78,6 @@ def final_gather(
         if len(active) == 0:
             break
     return Gathered((np.pi * mean).astype(np.float32), (np.pi * stderr).astype(np.float32), sent)
-
-
-def _fraction(turn: int, of_turn: float, more_turns: bool) -> float:
-    """How much is done: each turn half of what is left, as nobody knows how many there will be."""
-    return 1 - (1 - of_turn / 2) / 2**turn if more_turns else of_turn
 
 
 def _batch_means(

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..parallel import ordered_map
-from ..progress import Progress
+from ..parallel import Workers
 from ..sampling.octahedral import encode_octahedral
 from ..sampling.streams import sobol_chunks, stream
 from ..sampling.vectors import largest
@@ -45,10 +44,7 @@ def trace_photons(
     sources: list[Source],
     n_photons: int,
     max_bounces: int,
-    seed: int,
-    n_threads: int = 0,
-    progress: Progress | None = None,
-    stage: str = "Tracing photons",
+    workers: Workers,
 ) -> Photons:
     """Photons that met surfaces, after being scattered by Lambertian surfaces with Russian roulette.
 
@@ -68,19 +64,17 @@ def trace_photons(
     Photons
         The same for a seed whatever the number of threads.
     """
-    progress = progress or Progress()
     counts = shares(sources, n_photons)
     done, total = 0, sum(counts)
-    progress.update(stage, 0.0)
+    workers.progress.update("Tracing photons", 0.0)
     parts = [Photons.none()]
-    for n, part in ordered_map(
-        lambda batch: (len(batch.u), _trace_batch(scene, tracer, batch, max_bounces, seed)),
-        _batches(sources, counts, seed),
-        n_threads,
+    for n, part in workers.map(
+        lambda batch: (len(batch.u), _trace_batch(scene, tracer, batch, max_bounces, workers.seed)),
+        _batches(sources, counts, workers.seed),
     ):
         parts.append(part)
         done += n
-        progress.update(stage, done / total)
+        workers.progress.update("Tracing photons", done / total)
     return Photons.join(parts)
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from photon_bake.addon.bake import bake
 from photon_bake.addon.blender import bake_objects, extract_scene, receiver_meshes
 from photon_bake.addon.gather import DirectLight, GatherRays, build_radiance_cache, final_gather
+from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import light_sources, region_of, trace_photons
 from photon_bake.addon.receivers import vertex_receivers
 from photon_bake.addon.settings import settings_for
@@ -80,16 +81,16 @@ def ray_rates(name, scene, receivers):
     recording = RecordingTracer(scene)
 
     def photons(with_tracer):
-        return trace_photons(scene, with_tracer, sources, 1_000_000, 32, 0)
+        return trace_photons(scene, with_tracer, sources, 1_000_000, 32, Workers())
 
     stored = photons(recording)
     rows = [rate_row(name, "photons", best_of(3, lambda: photons(tracer)), tracer, recording.asked)]
 
     direct = DirectLight(scene, tracer, sources)
-    cache = build_radiance_cache(scene, tracer, stored, direct, receivers, 120_000, 0, 0)
+    cache = build_radiance_cache(scene, tracer, stored, direct, receivers, 120_000, 0, Workers())
     recording.asked.clear()
-    final_gather(GatherRays(scene, recording, direct, cache), receivers, 16, 0, 0)
-    gather = best_of(3, lambda: final_gather(GatherRays(scene, tracer, direct, cache), receivers, 16, 0, 0))
+    final_gather(GatherRays(scene, recording, direct, cache), receivers, 16, 0, Workers())
+    gather = best_of(3, lambda: final_gather(GatherRays(scene, tracer, direct, cache), receivers, 16, 0, Workers()))
     rows.append(rate_row(name, "final gather", gather, tracer, recording.asked))
     return rows
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from photon_bake.addon.gather import DirectLight, direct_irradiance
+from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import Sphere, light_sources
 from photon_bake.addon.sampling.streams import stream
 from photon_bake.addon.scene import LightKind, Lights
@@ -122,5 +123,5 @@ def test_receivers_get_the_same_for_any_threads():
     )
     direct = direct_of(scene)
     at = receivers_at(np.random.default_rng(1).uniform(-1, 1, (3000, 3)) * [1, 1, 0] + [0, 0, 1e-3], UP)
-    one, two = direct_irradiance(direct, at, 5, n_threads=1), direct_irradiance(direct, at, 5, n_threads=3)
+    one, two = (direct_irradiance(direct, at, Workers(5, n_threads)) for n_threads in (1, 3))
     assert np.array_equal(one, two) and one.max() > 0

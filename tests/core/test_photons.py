@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from photon_bake.addon.errors import Cancelled
+from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import PathKind, light_sources, region_of, trace_photons
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.scene import LightKind, Lights
@@ -10,15 +11,14 @@ from photon_bake.addon.tracers.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, chi_square_of_directions, lamp, plane, scene_of
 
 
-def trace(scene, n=100_000, max_bounces=64, seed=1, **options):
+def trace(scene, n=100_000, max_bounces=64, seed=1, **workers):
     return trace_photons(
         scene,
         EmbreeTracer(scene),
         light_sources(scene, region_of(scene.vertices)),
         n,
         max_bounces,
-        seed,
-        **options,
+        Workers(seed, **workers),
     )
 
 
