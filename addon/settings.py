@@ -26,7 +26,7 @@ class BakeSettings:
     gather: Gather = "final"
     n_photons: int = _knob(1_000_000, 1_000, 1_000_000_000, "Photons emitted by all lights together")
     max_bounces: int = _knob(32, 1, 1024, "Surfaces a photon may hit before it is dropped")
-    n_gather_rays: int = _knob(256, 4, 65_536, "Rays that a receiver sends out in a final gather")
+    n_gather_rays: int = _knob(512, 4, 65_536, "Rays that a receiver sends out in a final gather")
     n_cache_elements: int = _knob(
         120_000, 100, 10_000_000, "Most surface elements of the radiance cache; small gathers take fewer"
     )
@@ -57,7 +57,7 @@ class BakeSettings:
 _QUALITIES: dict[str, dict[str, int]] = {
     "draft": {
         "n_photons": 200_000,
-        "n_gather_rays": 64,
+        "n_gather_rays": 128,
         "n_cache_elements": 30_000,
         "n_cache_rays": 4,
         "n_nearest": 100,
@@ -65,7 +65,7 @@ _QUALITIES: dict[str, dict[str, int]] = {
     "medium": {},
     "high": {
         "n_photons": 4_000_000,
-        "n_gather_rays": 1024,
+        "n_gather_rays": 2048,
         "n_cache_elements": 300_000,
         "n_cache_rays": 32,
         "n_nearest": 400,

@@ -63,12 +63,12 @@ def best_of(n, function):
     return min(seconds(function) for _ in range(n))
 
 
-def embree_seconds(tracer, asked):
-    """Embree's own time for recorded rays, in the same chunks on as many threads as the engine takes."""
+def embree_seconds(tracer, asked, n_threads):
+    """Embree's own time for recorded rays, in the same chunks."""
     run = tracer._scattering._embree.run
 
     def replay():
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
+        with ThreadPoolExecutor(n_threads) as pool:
             list(pool.map(lambda rays: run(*rays, output=True), asked))
 
     return best_of(3, replay)
@@ -97,8 +97,9 @@ def ray_rates(name, scene, receivers):
 
 def rate_row(name, what, ours, tracer, asked):
     n = sum(len(origins) for origins, _ in asked)
-    embree = embree_seconds(tracer, asked)
-    return [name, what, f"{n:,}", f"{n / ours / 1e6:.2f}", f"{n / embree / 1e6:.2f}", f"{embree / ours:.0%}"]
+    one, all_cores = (embree_seconds(tracer, asked, n_threads) for n_threads in (1, os.cpu_count()))
+    rates = [f"{n / time / 1e6:.2f}" for time in (ours, one, all_cores)]
+    return [name, what, f"{n:,}", *rates, f"{one / ours:.0%}", f"{all_cores / ours:.0%}"]
 
 
 def relative_rmse(value, truth):
@@ -209,7 +210,16 @@ def main():
     parts = [f"Python {sys.version.split()[0]}, Blender {bpy.app.version_string}, {os.cpu_count()} cores\n"]
     if options.only in (None, "rays"):
         rows = [row for name, path in scenes.items() for row in ray_rates(name, *load(path)[:2])]
-        head = ["Scene", "Rays of", "Rays", "Ours, M/s", "Embree alone, M/s", "Embree's share of our time"]
+        head = [
+            "Scene",
+            "Rays of",
+            "Rays",
+            "Ours, M/s",
+            "Embree, one thread",
+            "Embree, all cores",
+            "Ours / one",
+            "Ours / all",
+        ]
         parts.append(table("Rays against Embree's own time for the same rays", head, rows))
     if options.only in (None, "error"):
         truths = {name: np.load(path.with_suffix(".npz")) for name, path in scenes.items()}
