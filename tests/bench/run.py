@@ -15,12 +15,21 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from time import perf_counter
+from unittest import mock
 
 import bpy
 import numpy as np
 from photon_bake.addon.bake import bake
 from photon_bake.addon.blender import bake_objects, extract_scene, receiver_meshes
-from photon_bake.addon.gather import DirectLight, GatherRays, build_radiance_cache, final_gather
+from photon_bake.addon.gather import (
+    DirectLight,
+    GatherRays,
+    RadianceCache,
+    build_radiance_cache,
+    final_gather,
+    gather_rays,
+)
+from photon_bake.addon.gather.elements import SurfaceElements
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import light_sources, region_of, trace_photons
 from photon_bake.addon.receivers import vertex_receivers
@@ -129,8 +138,27 @@ def errors(name, path, truth):
             rows.append(
                 [name, gather, quality, f"{time:.1f}", f"{error:.2%}", f"{ratio - 1:+.2%}", f"{speed_up:.1f}{mark}"]
             )
+    rows.append([name, "path tracing", "2048 rays", *path_traced(scene, probes, element, truth), ""])
     rows += [[name, "Cycles", f"{n} samples", f"{time:.1f}", f"{error:.2%}", "", ""] for n, time, error in cycles]
     return rows
+
+
+def path_traced(scene, probes, element, truth):
+    """Time, error and mean without photons and cache, every gather ray followed through 32 surfaces.
+
+    What remains of the error then, beyond noise, is how the scene is read and scattered.
+    """
+    tracer = EmbreeTracer(scene)
+    direct = DirectLight(scene, tracer, light_sources(scene, region_of(probes.position)))
+    elements = SurfaceElements.by_visits(scene, np.zeros(scene.n_triangles), 1)
+    cache = RadianceCache.of_sides(elements, np.zeros((2 * len(elements), 3), np.float32))
+    cache.__dict__["_reach"] = np.full(len(elements) + 1, np.inf, np.float32)
+    with mock.patch.object(gather_rays, "_MAX_NEAR_HITS", 32):
+        start = perf_counter()
+        gathered = final_gather(GatherRays(scene, tracer, direct, cache), probes, 2048, 0, Workers())
+    at_probe = gathered.irradiance[element].reshape(-1, 3, 3).mean(axis=1) / np.pi
+    ratio = at_probe[truth["keep"]].mean() / truth["mean"][truth["keep"]].mean()
+    return f"{perf_counter() - start:.1f}", f"{relative_rmse(at_probe, truth):.2%}", f"{ratio - 1:+.2%}"
 
 
 def cycles_curve(truth, samples=(16, 64, 256)):
