@@ -27,7 +27,7 @@ LOW_DENSITY = 0.05
 """α of Eq. 3.6: where photons are less dense than this share of their average, the radius is not grown further."""
 
 _DENSITY = 41  # stream of random numbers
-_CHUNK = 2048
+_PAIRS = 1 << 19  # of receivers and photons in a chunk, which bounds the memory
 _OVERSEARCH = 2  # in an edge between two faces, half of the nearest photons are the other face's
 _N_DISC_RAYS = 64
 _LEAST_SHARE = np.float32(1 / 8)  # half of a corner between three walls: with less, the receiver is on no surface
@@ -95,7 +95,7 @@ def density_estimate(
         squares = (power.mean(axis=2) ** 2).sum(axis=1)
         return power.sum(axis=1) / area[:, None], np.sqrt(squares) / area
 
-    for chunk, estimates in workers.chunks("Gathering photons", n, _CHUNK, estimate, (_DENSITY,)):
+    for chunk, estimates in workers.chunks("Gathering photons", n, max(1, _PAIRS // n_nearest), estimate, (_DENSITY,)):
         irradiance[chunk], stderr[chunk] = estimates
     return Density(irradiance, stderr)
 
