@@ -86,12 +86,8 @@ def check_color_attribute(objects: "Iterable[bpy.types.Object]", attribute_name:
     if attribute_name in BUILT_IN:
         raise BakeError(f"'{attribute_name}' means something else to Blender: choose another attribute name.")
     for obj in objects:
-        mesh = obj.data
-        if mesh.is_editmode:
-            raise BakeError(f"Object '{obj.name}' is in edit mode: leave edit mode to bake.")
-        if not mesh.is_editable:
-            raise BakeError(f"The mesh of object '{obj.name}' is linked from another file and cannot be written.")
-        existing = mesh.attributes.get(attribute_name)
+        check_editable(obj)
+        existing = obj.data.attributes.get(attribute_name)
         if existing is not None and not _is_color(existing):
             raise BakeError(
                 f"Object '{obj.name}' has an attribute '{attribute_name}' that is not a colour: choose another "
@@ -101,6 +97,23 @@ def check_color_attribute(objects: "Iterable[bpy.types.Object]", attribute_name:
             raise BakeError(
                 f"Object '{obj.name}' has a vertex group '{attribute_name}': choose another attribute name."
             )
+
+
+def check_editable(obj: "bpy.types.Object") -> None:
+    """Make sure that a mesh object's mesh can be written to.
+
+    Raises
+    ------
+    BakeError
+        If not, naming the object and what to do.
+    """
+    if obj.mode == "EDIT" or obj.data.is_editmode:
+        raise BakeError(f"Object '{obj.name}' is in edit mode: leave edit mode to bake.")
+    if not obj.data.is_editable:
+        raise BakeError(
+            f"The mesh of object '{obj.name}' is linked from another file and cannot be written: make it local "
+            "(Object > Relations > Make Local)."
+        )
 
 
 def _is_color(attribute: "bpy.types.Attribute") -> bool:

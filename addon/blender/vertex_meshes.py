@@ -18,6 +18,7 @@ import numpy as np
 
 from ..errors import BakeError
 from ..receivers import ReceiverMesh
+from .color_attribute import check_editable
 from .meshes import attribute, place_normals, to_world
 
 FIRST_VERTICES: dict[str, Callable[["bpy.types.Modifier"], bool]] = {
@@ -132,15 +133,8 @@ def check_target(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> N
     """
     if obj.type != "MESH":
         raise BakeError(f"Object '{obj.name}' is not a mesh: convert it to one (Object > Convert) to bake to it.")
-    mesh = obj.data
-    if obj.mode == "EDIT" or mesh.is_editmode:
-        raise BakeError(f"Object '{obj.name}' is in edit mode: leave edit mode to bake.")
-    if not mesh.is_editable:
-        raise BakeError(
-            f"The mesh of object '{obj.name}' is linked from another file and cannot be written: make it local "
-            "(Object > Relations > Make Local)."
-        )
-    if not len(mesh.polygons):
+    check_editable(obj)
+    if not len(obj.data.polygons):
         raise BakeError(f"Object '{obj.name}' has no faces to bake to: give it some, or leave it out.")
     if not obj.visible_get(view_layer=depsgraph.view_layer):
         raise BakeError(f"Object '{obj.name}' is hidden in the viewport: show it to bake to it.")

@@ -37,7 +37,7 @@ class SurfaceElements:
 
     @staticmethod
     def by_visits(scene: Scene, visits: np.ndarray, n_elements: int) -> "SurfaceElements":
-        """About `n_elements` elements that each share of the `visits` (t,) to triangles is alike.
+        """About `n_elements` elements that get about as many of the triangles' `visits` (t,) each.
 
         Small triangles of one object, one material and one of six main directions share elements in the order of a
         Z-curve through space.
@@ -46,8 +46,8 @@ class SurfaceElements:
         by_visits = visits / max(visits.sum(), 1)
         wanted = n_elements * ((1 - _AREA_SHARE) * by_visits + _AREA_SHARE * areas / areas.sum())
         cuts = np.clip(np.rint(np.sqrt(wanted)), 1, _MAX_CUTS).astype(np.int32)
-        small = np.flatnonzero(wanted < 0.5)
         alone = wanted >= 0.5
+        small = np.flatnonzero(~alone)
         n_of_triangle = np.where(alone, cuts.astype(np.int64) ** 2, 0)
         first = np.cumsum(n_of_triangle) - n_of_triangle
         first[small] = n_of_triangle.sum() + _groups(scene, small, wanted[small])

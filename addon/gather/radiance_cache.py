@@ -11,8 +11,9 @@ from .elements import SurfaceElements
 NEAR = 1.0
 """Rays that end nearer than this many sizes (√area) of the element they hit are not answered by the cache.
 
-An element is the mean of its area; seen from several sizes away that is what a gather ray needs, but from closer by
+An element is the mean of its area; from afar that is what a gather ray needs, but from closer by than its own size
 parts of it that the receiver does not see, round an edge or on the lit side of a shadow, would shine into dark places.
+A larger number is more accurate and slower, as more rays have to be followed on.
 """
 
 

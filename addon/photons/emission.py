@@ -250,12 +250,12 @@ def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
     Objects that diffuse rays do not see do not shine on diffuse surfaces.
     """
-    radiance = scene.materials.emission[scene.material_of_triangle].astype(np.float64)
-    emits = (radiance > 0).any(axis=1) & scene.objects.scatters[scene.object_of_triangle]
+    glows = (scene.materials.emission > 0).any(axis=1)
+    emits = glows[scene.material_of_triangle] & scene.objects.scatters[scene.object_of_triangle]
     triangles = np.flatnonzero(emits).astype(np.int32)
-    power = 2 * np.pi * radiance[triangles] * scene.areas[triangles, None]
-    total = power.sum()
-    return triangles, power.mean(1) * 3 / total if total > 0 else power.mean(1), power
+    radiance = scene.materials.emission[scene.material_of_triangle[triangles]].astype(np.float64)
+    power = 2 * np.pi * radiance * scene.areas[triangles, None]
+    return triangles, power.sum(axis=1) / max(power.sum(), 1e-300), power
 
 
 def light_sources(scene: Scene, region: Sphere) -> list[Source]:

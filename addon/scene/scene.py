@@ -104,12 +104,13 @@ class Scene:
 
     def barycentrics(self, triangle: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Barycentric weights (u, v) of points on triangles, clipped to the triangles, (n,) float32 each."""
-        corners = self.vertices[self.triangles[triangle]]
+        corners = self.vertices[self.triangles[triangle]].astype(np.float64)  # slivers need the digits
         e1, e2, p = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], positions - corners[:, 0]
         d11, d12, d22, p1, p2 = dot(e1, e1), dot(e1, e2), dot(e2, e2), dot(p, e1), dot(p, e2)
-        scale = 1 / np.maximum(d11 * d22 - d12 * d12, np.float32(1e-37))
+        scale = 1 / np.maximum(d11 * d22 - d12 * d12, 1e-300)
         u = np.clip((d22 * p1 - d12 * p2) * scale, 0, 1)
-        return u, np.clip((d11 * p2 - d12 * p1) * scale, 0, 1 - u)
+        v = np.clip((d11 * p2 - d12 * p1) * scale, 0, 1 - u)
+        return u.astype(np.float32), v.astype(np.float32)
 
     def uvs(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Texture coordinates of barycentric coordinates (1−u−v, u, v) on triangles, (n, 2) float32."""

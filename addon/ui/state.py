@@ -7,12 +7,12 @@ from ..settings import Gather
 
 STAGE_SHARES: dict[Gather, dict[str, float]] = {
     "final": {
-        "Reading the scene": 1,
-        "Tracing photons": 4,
-        "Refining surfaces": 1,
-        "Lighting surfaces": 3,
-        "Refining light": 10,
-        "Gathering light": 20,
+        "Reading the scene": 2,
+        "Tracing photons": 1,
+        "Refining surfaces": 0.5,
+        "Lighting surfaces": 2,
+        "Refining light": 3,
+        "Gathering light": 25,
         "Adding direct light": 1,
     },
     "density": {

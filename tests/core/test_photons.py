@@ -86,6 +86,15 @@ def test_stored_photons_lie_on_their_triangles():
     assert np.allclose(scene.points(photons.triangle, u, v), photons.position, atol=1e-5)
 
 
+@pytest.mark.parametrize("height", [1.0, 1e-3, 1e-5])
+def test_barycentrics_of_slivers(height):
+    """Points on a triangle a hundred thousand times as long as it is high are found again."""
+    scene = scene_of([(0, 0, 0), (1, 0, 0), (0.3, height, 0)], [0, 1, 2])
+    u, v = np.random.default_rng(2).random((2, 100), np.float32) / 2
+    found_u, found_v = scene.barycentrics(np.zeros(100, np.int32), scene.points(np.zeros(100, np.int32), u, v))
+    assert found_u == pytest.approx(u, abs=1e-5) and found_v == pytest.approx(v, abs=1e-5)
+
+
 def test_back_faces_reflect_too():
     inside_out = scene_of(*box(inwards=False), lights=lamp(LightKind.POINT, 10 / (4 * np.pi), position=(0, 0, 0)))
     photons = trace(inside_out)
