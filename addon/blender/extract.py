@@ -6,13 +6,13 @@ import bpy
 import numpy as np
 
 from ..errors import BakeError
-from ..scene import Lights, Scene, SceneObjects
+from ..scene import Lights, Scene, SceneObjects, World
 from .lamps import read_lamp
 from .materials import MaterialTable
 from .meshes import LocalMesh, PlacedMesh, place, read_mesh
 from .visibility import RenderVisibility
 from .warn import Warnings
-from .world import world_radiance
+from .world import read_world
 
 
 def extract_scene(depsgraph: "bpy.types.Depsgraph", warnings: list[str] | None = None) -> Scene:
@@ -54,7 +54,7 @@ def extract_scene(depsgraph: "bpy.types.Depsgraph", warnings: list[str] | None =
             gathered.lights.append(read_lamp(instance.object, matrix, instance.object.name, warn))
         else:
             gathered.add_mesh(instance)
-    return gathered.scene(world_radiance(depsgraph.scene.world, warn))
+    return gathered.scene(read_world(depsgraph.scene.world, warn))
 
 
 @dataclass
@@ -120,7 +120,7 @@ class _Gathered:
             uvs[on] = read @ coordinates.matrix.T + coordinates.offset
         return uvs
 
-    def scene(self, world: np.ndarray) -> Scene:
+    def scene(self, world: World) -> Scene:
         """All of it, end to end."""
         first_vertex = np.cumsum([0] + [len(mesh.vertices) for mesh in self.placed])
         n_triangles = [len(mesh.triangles) for mesh in self.placed]
@@ -136,9 +136,16 @@ class _Gathered:
             material_of_triangle=_join(self.material_of_triangle, (0,), np.int32),
             object_of_triangle=np.repeat(np.arange(len(self.placed), dtype=np.int32), n_triangles),
             materials=self.materials.materials(),
-            objects=SceneObjects(tuple(self.names), np.array(self.scatters, bool), np.array(self.casts_shadow, bool)),
+            objects=SceneObjects(
+                tuple(self.names),
+                np.array(self.scatters, bool),
+                np.array(self.casts_shadow, bool),
+                np.array(self.scatters, bool),
+                np.array(self.scatters, bool),
+                np.ones(len(self.names), bool),
+            ),
             lights=Lights.join(self.lights) if self.lights else Lights.none(),
-            world_radiance=world,
+            world=world,
         )
 
 

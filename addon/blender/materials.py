@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 from mathutils import Euler
 
-from ..scene import Materials
+from ..scene import Channel, Materials
 from .images import ImageTable
 from .nodes import number, source, surface_node, uses_nodes, vector
 from .warn import Warnings
@@ -79,16 +79,11 @@ class MaterialTable:
         def column(name: str, dtype: type = np.float32) -> np.ndarray:
             return np.array([getattr(row, name) for row in rows], dtype)
 
-        return Materials(
+        return Materials.of(
+            len(rows),
             names=tuple(row.name for row in rows),
-            albedo=np.clip(column("albedo").reshape(-1, 3), 0, 1),
-            texture=column("texture", np.int32),
-            emission=np.maximum(column("emission").reshape(-1, 3), 0),
-            roughness=column("roughness"),
-            metallic=column("metallic"),
-            transmission=column("transmission"),
-            ior=column("ior"),
-            alpha=column("alpha"),
+            diffuse=Channel(np.clip(column("albedo").reshape(-1, 3), 0, 1), column("texture", np.int32)),
+            emission=Channel.constant(np.maximum(column("emission").reshape(-1, 3), 0)),
             textures=self._images.textures(),
         )
 

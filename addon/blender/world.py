@@ -3,12 +3,13 @@
 import bpy
 import numpy as np
 
+from ..scene import World
 from .nodes import number, surface_node, uses_nodes, vector
 from .warn import Warnings
 
 
-def world_radiance(world: "bpy.types.World | None", warnings: Warnings) -> np.ndarray:
-    """Radiance of the world, the same in every direction: the Background node's colour × strength.
+def read_world(world: "bpy.types.World | None", warnings: Warnings) -> World:
+    """The world as light, the same in every direction: the Background node's colour × strength.
 
     Parameters
     ----------
@@ -18,14 +19,13 @@ def world_radiance(world: "bpy.types.World | None", warnings: Warnings) -> np.nd
 
     Returns
     -------
-    (3,) float32
-        W/(m² sr), scene-linear.
+    World
     """
-    black = np.zeros(3, np.float32)
+    black = World.constant(0)
     if world is None or not _seen_by_diffuse_rays(world):
         return black
     if not uses_nodes(world):
-        return np.array(world.color[:3], np.float32)
+        return World.constant(world.color[:3])
     node = surface_node(world)
     if node is None:
         return black
@@ -40,7 +40,7 @@ def world_radiance(world: "bpy.types.World | None", warnings: Warnings) -> np.nd
         )
         color = np.array(node.inputs["Color"].default_value[:3]) if color is None else color
         strength = float(node.inputs["Strength"].default_value) if strength is None else strength
-    return np.maximum(color * strength, 0).astype(np.float32)
+    return World.constant(np.maximum(color * strength, 0))
 
 
 def _seen_by_diffuse_rays(world: "bpy.types.World") -> bool:

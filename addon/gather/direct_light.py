@@ -108,7 +108,7 @@ class DirectLight:
         u = random.random((len(positions), 2), dtype=np.float32)
         directions = to_world(sample_cosine_hemisphere(u), normals)
         hits = self._tracer.closest_hit(positions, directions)
-        sky = np.where(hits.hit[:, None], np.float32(0), self._scene.world_radiance)
+        sky = np.where(hits.hit[:, None], np.float32(0), self._scene.world.radiance(directions))
         return self.emission_met(hits, directions, normals), sky
 
     def irradiance_with_sky(
@@ -133,7 +133,7 @@ class DirectLight:
         k = np.flatnonzero(hits.hit & (self._density[hits.triangle] > 0))
         cosines = dot(directions[k], normals[k]) * np.abs(dot(directions[k], hits.normal[k]))
         by_ray = self._rays_find_more(hits.triangle[k], cosines, hits.distance[k])
-        radiance[k] = by_ray[:, None] * scene.materials.emission[scene.material_of_triangle[hits.triangle[k]]]
+        radiance[k] = by_ray[:, None] * scene.emission(hits.triangle[k], hits.u[k], hits.v[k])
         return radiance
 
     def _rays_find_more(self, triangle: np.ndarray, cosines: np.ndarray, distance: np.ndarray) -> np.ndarray:
@@ -204,12 +204,13 @@ class DirectLight:
         k = np.searchsorted(self._emissive_cumulative, u[:, 2], side="right")
         k = np.minimum(k, len(self._emissive) - 1)
         triangle = self._emissive[k]
-        targets = scene.points(triangle, *sample_uniform_triangle(u[:, :2]))
+        place = sample_uniform_triangle(u[:, :2])
+        targets = scene.points(triangle, *place)
         directions, distance = _direction(positions, targets)
         cosines = np.maximum(dot(directions, normals), 0) * np.abs(dot(directions, scene.normals[triangle]))
         weight = scene.areas[triangle] / self._emissive_chance[k] * cosines / distance.astype(np.float64) ** 2
         weight = np.where(self._rays_find_more(triangle, cosines, distance), 0, weight)
-        radiance = scene.materials.emission[scene.material_of_triangle[triangle]]
+        radiance = scene.emission(triangle, *place)
         return targets, (radiance * weight[:, None]).astype(np.float32)
 
 

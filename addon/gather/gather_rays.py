@@ -50,7 +50,7 @@ class GatherRays:
         """
         directions = to_world(sample_cosine_hemisphere(_stratified(len(origins) // n_rays, n_rays, random)), normals)
         hits = self._tracer.closest_hit(origins, directions)
-        sky = np.where(hits.hit[:, None], np.float32(0), self._scene.world_radiance)
+        sky = np.where(hits.hit[:, None], np.float32(0), self._scene.world.radiance(directions))
         reflected, near = self._cache.look_up(hits, directions)
         k = np.flatnonzero(near)
         if len(k):
@@ -77,7 +77,7 @@ class GatherRays:
             u = random.random((len(ray), 2), dtype=np.float32)
             origins, directions = positions, to_world(sample_cosine_hemisphere(u), normals)
             hits = self._tracer.closest_hit(origins, directions)
-            radiance[ray] += np.where(hits.hit[:, None], np.float32(0), throughput * scene.world_radiance)
+            radiance[ray] += np.where(hits.hit[:, None], np.float32(0), throughput * scene.world.radiance(directions))
             radiance[ray] += throughput * self._direct.emission_met(hits, directions, normals)
             reflected, near = self._cache.look_up(hits, directions)
             if step == _MAX_NEAR_HITS - 1:

@@ -209,7 +209,7 @@ class WorldSource(_DistantSource):
 
     def __init__(self, scene: Scene, region: Sphere) -> None:
         super().__init__(scene, region)
-        self._radiance = scene.world_radiance
+        self._radiance = scene.world.color
         self.power = self._radiance.astype(np.float64) * 4 * np.pi * self._area_of_region
 
     def emit(self, u: np.ndarray) -> Rays:
@@ -250,10 +250,10 @@ def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
     Objects that diffuse rays do not see do not shine on diffuse surfaces.
     """
-    glows = (scene.materials.emission > 0).any(axis=1)
+    glows = scene.materials.emission.nonzero
     emits = glows[scene.material_of_triangle] & scene.objects.scatters[scene.object_of_triangle]
     triangles = np.flatnonzero(emits).astype(np.int32)
-    radiance = scene.materials.emission[scene.material_of_triangle[triangles]].astype(np.float64)
+    radiance = scene.materials.emission.value[scene.material_of_triangle[triangles]].astype(np.float64)
     power = 2 * np.pi * radiance * scene.areas[triangles, None]
     return triangles, power.sum(axis=1) / max(power.sum(), 1e-300), power
 

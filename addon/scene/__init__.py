@@ -1,7 +1,9 @@
 """What is lit: meshes, materials, lights and world as NumPy arrays in world space (metres, scene-linear Rec.709)."""
 
 from .lights import LightKind, Lights
-from .materials import Materials, Textures
+from .materials import Channel, Materials
 from .scene import Scene, SceneObjects
+from .textures import Textures
+from .world import World
 
-__all__ = ["LightKind", "Lights", "Materials", "Scene", "SceneObjects", "Textures"]
+__all__ = ["Channel", "LightKind", "Lights", "Materials", "Scene", "SceneObjects", "Textures", "World"]

@@ -1,93 +1,150 @@
-"""What surfaces do to light: albedo and emission, as constants or image textures."""
+"""What surfaces do to light: the parameters of their scattering, as constants or image textures."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
 
+from .textures import Textures
+
 
 @dataclass(frozen=True)
-class Textures:
-    """Images one after the other in one array of pixels, so that any texel is one look-up.
+class Channel:
+    """A quantity of m materials that may vary over their surfaces: value × texture.
 
     Attributes
     ----------
-    pixels : (p, 3) float32
-        Scene-linear colours, images row by row from the bottom left.
-    offset, width, height : (i,) int32
-        Where each image starts in `pixels`, and its size.
+    value : (m, 3) float32
+        Scalar quantities stand in all three columns.
+    texture : (m,) int32
+        Image in the materials' `Textures`, or −1.
     """
 
-    pixels: np.ndarray
-    offset: np.ndarray
-    width: np.ndarray
-    height: np.ndarray
+    value: np.ndarray
+    texture: np.ndarray
 
     @staticmethod
-    def pack(images: list[np.ndarray]) -> "Textures":
-        """Textures of (height, width, 3) images."""
-        sizes = np.array([image.shape[:2] for image in images], np.int32).reshape(-1, 2)
-        offset = np.concatenate([[0], np.cumsum(sizes[:, 0] * sizes[:, 1])])[:-1].astype(np.int32)
-        pixels = [image.reshape(-1, 3).astype(np.float32) for image in images] or [np.zeros((0, 3), np.float32)]
-        return Textures(np.concatenate(pixels), offset, sizes[:, 1], sizes[:, 0])
+    def constant(value: np.ndarray) -> "Channel":
+        """An untextured channel of (m, 3) or (m,) values."""
+        value = np.asarray(value, np.float32)
+        value = np.repeat(value[:, None], 3, axis=1) if value.ndim == 1 else value
+        return Channel(value, np.full(len(value), -1, np.int32))
 
-    def look_up(self, image: np.ndarray, uv: np.ndarray) -> np.ndarray:
-        """The nearest texel of each image at texture coordinates `uv`, repeating, (n, 3) float32."""
-        width, height = self.width[image], self.height[image]
-        uv = uv - np.floor(uv)
-        x = np.minimum((uv[:, 0] * width).astype(np.int32), width - 1)
-        y = np.minimum((uv[:, 1] * height).astype(np.int32), height - 1)
-        return self.pixels[self.offset[image] + y * width + x]
+    @cached_property
+    def textured(self) -> bool:
+        return bool((self.texture >= 0).any())
+
+    @cached_property
+    def nonzero(self) -> np.ndarray:
+        """Whose value is not black all over, (m,) bool."""
+        return (self.value > 0).any(axis=1)
 
 
 @dataclass(frozen=True)
 class Materials:
     """The m materials of a scene; all surfaces are two-sided.
 
+    A material is a sum of scattering lobes, each with a weight that holds its colour. Light that meets it passes
+    straight through with the probability 1 − `coverage`, tinted; all other channels are of the light that does not.
+
     Attributes
     ----------
     names : tuple of str
         Names for messages.
-    albedo : (m, 3) float32
-        Base colour in [0, 1]; white where a texture gives it.
-    texture : (m,) int32
-        Image in `textures` that the albedo is multiplied by, or −1.
-    emission : (m, 3) float32, W/(m² sr)
+    diffuse : Channel
+        Albedo of Lambertian reflection, before what `layer_f0` takes.
+    translucent : Channel
+        Albedo of Lambertian transmission.
+    emission : Channel, W/(m² sr)
         Emitted radiance, the same in every direction on both sides.
-    roughness, metallic, transmission, ior, alpha : (m,) float32
-        As the Principled BSDF defines them. Scattering is Lambertian in this version, whatever they say.
+    coverage : Channel, scalar in [0, 1]
+        Share of the light that does not pass straight through.
+    tint : Channel
+        Colour of the light that passes straight through.
+    roughness : Channel, scalar in [0, 1]
+        Of the glossy and the glass lobe; GGX's α is its square.
+    f0, f90 : Channel
+        Reflectance of the glossy lobe at normal and at grazing incidence; between them it follows `fresnel_ior`.
+    fresnel_ior : (m,) float32
+        Index of refraction whose Fresnel curve takes f0 to f90; 0 for Schlick's.
+    layer_f0 : (m,) float32
+        Reflectance f0 of that part of the glossy lobe that lies over the diffuse one and takes its albedo from it
+        (a dielectric's; its f90 is 1), 0 for none.
+    preserves_energy : (m,) bool
+        Whether the rough lobes give back what scatters more than once between their facets.
+    glass_reflection : Channel
+        Colour of the reflection of the glass lobe.
+    glass_transmission : Channel
+        Colour of what the glass lobe transmits.
+    glass_ior : (m,) float32
+        Index of refraction inside over that outside, in front of the surface.
+    glass_fresnel : (m,) bool
+        Whether Fresnel's equations share the light between reflection and transmission; otherwise all is transmitted.
     textures : Textures
     """
 
     names: tuple[str, ...]
-    albedo: np.ndarray
-    texture: np.ndarray
-    emission: np.ndarray
-    roughness: np.ndarray
-    metallic: np.ndarray
-    transmission: np.ndarray
-    ior: np.ndarray
-    alpha: np.ndarray
+    diffuse: Channel
+    translucent: Channel
+    emission: Channel
+    coverage: Channel
+    tint: Channel
+    roughness: Channel
+    f0: Channel
+    f90: Channel
+    fresnel_ior: np.ndarray
+    layer_f0: np.ndarray
+    preserves_energy: np.ndarray
+    glass_reflection: Channel
+    glass_transmission: Channel
+    glass_ior: np.ndarray
+    glass_fresnel: np.ndarray
     textures: Textures
 
+    def __len__(self) -> int:
+        return len(self.names)
+
     @cached_property
-    def textured(self) -> bool:
-        return bool((self.texture >= 0).any())
+    def matte(self) -> np.ndarray:
+        """Which materials have no lobe but the diffuse one, (m,) bool."""
+        others = (self.translucent, self.f0, self.f90, self.glass_reflection, self.glass_transmission)
+        return ~np.logical_or.reduce([channel.nonzero for channel in others])
+
+    @cached_property
+    def glossy_or_glass(self) -> np.ndarray:
+        """Which materials have a glossy or a glass lobe, (m,) bool."""
+        lobes = (self.f0, self.f90, self.glass_reflection, self.glass_transmission)
+        return np.logical_or.reduce([channel.nonzero for channel in lobes])
+
+    @cached_property
+    def see_through(self) -> np.ndarray:
+        """Which materials let light pass straight through somewhere, (m,) bool."""
+        return (self.coverage.texture >= 0) | (self.coverage.value[:, 0] < 1)
 
     @staticmethod
-    def diffuse(albedo: np.ndarray, emission: np.ndarray | None = None) -> "Materials":
+    def of(
+        m: int, textures: Textures | None = None, **columns: "Channel | np.ndarray | tuple[str, ...]"
+    ) -> "Materials":
+        """The m materials that `columns` say; what they leave out is black, opaque, rough and without gloss."""
+        zeros, ones = np.zeros(m, np.float32), np.ones(m, np.float32)
+        default = {f.name: Channel.constant(zeros) for f in fields(Materials) if f.type in (Channel, "Channel")}
+        default |= {
+            "names": tuple(f"Material {i}" for i in range(m)),
+            "coverage": Channel.constant(ones),
+            "tint": Channel.constant(ones),
+            "roughness": Channel.constant(ones),
+            "fresnel_ior": zeros,
+            "layer_f0": zeros,
+            "preserves_energy": np.ones(m, bool),
+            "glass_ior": np.full(m, 1.5, np.float32),
+            "glass_fresnel": np.ones(m, bool),
+            "textures": textures or Textures.pack([]),
+        }
+        return Materials(**(default | columns))
+
+    @staticmethod
+    def matte_of(albedo: np.ndarray, emission: np.ndarray | None = None) -> "Materials":
         """Untextured Lambertian materials of (m, 3) albedos and, where given, (m, 3) emitted radiances."""
         albedo = np.asarray(albedo, np.float32).reshape(-1, 3)
-        m = len(albedo)
-        return Materials(
-            names=tuple(f"Material {i}" for i in range(m)),
-            albedo=albedo,
-            texture=np.full(m, -1, np.int32),
-            emission=np.zeros((m, 3), np.float32) if emission is None else np.asarray(emission, np.float32),
-            roughness=np.ones(m, np.float32),
-            metallic=np.zeros(m, np.float32),
-            transmission=np.zeros(m, np.float32),
-            ior=np.full(m, 1.5, np.float32),
-            alpha=np.ones(m, np.float32),
-            textures=Textures.pack([]),
-        )
+        glow = np.zeros_like(albedo) if emission is None else np.asarray(emission, np.float32)
+        return Materials.of(len(albedo), diffuse=Channel.constant(albedo), emission=Channel.constant(glow))

@@ -8,7 +8,8 @@ import numpy as np
 from ..sampling.octahedral import encode_octahedral
 from ..sampling.vectors import dot, largest
 from .lights import Lights
-from .materials import Materials
+from .materials import Channel, Materials
+from .world import World
 
 
 @dataclass(frozen=True)
@@ -23,11 +24,23 @@ class SceneObjects:
         Diffuse rays see the object: photons hit it and gather rays end on it.
     casts_shadow : (o,) bool
         Shadow rays see the object.
+    seen_in_gloss, seen_through_glass : (o,) bool
+        Rays that come from a glossy lobe, and rays that were transmitted, see the object.
+    emits : (o,) bool
+        Whether the object's emission counts (in a bake of one light group, its members' alone).
     """
 
     names: tuple[str, ...]
     scatters: np.ndarray
     casts_shadow: np.ndarray
+    seen_in_gloss: np.ndarray
+    seen_through_glass: np.ndarray
+    emits: np.ndarray
+
+    @staticmethod
+    def seen_by_all(names: tuple[str, ...]) -> "SceneObjects":
+        """Objects that all rays see."""
+        return SceneObjects(names, *(np.ones(len(names), bool) for _ in range(5)))
 
 
 @dataclass(frozen=True)
@@ -47,8 +60,7 @@ class Scene:
     materials : Materials
     objects : SceneObjects
     lights : Lights
-    world_radiance : (3,) float32, W/(m² sr)
-        The same in every direction.
+    world : World
     """
 
     vertices: np.ndarray
@@ -60,7 +72,7 @@ class Scene:
     materials: Materials
     objects: SceneObjects
     lights: Lights
-    world_radiance: np.ndarray
+    world: World
 
     @property
     def n_triangles(self) -> int:
@@ -116,16 +128,27 @@ class Scene:
         """Texture coordinates of barycentric coordinates (1−u−v, u, v) on triangles, (n, 2) float32."""
         return interpolate(self.corner_uvs[triangle], u, v)
 
+    def look_up(self, channel: Channel, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """A channel of the materials at points on triangles, (n, 3) float32."""
+        material = self.material_of_triangle[triangle]
+        values = channel.value[material]
+        if channel.textured:
+            on = np.flatnonzero(channel.texture[material] >= 0)
+            uv = self.uvs(triangle[on], u[on], v[on])
+            values[on] *= self.materials.textures.look_up(channel.texture[material[on]], uv)
+        return values
+
     def albedo(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Diffuse albedo of points on triangles, (n, 3) float32."""
-        materials = self.materials
-        material = self.material_of_triangle[triangle]
-        albedo = materials.albedo[material]
-        if materials.textured:
-            on = np.flatnonzero(materials.texture[material] >= 0)
-            texel = materials.textures.look_up(materials.texture[material[on]], self.uvs(triangle[on], u[on], v[on]))
-            albedo[on] *= texel
-        return albedo
+        return self.look_up(self.materials.diffuse, triangle, u, v)
+
+    def emission(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Radiance emitted by points on triangles, with what their coverage leaves of it, (n, 3) float32."""
+        radiance = self.look_up(self.materials.emission, triangle, u, v)
+        radiance *= self.objects.emits[self.object_of_triangle[triangle], None]
+        if self.materials.see_through.any():
+            radiance *= self.look_up(self.materials.coverage, triangle, u, v)
+        return radiance
 
     def ray_offset(self, positions: np.ndarray) -> np.ndarray:
         """How far a ray has to start off a surface so as not to meet it again, (n, 1) float32, m.

@@ -2,7 +2,7 @@
 
 import numpy as np
 from photon_bake.addon.receivers import Receivers
-from photon_bake.addon.scene import LightKind, Lights, Materials, Scene, SceneObjects
+from photon_bake.addon.scene import LightKind, Lights, Materials, Scene, SceneObjects, World
 from scipy import stats
 
 
@@ -27,10 +27,12 @@ def scene_of(vertices, triangles, albedo=0.5, emission=0.0, lights=None, world=0
         corner_uvs=corners[:, :, :2].copy(),
         material_of_triangle=np.zeros(n, np.int32) if material is None else np.asarray(material, np.int32),
         object_of_triangle=np.arange(n, dtype=np.int32),
-        materials=Materials.diffuse(albedo, emission),
-        objects=SceneObjects(tuple(f"Triangle {i}" for i in range(n)), seen, seen.copy()),
+        materials=Materials.matte_of(albedo, emission),
+        objects=SceneObjects(
+            tuple(f"Triangle {i}" for i in range(n)), *(seen.copy() for _ in range(4)), np.ones(n, bool)
+        ),
         lights=lights or Lights.none(),
-        world_radiance=np.full(3, world, np.float32),
+        world=World.constant(world),
     )
 
 

@@ -25,7 +25,7 @@ def test_empty_scene():
     scene = extract()
     assert scene.n_triangles == 0
     assert len(scene.lights) == 0
-    assert not scene.world_radiance.any()
+    assert not scene.world.color.any()
 
 
 def test_cube():
@@ -38,7 +38,7 @@ def test_cube():
     assert scene.areas.sum() == pytest.approx(24)
     assert outward(scene)
     assert scene.objects.names == ("Cube",)
-    np.testing.assert_allclose(scene.materials.albedo, [[0.8, 0.8, 0.8]])
+    np.testing.assert_allclose(scene.materials.diffuse.value, [[0.8, 0.8, 0.8]])
 
 
 @pytest.mark.parametrize("scale", [(1, 1, 1), (-1, 1, 1), (-1, -2, 1), (-3, -2, -0.5), (1, 0.1, 5)])

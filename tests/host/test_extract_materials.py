@@ -46,7 +46,7 @@ def test_constant_colour(node):
     material, surface = scenes.add_material(node=node)
     surface.inputs[0].default_value = (0.7, 0.2, 0.1, 1)
     obj = quads(material)
-    np.testing.assert_allclose(extract().materials.albedo, [[0.7, 0.2, 0.1]], atol=1e-6)
+    np.testing.assert_allclose(extract().materials.diffuse.value, [[0.7, 0.2, 0.1]], atol=1e-6)
     assert_as_cycles(obj)
 
 
@@ -149,8 +149,8 @@ def test_emission():
     scenes.add_cube("A", material=emitter)
     scenes.add_cube("B", material=glowing)
     materials = extract().materials
-    np.testing.assert_allclose(materials.emission, [[4, 2, 1], [0, 3, 0]])
-    np.testing.assert_allclose(materials.albedo[0], 0)
+    np.testing.assert_allclose(materials.emission.value, [[4, 2, 1], [0, 3, 0]])
+    np.testing.assert_allclose(materials.diffuse.value[0], 0)
 
 
 def test_emission_is_radiance():
@@ -160,7 +160,7 @@ def test_emission_is_radiance():
     scenes.add_plane("Emitter", 0.1, material=material).location = (0, 0, 10)
     floor = scenes.add_plane("Floor", 1e-3, material=scenes.add_material(node="ShaderNodeBsdfDiffuse")[0])
     scene = extract()
-    radiance = scene.materials.emission[scene.material_of_triangle[0], 0]
+    radiance = scene.materials.emission.value[scene.material_of_triangle[0], 0]
     expected = radiance * 0.1**2 / 10**2 / np.pi
     assert scenes.cycles_bake(floor, "DIRECT").mean() == pytest.approx(expected, rel=0.01)
 
@@ -172,7 +172,7 @@ def test_emission_texture_is_its_mean():
     image.image.colorspace_settings.name = "Non-Color"
     scenes.add_cube(material=material)
     warnings = []
-    emission = extract(warnings).materials.emission[0]
+    emission = extract(warnings).materials.emission.value[0]
     np.testing.assert_allclose(emission, CHECK[..., :3].mean((0, 1)) * 2, rtol=0.01)
     assert any("'Screen'" in warning for warning in warnings)
 
@@ -186,7 +186,7 @@ def test_what_cannot_be_read_is_grey_and_warns_once():
     scenes.add_cube("B", material=material)
     scenes.add_cube("C", material=noise)
     warnings = []
-    np.testing.assert_allclose(extract(warnings).materials.albedo, 0.8, atol=1e-6)
+    np.testing.assert_allclose(extract(warnings).materials.diffuse.value, 0.8, atol=1e-6)
     assert len(warnings) == 2
     assert "'Glass'" in warnings[0]
     assert "'Noise'" in warnings[1]
@@ -196,7 +196,7 @@ def test_surface_without_shader_is_black():
     material, surface = scenes.add_material()
     material.node_tree.nodes.remove(surface)
     scenes.add_cube(material=material)
-    np.testing.assert_allclose(extract().materials.albedo, 0)
+    np.testing.assert_allclose(extract().materials.diffuse.value, 0)
 
 
 @pytest.mark.skipif(bpy.app.version >= (5, 0, 0), reason="materials always have nodes there")
@@ -246,10 +246,10 @@ def test_reduction_keeps_the_mean():
 
 
 def test_world():
-    assert not extract().world_radiance.any()
+    assert not extract().world.color.any()
     background = scenes.set_world((0.5, 0.25, 0.125), 2)
     floor = scenes.add_plane("Floor", 1e-3, material=scenes.add_material(node="ShaderNodeBsdfDiffuse")[0])
-    world = extract().world_radiance
+    world = extract().world.color
     np.testing.assert_allclose(world, [1, 0.5, 0.25])
     # E/π under an unhidden sky of radiance L is L.
     np.testing.assert_allclose(scenes.cycles_bake(floor, "DIRECT", 256).mean(0), world, rtol=0.02)
@@ -257,14 +257,14 @@ def test_world():
     sky = tree.nodes.new("ShaderNodeTexSky")
     tree.links.new(sky.outputs[0], background.inputs["Color"])
     warnings = []
-    np.testing.assert_allclose(extract(warnings).world_radiance, [1, 0.5, 0.25])
+    np.testing.assert_allclose(extract(warnings).world.color, [1, 0.5, 0.25])
     assert len(warnings) == 1
 
 
 def test_world_that_diffuse_rays_do_not_see():
     scenes.set_world((1, 1, 1))
     bpy.context.scene.world.cycles_visibility.diffuse = False
-    assert not extract().world_radiance.any()
+    assert not extract().world.color.any()
 
 
 def test_metal_warns():
