@@ -9,7 +9,7 @@ import numpy as np
 from mathutils.bvhtree import BVHTree
 
 from ..scene import Scene
-from ..tracers.protocol import Hits
+from ..tracers.protocol import Hits, RayKind, seen_by
 
 FARTHEST = 1e18
 """Stands for an infinite distance, m; `BVHTree` takes none."""
@@ -24,16 +24,24 @@ class BVHTracer:
     """
 
     def __init__(self, scene: Scene) -> None:
-        objects, of_triangle = scene.objects, scene.object_of_triangle
-        scatters, casts_shadow = objects.scatters[of_triangle], objects.casts_shadow[of_triangle]
         self._scene = scene
-        self._scatterers = _Tree(scene, np.flatnonzero(scatters))
-        same = np.array_equal(scatters, casts_shadow)
-        self._shadow_casters = self._scatterers if same else _Tree(scene, np.flatnonzero(casts_shadow))
+        trees: dict[bytes, _Tree] = {}
+        self._trees = []
+        for kind in RayKind:
+            seen = seen_by(scene.objects, kind)
+            if seen.tobytes() not in trees:
+                trees[seen.tobytes()] = _Tree(scene, np.flatnonzero(seen[scene.object_of_triangle]))
+            self._trees.append(trees[seen.tobytes()])
 
-    def closest_hit(self, origins: np.ndarray, directions: np.ndarray, t_max: float = np.inf) -> Hits:
-        """The first triangle that scatters light along each ray; see `Tracer.closest_hit`."""
-        triangle, distance = self._scatterers.cast(origins, directions, np.full(len(origins), t_max))
+    def closest_hit(
+        self,
+        origins: np.ndarray,
+        directions: np.ndarray,
+        t_max: np.ndarray | float = np.inf,
+        kind: RayKind = RayKind.DIFFUSE,
+    ) -> Hits:
+        """The first triangle that rays of a kind see along each ray; see `Tracer.closest_hit`."""
+        triangle, distance = self._trees[kind].cast(origins, directions, np.full(len(origins), t_max))
         hit = triangle >= 0
         u, v = np.zeros((2, len(origins)), np.float32)
         normal = np.zeros((len(origins), 3), np.float32)
@@ -47,7 +55,7 @@ class BVHTracer:
         way = targets.astype(np.float64) - origins
         length = np.linalg.norm(way, axis=1)
         directions = way / np.where(length > 0, length, 1.0)[:, None]
-        triangle, _ = self._shadow_casters.cast(origins, directions, length * (1 - 1e-4))
+        triangle, _ = self._trees[RayKind.SHADOW].cast(origins, directions, length * (1 - 1e-4))
         return triangle >= 0
 
 

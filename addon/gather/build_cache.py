@@ -5,15 +5,18 @@ What remains is noise, and the light's variation within an element, which is why
 rays end. Where the noise matters, elements gather once themselves, so that receivers see photons two bounces removed.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..parallel import Workers, slices
-from ..photons import Photons
+from ..photons import PathKind, Photons
+from ..photons.scattering import scatter, shading_ratio
 from ..receivers import Receivers
 from ..sampling.vectors import dot
 from ..sampling.warps import sample_cosine_hemisphere, to_world
 from ..scene import Scene
-from ..tracers import Tracer
+from ..tracers import LightTracer
 from .direct_light import DirectLight
 from .elements import SurfaceElements
 from .gather_rays import GatherRays
@@ -23,6 +26,7 @@ _PILOT, _DIRECT, _REFINE = 11, 12, 13  # streams of random numbers
 _N_PILOT_RAYS = 1 << 18
 _N_DIRECT_SEEN, _N_DIRECT_UNSEEN = 16, 2
 _LEAST_ELEMENTS = 10_000
+_LEAST_COVERAGE = np.float32(1e-3)  # where samples met nothing but holes
 _CHUNK = 1 << 15
 
 
@@ -39,7 +43,7 @@ def worthwhile_elements(n_elements: int, n_rays: int, n_gather_rays: int) -> int
 
 def build_radiance_cache(
     scene: Scene,
-    tracer: Tracer,
+    tracer: LightTracer,
     photons: Photons,
     direct: DirectLight,
     receivers: Receivers,
@@ -59,36 +63,54 @@ def build_radiance_cache(
         Rays that each side seen from the receivers gathers with, from the cache of photons and direct light; 0 leaves
         the photons as they are.
     """
+    # Cut the surfaces into elements where gather rays end
     visits = pilot_visits(scene, tracer, receivers, workers)
     elements = SurfaceElements.by_visits(scene, visits.sum(axis=1), n_elements)
-    seen = elements.of_triangles(visits > 0).ravel()
-    lit, albedo = _direct_radiance(scene, direct, elements, seen, workers)
-    cache = RadianceCache.of_sides(elements, lit + photon_radiance(scene, photons, elements))
+    seen = elements.of_triangles(visits > 0)
+    if scene.materials.translucent.nonzero.any():
+        seen |= seen[:, ::-1]  # either side may shine through to the other
+
+    # Light them by the lamps and by photons
+    sides = _direct_radiance(scene, direct, elements, seen.ravel(), workers)
+    focused = photons.kind == PathKind.CAUSTIC
+    caustic = photon_radiance(scene, photons.where(focused), elements, sides.coverage)
+    others = photon_radiance(scene, photons.where(~focused), elements, sides.coverage)
+    cache = RadianceCache.of_sides(elements, sides.radiance + others + caustic, caustic)
     if n_rays == 0:
         return cache
-    sides = np.flatnonzero(seen)
+
+    # Let those that are seen gather once
+    k = np.flatnonzero(seen.ravel())
     rays = GatherRays(scene, tracer, direct, cache)
-    gathered = _gather_at_sides(scene, rays, elements, sides, n_rays, workers)
-    refined = cache.radiance.copy()
-    refined[sides] = lit[sides] + albedo[sides] * gathered
-    return RadianceCache(elements, refined)
+    gathered = np.zeros_like(sides.radiance)
+    gathered[k] = _gather_at_sides(scene, rays, elements, k, n_rays, workers)
+    refined = cache.radiance[:-2].copy()
+    refined[k] = (sides.radiance + caustic + sides.albedo * gathered + sides.translucence * _swapped(gathered))[k]
+    return RadianceCache.of_sides(elements, refined, caustic)
 
 
-def pilot_visits(scene: Scene, tracer: Tracer, receivers: Receivers, workers: Workers) -> np.ndarray:
+def _swapped(of_sides: np.ndarray) -> np.ndarray:
+    """Values (2 e, …) of each side's other side."""
+    return of_sides.reshape(-1, 2, *of_sides.shape[1:])[:, ::-1].reshape(of_sides.shape)
+
+
+def pilot_visits(scene: Scene, tracer: LightTracer, receivers: Receivers, workers: Workers) -> np.ndarray:
     """How often a side of a triangle ends a gather ray from a receiver, or a ray from there on: (t, 2) int64."""
     start = np.linspace(0, len(receivers), _N_PILOT_RAYS, endpoint=False).astype(np.int64)  # every receiver alike
 
     def fly(chunk: slice, random: np.random.Generator) -> np.ndarray:
         normals, origins = receivers.normal[start[chunk]], receivers.position[start[chunk]]
+        directions = to_world(sample_cosine_hemisphere(random.random((len(normals), 2), dtype=np.float32)), normals)
         met = []
-        for _ in range(2):
-            directions = to_world(sample_cosine_hemisphere(random.random((len(normals), 2), dtype=np.float32)), normals)
+        for step in range(2):
             hits = tracer.closest_hit(origins, directions)
             hit = np.flatnonzero(hits.hit)
             hits, directions = hits.where(hit), directions[hit]
-            positions, normals = hits.points(origins[hit], directions)
             met.append(2 * hits.triangle + hits.back(directions))
-            origins = positions + scene.ray_offset(positions) * normals
+            if step == 0:
+                positions, normals = hits.points(origins[hit], directions)
+                on = scatter(scene, hits, positions, directions, normals, random)
+                origins, directions = on.origins, on.directions
         return np.concatenate(met)
 
     visits = np.zeros(2 * scene.n_triangles, np.int64)
@@ -97,52 +119,109 @@ def pilot_visits(scene: Scene, tracer: Tracer, receivers: Receivers, workers: Wo
     return visits.reshape(-1, 2)
 
 
-def photon_radiance(scene: Scene, photons: Photons, elements: SurfaceElements) -> np.ndarray:
-    """Radiance that photons make of the sides they fell on, Σ ρΦ/(πA), (2 e, 3) float32."""
+def photon_radiance(
+    scene: Scene, photons: Photons, elements: SurfaceElements, coverage: np.ndarray | None = None
+) -> np.ndarray:
+    """Diffuse radiance that photons make of the sides they fell on and of those behind, Σ ρΦ/(πAc), (2 e, 3) float32.
+
+    Parameters
+    ----------
+    coverage : (2 e,) float32, optional
+        c, the share of each element that stops light; 1 without it.
+    """
     radiance = np.zeros((2 * len(elements), 3), np.float64)
     for chunk in slices(len(photons), 1 << 20):
         part = photons.where(chunk)
         u, v = scene.barycentrics(part.triangle, part.position)
         back = dot(scene.normals[part.triangle], part.normal) < 0
         side = 2 * elements.find(part.triangle, u, v) + back
-        reflected = scene.albedo(part.triangle, u, v) * part.power
-        for channel in range(3):
-            radiance[:, channel] += np.bincount(side, reflected[:, channel], minlength=len(radiance))
-    area = np.repeat(elements.areas, 2)[:, None]
-    return (radiance / (np.pi * area)).astype(np.float32)
+        normals = np.where(back[:, None], -scene.normals[part.triangle], scene.normals[part.triangle])
+        shading = scene.shading_normals(part.triangle, u, v, normals)
+        power = part.power * shading_ratio(shading, normals, part.direction)[:, None]
+        _add(radiance, side, scene.albedo(part.triangle, u, v) * power)
+        if scene.materials.translucent.nonzero.any():
+            through = scene.look_up(scene.materials.translucent, part.triangle, u, v)
+            _add(radiance, side ^ 1, through * power)
+    area = np.repeat(elements.areas, 2) * (1 if coverage is None else coverage)
+    return (radiance / (np.pi * area)[:, None]).astype(np.float32)
 
 
-def _points_on(
-    scene: Scene, elements: SurfaceElements, side: np.ndarray, random: np.random.Generator
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A point on each of `side`, off the surface, with its normal and albedo, (n, 3) float32 each."""
-    triangle, u, v = elements.sample(side // 2, random.random((len(side), 3), dtype=np.float32))
-    normals = np.where((side % 2 == 0)[:, None], scene.normals[triangle], -scene.normals[triangle])
-    positions = scene.points(triangle, u, v)
-    return positions + scene.ray_offset(positions) * normals, normals, scene.albedo(triangle, u, v)
+def _add(sums: np.ndarray, index: np.ndarray, values: np.ndarray) -> None:
+    """Add values (n, 3) to the rows `index` of sums (m, 3)."""
+    for channel in range(3):
+        sums[:, channel] += np.bincount(index, values[:, channel], minlength=len(sums))
+
+
+@dataclass(frozen=True)
+class _Sides:
+    """What direct light makes of the sides of elements, and means over their surface, rows 2 e.
+
+    Attributes
+    ----------
+    radiance : (2 e, 3) float32, W/(m² sr)
+        That direct light on this side and on the other makes.
+    albedo, translucence : (2 e, 3) float32
+        Of what is stopped.
+    coverage : (2 e,) float32
+        Share of the light that is stopped.
+    """
+
+    radiance: np.ndarray
+    albedo: np.ndarray
+    translucence: np.ndarray
+    coverage: np.ndarray
 
 
 def _direct_radiance(
     scene: Scene, direct: DirectLight, elements: SurfaceElements, seen: np.ndarray, workers: Workers
-) -> tuple[np.ndarray, np.ndarray]:
-    """Direct light that each side reflects, mean of ρE/π over points of the element; and its mean albedo: (2 e, 3)."""
+) -> _Sides:
+    """Mean of ρE/π of direct light over points of each side, and what is to be known of the sides besides."""
     n_samples = np.where(seen, _N_DIRECT_SEEN, _N_DIRECT_UNSEEN)
 
-    def estimate(chunk: slice, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    def estimate(chunk: slice, random: np.random.Generator) -> np.ndarray:
         counts = n_samples[chunk]
         side = np.repeat(np.arange(chunk.start, chunk.stop), counts)
-        positions, normals, albedo = _points_on(scene, elements, side, random)
-        reflected = albedo * direct.irradiance(positions, normals, random) / np.float32(np.pi)
-        first = np.cumsum(counts) - counts
-        mean_reflected, mean_albedo = (
-            np.add.reduceat(values, first) / counts[:, None] for values in (reflected, albedo)
+        at = _points_on(scene, elements, side, random)
+        light = direct.irradiance(at.positions, at.shading_normals, at.objects, random) / np.float32(np.pi)
+        albedo, through, coverage = (
+            scene.look_up(channel, at.triangle, at.u, at.v)
+            for channel in (scene.materials.diffuse, scene.materials.translucent, scene.materials.coverage)
         )
-        return mean_reflected, mean_albedo
+        coverage = np.maximum(coverage, _LEAST_COVERAGE)
+        values = np.concatenate([albedo * light, through * light, albedo, through, np.ones_like(light)], axis=1)
+        sums = np.add.reduceat(values * coverage[:, :1], np.cumsum(counts) - counts)
+        sums[:, :12] /= sums[:, 12:13]
+        sums[:, 12] /= counts
+        return sums[:, :13]
 
-    radiance, albedo = np.zeros((2, len(seen), 3), np.float32)
+    columns = np.zeros((len(seen), 13), np.float32)
     for chunk, means in workers.chunks("Lighting surfaces", len(seen), 1 << 12, estimate, (_DIRECT,)):
-        radiance[chunk], albedo[chunk] = means
-    return radiance, albedo
+        columns[chunk] = means
+    reflected, transmitted, albedo, through = (columns[:, i : i + 3] for i in range(0, 12, 3))
+    return _Sides(reflected + _swapped(transmitted), albedo, through, columns[:, 12])
+
+
+@dataclass(frozen=True)
+class _Points:
+    """n points of surface elements: where, on which side, of what."""
+
+    positions: np.ndarray
+    normals: np.ndarray
+    shading_normals: np.ndarray
+    triangle: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    objects: np.ndarray
+
+
+def _points_on(scene: Scene, elements: SurfaceElements, side: np.ndarray, random: np.random.Generator) -> _Points:
+    """A random point on each of `side`, off the surface."""
+    triangle, u, v = elements.sample(side // 2, random.random((len(side), 3), dtype=np.float32))
+    normals = np.where((side % 2 == 0)[:, None], scene.normals[triangle], -scene.normals[triangle])
+    positions = scene.points(triangle, u, v)
+    positions += scene.ray_offset(positions) * normals
+    shading = scene.shading_normals(triangle, u, v, normals)
+    return _Points(positions, normals, shading, triangle, u, v, scene.object_of_triangle[triangle])
 
 
 def _gather_at_sides(
@@ -151,8 +230,8 @@ def _gather_at_sides(
     """Mean radiance (E/π) from the cache and the world at each of `sides`, (n, 3): a ray from a new point each time."""
 
     def gather(chunk: slice, random: np.random.Generator) -> np.ndarray:
-        positions, normals, _ = _points_on(scene, elements, np.repeat(sides[chunk], n_rays), random)
-        reflected, sky = rays.radiance(positions, normals, n_rays, random)
+        at = _points_on(scene, elements, np.repeat(sides[chunk], n_rays), random)
+        reflected, sky = rays.radiance(at.positions, at.shading_normals, n_rays, random, facets=at.normals)
         return (reflected + sky).reshape(-1, n_rays, 3).mean(axis=1)
 
     gathered = np.zeros((len(sides), 3), np.float32)

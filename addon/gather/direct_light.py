@@ -1,12 +1,16 @@
-"""Direct light at points, by next-event estimation over lamps and emissive triangles.
+"""Direct light at points, by next-event estimation over lamps, emissive triangles and worlds that are images.
 
-For each point M candidates are drawn from sources by power, one of them is kept in proportion to the irradiance that it
-would give unshadowed, and one shadow ray decides (resampled importance sampling: Talbot et al. 2005). With candidates
-y drawn with density p, and w(y) = f(y)/p(y), the kept one gives f(y)/p(y) · (Σw/M) / w(y), whose mean is ∫f.
+For each point M candidates are drawn from sources: lamps by what they would give around there, meshes and the world by
+power. One of them is kept in proportion to the irradiance that it would give unshadowed, and one shadow ray decides
+(resampled importance sampling: Talbot et al. 2005). With candidates y drawn with density p, and w(y) = f(y)/p(y), the
+kept one gives f(y)/p(y) · (Σw/M) / w(y), whose mean is ∫f.
 
-Close to an emissive mesh f/p has no bound. There a cosine-weighted ray finds the mesh instead: each point of it is
-sampled by the way that finds it more often (the maximum heuristic: Veach 1997, 9.2.4).
+Close to an emissive mesh f/p has no bound, and where the world is dark f/p is large. There a cosine-weighted ray finds
+them instead: each point and each direction is sampled by the way that finds it more often (the maximum heuristic:
+Veach 1997, 9.2.4). What is left to such rays is called their own.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +20,7 @@ from ..photons.emission import emissive_triangles, sample_area_lamp
 from ..receivers import Receivers
 from ..sampling.vectors import dot
 from ..sampling.warps import (
+    pdf_cosine_hemisphere,
     sample_cosine_hemisphere,
     sample_uniform_cone,
     sample_uniform_disk,
@@ -23,16 +28,35 @@ from ..sampling.warps import (
     to_world,
 )
 from ..scene import LightKind, Scene
-from ..tracers import Hits, Tracer
+from ..tracers import Hits, LightTracer
+from .lamp_choice import LampChoice
 
 MAX_CANDIDATES = 8
 N_SAMPLES = 64
-_MESH = -1  # kind of the source that stands for all emissive triangles
+_MESH, _WORLD = -1, -2  # kinds of the sources that stand for all emissive triangles, and for the world
 _AT_RECEIVERS = 31  # stream of random numbers
 
 
+@dataclass(frozen=True)
+class Incident:
+    """Estimates of the light that comes straight to n points.
+
+    Attributes
+    ----------
+    irradiance : (n, 3) float32, W/m²
+        Its mean is the irradiance; each estimate is of light from one direction.
+    direction : (n, 3) float32
+        Unit vectors from the points to where the light comes from; undefined where there is none.
+    """
+
+    irradiance: np.ndarray
+    direction: np.ndarray
+
+
 class DirectLight:
-    """Estimates of the irradiance that comes straight from lamps and emissive meshes, and on request from the world.
+    """Estimates of the light that comes straight from lamps, emissive meshes and worlds that are images.
+
+    Constant worlds, which rays find just as well, come in where a method says so.
 
     Parameters
     ----------
@@ -40,48 +64,82 @@ class DirectLight:
         From `light_sources`; those with `sampled_directly` are sampled.
     """
 
-    def __init__(self, scene: Scene, tracer: Tracer, sources: list[Source]) -> None:
+    def __init__(self, scene: Scene, tracer: LightTracer, sources: list[Source]) -> None:
         self._scene, self._tracer = scene, tracer
         self._emissive, self._emissive_chance, _ = emissive_triangles(scene)
         self._emissive_cumulative = np.cumsum(self._emissive_chance)
-        # The index after the last lamp stands for all emissive triangles.
-        power = np.zeros(len(scene.lights) + 1)
+        # After the lamps come all emissive triangles, and the world (whose index is −1)
+        power = np.zeros(len(scene.lights) + 2)
         for source in sources:
             if source.sampled_directly:
                 power[source.lamp] = source.power.sum()
         lit = power > 0
         # Half by power, half evenly: a weak lamp close by must not be missed.
         chance = power / power.sum() / 2 + lit / lit.sum() / 2 if lit.any() else power
-        self._chance, self._cumulative = chance.astype(np.float32), np.cumsum(chance)
+        self._lamps = LampChoice(scene, lit[:-2])
+        self._mesh_chance, self._world_chance = np.float32(chance[-2:])
+        self._lamp_chance = np.float32(chance[:-2].sum())
         # Density by area with which a point of each triangle is drawn, 1/m²
         self._density = np.zeros(scene.n_triangles, np.float32)
-        of_mesh = self._emissive_chance * chance[-1]
-        self._density[self._emissive] = of_mesh / scene.areas[self._emissive]
-        single = lit.sum() == 1 and not len(self._emissive)
-        self._n_candidates = 1 if single else MAX_CANDIDATES
+        self._density[self._emissive] = self._emissive_chance * chance[-2] / scene.areas[self._emissive]
+        self._n_candidates = 1 if lit.sum() == 1 and lit[:-2].any() else MAX_CANDIDATES
+        self._any = bool(lit.any())
+        self._rays_own_some = bool(lit[-2:].any())
 
     def irradiance(
-        self, positions: np.ndarray, normals: np.ndarray, random: np.random.Generator, rays_follow: bool = False
+        self, positions: np.ndarray, normals: np.ndarray, objects: np.ndarray | None, random: np.random.Generator
     ) -> np.ndarray:
-        """One estimate of the direct irradiance at each point, (n, 3) float32, W/m².
+        """One estimate of the direct irradiance at each point, without a constant world, (n, 3) float32, W/m².
+
+        Parameters
+        ----------
+        positions, normals, objects
+            As for `sample`.
+        """
+        result = self.sample(positions, normals, objects, random).irradiance
+        if self._rays_own_some:
+            hits, directions = self._rays(positions, normals, random)
+            met = self._emission_met(hits, directions, normals) + self._sampled_sky_met(hits, directions, normals)
+            result += np.float32(np.pi) * _tinted(met, hits)
+        return result
+
+    def irradiance_with_sky(
+        self, positions: np.ndarray, normals: np.ndarray, objects: np.ndarray | None, random: np.random.Generator
+    ) -> np.ndarray:
+        """One estimate of all direct irradiance at each point, (n, 3) float32, W/m²; see `irradiance`."""
+        hits, directions = self._rays(positions, normals, random)
+        own = np.float32(np.pi) * _tinted(self.met(hits, directions, normals), hits)
+        return self.sample(positions, normals, objects, random).irradiance + own
+
+    def sample(
+        self,
+        positions: np.ndarray,
+        normals: np.ndarray,
+        objects: np.ndarray | None,
+        random: np.random.Generator,
+        rays_own: bool = True,
+    ) -> Incident:
+        """One estimate of the direct light at each point.
 
         Parameters
         ----------
         positions, normals : (n, 3) float32
             Points off their surface, and the unit normals of the sides that are lit.
-        rays_follow : bool
-            The caller sends a cosine-weighted ray from each point anyway, and adds what `emission_met` says of it.
+        objects : (n,) int32 or None
+            The objects that the points are on, for lamps that do not light all; None: they light all.
+        rays_own : bool
+            Leave out what a cosine-weighted ray finds more often. The caller sends one from each point, and adds what
+            `met` says of it.
         """
         n, m = len(positions), self._n_candidates
-        if n == 0 or not (self._chance > 0).any():
-            return np.zeros((n, 3), np.float32)
-        # Draw candidates, stratified over the sources
-        steps = (np.arange(m) + random.random((n, 1))) / m
-        chosen = np.searchsorted(self._cumulative, steps.ravel() * self._cumulative[-1], side="right")
-        chosen = np.minimum(chosen, len(self._chance) - 1)
-        u = random.random((n * m, 3), dtype=np.float32)
-        targets, unshadowed = self._incident(chosen, np.repeat(positions, m, 0), np.repeat(normals, m, 0), u)
-        estimates = unshadowed / self._chance[chosen, None]
+        if n == 0 or not self._any:
+            return Incident(np.zeros((n, 3), np.float32), np.zeros((n, 3), np.float32))
+        source, chance, u = self._draw(positions, random)
+        every = np.repeat(np.arange(n), m)
+        targets, unshadowed = self._incident(source, positions[every], normals[every], u, rays_own)
+        if objects is not None and self._scene.lights.illuminates is not None:
+            unshadowed[~self._lights_up(source, objects[every])] = 0
+        estimates = unshadowed / np.maximum(chance, np.float32(1e-30))[:, None]
 
         # Keep one in proportion to its brightness
         weights = (estimates @ np.full(3, 1 / 3, np.float32)).astype(np.float64).reshape(n, m)
@@ -93,59 +151,112 @@ class DirectLight:
 
         # Ask whether it is seen
         lit = np.flatnonzero(total > 0)
-        seen = lit[~self._tracer.occluded(positions[lit], targets[k[lit]])]
-        scale = total[seen] / m / np.take_along_axis(weights, kept[:, None], 1)[seen, 0]
-        result = np.zeros((n, 3), np.float32)
-        result[seen] = estimates[k[seen]] * scale[:, None].astype(np.float32)
-        if len(self._emissive) and not rays_follow:
-            result += np.float32(np.pi) * self._seen_by_rays(positions, normals, random)[0]
-        return result
+        scale = (total / m)[lit] / np.take_along_axis(weights, kept[:, None], 1)[lit, 0]
+        passes = self._visibility(positions[lit], targets[k[lit]], source[k[lit]])
+        irradiance = np.zeros((n, 3), np.float32)
+        irradiance[lit] = estimates[k[lit]] * scale[:, None].astype(np.float32) * passes
+        return Incident(irradiance, _direction(positions, targets[k])[0])
 
-    def _seen_by_rays(
-        self, positions: np.ndarray, normals: np.ndarray, random: np.random.Generator
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Radiance that a cosine-weighted ray meets: `emission_met`, and the world's, (n, 3) float32 each."""
-        u = random.random((len(positions), 2), dtype=np.float32)
-        directions = to_world(sample_cosine_hemisphere(u), normals)
-        hits = self._tracer.closest_hit(positions, directions)
-        sky = np.where(hits.hit[:, None], np.float32(0), self._scene.world.radiance(directions))
-        return self.emission_met(hits, directions, normals), sky
-
-    def irradiance_with_sky(
-        self, positions: np.ndarray, normals: np.ndarray, random: np.random.Generator
-    ) -> np.ndarray:
-        """As `irradiance`, and the world's light."""
-        glow, sky = self._seen_by_rays(positions, normals, random)
-        return self.irradiance(positions, normals, random, rays_follow=True) + np.float32(np.pi) * (glow + sky)
-
-    def emission_met(self, hits: Hits, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Radiance emitted by what cosine-weighted rays meet, where they find it more often, (n, 3) float32.
+    def met(self, hits: Hits, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Radiance that cosine-weighted rays meet and that is their own, (n, 3) float32: of emissive triangles, and of
+        the world, a constant one's among it. What see-through surfaces leave of it is for the caller to apply.
 
         Parameters
         ----------
         directions, normals : (n, 3) float32
             Of the rays, and of the surfaces that they start from.
         """
+        radiance = self.unsampled_sky(hits, directions)
+        radiance += self._emission_met(hits, directions, normals)
+        return radiance + self._sampled_sky_met(hits, directions, normals)
+
+    def unsampled_sky(self, hits: Hits, directions: np.ndarray) -> np.ndarray:
+        """Radiance of a constant world where rays meet nothing, (n, 3) float32; none of a world that is an image."""
+        world = self._scene.world
+        if world.image is not None:
+            return np.zeros((len(directions), 3), np.float32)
+        return np.where(hits.hit[:, None], np.float32(0), world.radiance(directions))
+
+    def _rays(self, positions: np.ndarray, normals: np.ndarray, random: np.random.Generator) -> tuple[Hits, np.ndarray]:
+        """What a cosine-weighted ray from each point meets, and its direction."""
+        u = random.random((len(positions), 2), dtype=np.float32)
+        directions = to_world(sample_cosine_hemisphere(u), normals)
+        return self._tracer.closest_hit(positions, directions), directions
+
+    def _emission_met(self, hits: Hits, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """The part of `met` that comes from emissive triangles."""
         scene = self._scene
         radiance = np.zeros((len(directions), 3), np.float32)
-        if len(self._emissive) == 0:
-            return radiance
-        k = np.flatnonzero(hits.hit & (self._density[hits.triangle] > 0))
+        k = np.flatnonzero(hits.hit & (self._density[hits.triangle] > 0)) if len(self._emissive) else np.zeros(0, int)
+        triangle, u, v = hits.triangle[k], hits.u[k], hits.v[k]
         cosines = dot(directions[k], normals[k]) * np.abs(dot(directions[k], hits.normal[k]))
-        by_ray = self._rays_find_more(hits.triangle[k], cosines, hits.distance[k])
-        radiance[k] = by_ray[:, None] * scene.emission(hits.triangle[k], hits.u[k], hits.v[k])
+        own = self._rays_find_more(triangle, cosines, hits.distance[k])
+        # Rays stop in proportion to the coverage, so that it must not weigh what they meet
+        radiance[k] = own[:, None] * scene.look_up(scene.materials.emission, triangle, u, v)
+        return radiance
+
+    def _sampled_sky_met(self, hits: Hits, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """The part of `met` that comes from a world that is an image."""
+        radiance = np.zeros((len(directions), 3), np.float32)
+        if self._scene.world.image is None:
+            return radiance
+        k = np.flatnonzero(~hits.hit)
+        own = self._rays_see_more(directions[k], dot(directions[k], normals[k]))
+        radiance[k] = own[:, None] * self._scene.world.radiance(directions[k])
         return radiance
 
     def _rays_find_more(self, triangle: np.ndarray, cosines: np.ndarray, distance: np.ndarray) -> np.ndarray:
         """Whether a cosine-weighted ray has the higher density by area, cos θ cos θ'/(πd²), (n,) bool."""
         return cosines > np.float32(np.pi) * distance**2 * self._density[triangle]
 
+    def _rays_see_more(self, directions: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+        """Whether a cosine-weighted ray has the higher density by solid angle, cos θ/π, than the world's, (n,) bool."""
+        return pdf_cosine_hemisphere(cosine) > self._world_chance * self._scene.world.pdf(directions)
+
+    def _lights_up(self, source: np.ndarray, objects: np.ndarray) -> np.ndarray:
+        """Whether sources light objects, (n,) bool."""
+        lights = self._scene.lights
+        assert lights.illuminates is not None
+        others = np.ones((2, lights.illuminates.shape[1]), bool)
+        return np.concatenate([lights.illuminates, others])[source, objects]
+
+    def _visibility(self, positions: np.ndarray, targets: np.ndarray, source: np.ndarray) -> np.ndarray:
+        """Share of the light of sources that reaches positions from targets, (n, 3) or (n, 1) float32."""
+        blocked_by = self._scene.lights.blocked_by
+        if blocked_by is None:
+            return self._tracer.visibility(positions, targets)
+        objects = self._scene.objects
+        linked = np.append(~(blocked_by | ~objects.casts_shadow).all(axis=1), [False, False])
+        passes = np.ones((len(positions), 3), np.float32)
+        k = np.flatnonzero(~linked[source])
+        passes[k] = self._tracer.visibility(positions[k], targets[k])
+        for lamp in np.unique(source[linked[source]]):
+            if not (blocked_by[lamp] & objects.casts_shadow).any():
+                continue
+            k = np.flatnonzero(source == lamp)
+            directions, distance = _direction(positions[k], targets[k])
+            near = distance * np.float32(1 - 1e-4)
+            passes[k] = self._tracer.transmittance(positions[k], directions, near, blocks=blocked_by[lamp])
+        return passes
+
+    def _draw(self, positions: np.ndarray, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Candidates of each point, stratified over the sources: source, its chance, (n · m,), and numbers (n · m, 3)."""
+        n, m, n_lamps = len(positions), self._n_candidates, len(self._scene.lights)
+        steps = ((np.arange(m) + random.random((n, 1))) / m).ravel()
+        steps *= self._lamp_chance + self._mesh_chance + self._world_chance
+        source = np.where(steps < self._lamp_chance + self._mesh_chance, n_lamps, n_lamps + 1)
+        chance = np.where(source == n_lamps, self._mesh_chance, self._world_chance)
+        k = np.flatnonzero(steps < self._lamp_chance)
+        if len(k):
+            source[k], chance[k] = self._lamps.choose(positions[k // m], steps[k] / self._lamp_chance)
+            chance[k] *= self._lamp_chance
+        return source, chance, random.random((n * m, 3), dtype=np.float32)
+
     def _incident(
-        self, source: np.ndarray, positions: np.ndarray, normals: np.ndarray, u: np.ndarray
+        self, source: np.ndarray, positions: np.ndarray, normals: np.ndarray, u: np.ndarray, rays_own: bool
     ) -> tuple[np.ndarray, np.ndarray]:
         """A point on each source and the irradiance from it over its density: (n, 3) m, (n, 3) W/m²."""
-        lights = self._scene.lights
-        kind = np.append(lights.kind, np.int32(_MESH))[source]
+        kind = np.append(self._scene.lights.kind, np.int32([_MESH, _WORLD]))[source]
         targets, irradiance = np.zeros_like(positions), np.zeros_like(positions)
         for kinds, sample in (
             ((LightKind.POINT, LightKind.SPOT), self._from_points),
@@ -155,9 +266,10 @@ class DirectLight:
             k = np.flatnonzero(np.isin(kind, kinds))
             if len(k):
                 targets[k], irradiance[k] = sample(source[k], positions[k], normals[k], u[k])
-        k = np.flatnonzero(kind == _MESH)
-        if len(k):
-            targets[k], irradiance[k] = self._from_meshes(positions[k], normals[k], u[k])
+        for one, sample_all in ((_MESH, self._from_meshes), (_WORLD, self._from_world)):
+            k = np.flatnonzero(kind == one)
+            if len(k):
+                targets[k], irradiance[k] = sample_all(positions[k], normals[k], u[k], rays_own)
         return targets, irradiance
 
     def _from_points(
@@ -165,27 +277,64 @@ class DirectLight:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Point and spot lamps: points of the disc of radius r that faces the position, of radiance L = I/(πr²).
 
-        E = L A cos θ cos θ' / d² = I cos θ cos θ' / d², which on the axis adds up to I/(d² + r²), as in Cycles.
+        E = L A cos θ cos θ' / d² = I cos θ cos θ' / d², which on the axis adds up to I/(d² + r²), as in Cycles. Of a
+        sphere a position sees the cap within the half angle arcsin(r/d) instead: E = L cos θ Ω.
         """
         lights = self._scene.lights
         axis, _ = _direction(lights.position[lamp], positions)
         disc = np.concatenate([sample_uniform_disk(u[:, :2]), np.zeros((len(u), 1), np.float32)], axis=1)
         targets = lights.position[lamp] + lights.radius[lamp, None] * to_world(disc, axis)
         directions, distance = _direction(positions, targets)
-        cosines = np.maximum(dot(directions, normals), 0) * -dot(directions, axis)
+        share = -dot(directions, axis) / distance**2
+        k = np.flatnonzero(lights.sphere[lamp] & (lights.radius[lamp] > 0))
+        if len(k):
+            targets[k], directions[k], share[k] = self._on_spheres(lamp[k], positions[k], u[k])
         spot = lights.kind[lamp] == LightKind.SPOT
-        falloff = np.where(spot, lights.spot_falloff(lamp, -dot(directions, lights.direction[lamp])), 1)
-        return targets, lights.emission[lamp] * (cosines * falloff / distance**2)[:, None]
+        falloff = np.where(spot, lights.spot_falloff(lamp, lights.in_cone(lamp, -directions)), 1)
+        share = share * falloff * np.maximum(dot(directions, normals), 0)
+        return targets, lights.emission[lamp] * share[:, None]
+
+    def _on_spheres(
+        self, lamp: np.ndarray, positions: np.ndarray, u: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Points (n, 3) of spheres uniform by the solid angle Ω seen, directions to them (n, 3), and Ω/(πr²) (n,).
+
+        From inside all directions are seen.
+        """
+        lights = self._scene.lights
+        axis, distance = _direction(positions, lights.position[lamp])
+        d, r = distance.astype(np.float64), lights.radius[lamp].astype(np.float64)
+        outside = d > r
+        cos_max = np.where(outside, np.sqrt(np.maximum(1 - (r / d) ** 2, 0)), -1)
+        local = sample_uniform_cone(u[:, :2], cos_max)
+        chord = np.sqrt(np.maximum(r**2 - d**2 * (1 - local[:, 2].astype(np.float64) ** 2), 0))
+        distance = (d * local[:, 2] - np.where(outside, chord, -chord)).astype(np.float32)
+        directions = to_world(local, axis)
+        share = (2 * (1 - cos_max) / r**2).astype(np.float32)
+        return positions + distance[:, None] * directions, directions, share
 
     def _from_areas(
         self, lamp: np.ndarray, positions: np.ndarray, normals: np.ndarray, u: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Area lamps: points uniform by area; E = L A cos θ cos θ' / d², from the front only."""
+        """Area lamps: points uniform by area; E = L A cos θ cos θ' / d², from the front only and within the spread."""
         lights = self._scene.lights
-        targets = sample_area_lamp(lights, lamp, u[:, :2])
+        targets, area = sample_area_lamp(lights, lamp, u[:, :2]), lights.area(lamp)
+        height = np.maximum(dot(positions - lights.position[lamp], lights.direction[lamp]), 0)
+        radius = lights.spread_radius(lamp, height)
+        k = np.flatnonzero(np.float32(np.pi) * radius**2 < area)
+        if len(k):
+            # Little of the lamp shines at these positions: points of that part
+            foot = positions[k] - height[k, None] * lights.direction[lamp[k]]
+            place = sample_uniform_disk(u[k, :2]) * radius[k, None]
+            targets[k] = foot + place[:, :1] * lights.axis_x[lamp[k]] + place[:, 1:] * lights.axis_y[lamp[k]]
+            area[k] = np.pi * radius[k] ** 2 * lights.contain(lamp[k], targets[k])
         directions, distance = _direction(positions, targets)
-        cosines = np.maximum(dot(directions, normals), 0) * np.maximum(-dot(directions, lights.direction[lamp]), 0)
-        return targets, lights.emission[lamp] * (lights.area(lamp) * cosines / distance**2)[:, None]
+        cos_lamp = np.maximum(-dot(directions, lights.direction[lamp]), 0)
+        cosines = np.maximum(dot(directions, normals), 0) * cos_lamp
+        aside = directions + cos_lamp[:, None] * lights.direction[lamp]
+        tan_lamp = np.sqrt(dot(aside, aside)) / np.maximum(cos_lamp, np.float32(1e-6))
+        share = area * cosines / distance**2 * lights.spread_falloff(lamp, tan_lamp)
+        return targets, lights.emission[lamp] * share[:, None]
 
     def _from_suns(
         self, lamp: np.ndarray, positions: np.ndarray, normals: np.ndarray, u: np.ndarray
@@ -195,10 +344,11 @@ class DirectLight:
         cos_max = lights.cos_half_cone(lamp)
         directions = -to_world(sample_uniform_cone(u[:, :2], cos_max), lights.direction[lamp])
         cosine = np.maximum(dot(directions, normals), 0)
-        targets = positions + np.float32(2 * self._scene.diagonal) * directions
-        return targets, lights.emission[lamp] * (cosine * 2 / (1 + cos_max))[:, None]
+        return self._far_away(positions, directions), lights.emission[lamp] * (cosine * 2 / (1 + cos_max))[:, None]
 
-    def _from_meshes(self, positions: np.ndarray, normals: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _from_meshes(
+        self, positions: np.ndarray, normals: np.ndarray, u: np.ndarray, rays_own: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Emissive triangles, by power, then uniform by area; E = L A cos θ |cos θ'| / (d² P(triangle))."""
         scene = self._scene
         k = np.searchsorted(self._emissive_cumulative, u[:, 2], side="right")
@@ -209,9 +359,26 @@ class DirectLight:
         directions, distance = _direction(positions, targets)
         cosines = np.maximum(dot(directions, normals), 0) * np.abs(dot(directions, scene.normals[triangle]))
         weight = scene.areas[triangle] / self._emissive_chance[k] * cosines / distance.astype(np.float64) ** 2
-        weight = np.where(self._rays_find_more(triangle, cosines, distance), 0, weight)
+        if rays_own:
+            weight = np.where(self._rays_find_more(triangle, cosines, distance), 0, weight)
         radiance = scene.emission(triangle, *place)
         return targets, (radiance * weight[:, None]).astype(np.float32)
+
+    def _from_world(
+        self, positions: np.ndarray, normals: np.ndarray, u: np.ndarray, rays_own: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """A world that is an image: directions by its radiance; E = L cos θ / p."""
+        world = self._scene.world
+        directions = world.sample(u[:, :2])
+        cosine = np.maximum(dot(directions, normals), 0)
+        weight = cosine / np.maximum(world.pdf(directions), np.float32(1e-30))
+        if rays_own:
+            weight[self._rays_see_more(directions, cosine)] = 0
+        return self._far_away(positions, directions), world.radiance(directions) * weight[:, None]
+
+    def _far_away(self, positions: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Points outside the scene, (n, 3) m."""
+        return positions + np.float32(2 * self._scene.diagonal) * directions
 
 
 def _direction(positions: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -221,12 +388,17 @@ def _direction(positions: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, 
     return way / distance[:, None], distance
 
 
+def _tinted(radiance: np.ndarray, hits: Hits) -> np.ndarray:
+    """What see-through surfaces on the way to hits leave of radiance, (n, 3) float32."""
+    return radiance if hits.tint is None else radiance * hits.tint
+
+
 def direct_irradiance(direct: DirectLight, receivers: Receivers, workers: Workers) -> np.ndarray:
     """Direct irradiance of receivers, the world's among it, mean of `N_SAMPLES` estimates, (n, 3) float32, W/m²."""
 
     def estimate(chunk: slice, random: np.random.Generator) -> np.ndarray:
         positions, normals = (np.repeat(of[chunk], N_SAMPLES, 0) for of in (receivers.position, receivers.normal))
-        return direct.irradiance_with_sky(positions, normals, random).reshape(-1, N_SAMPLES, 3).mean(axis=1)
+        return direct.irradiance_with_sky(positions, normals, None, random).reshape(-1, N_SAMPLES, 3).mean(axis=1)
 
     irradiance = np.zeros((len(receivers), 3), np.float32)
     for chunk, value in workers.chunks("Adding direct light", len(receivers), 1024, estimate, (_AT_RECEIVERS,)):

@@ -1,23 +1,82 @@
 """Gather rays: cosine-weighted directions over hemispheres, stratified for each point, and the radiance they meet.
 
-A ray that ends far away takes its radiance from the cache. One that ends nearer than the cache can resolve (in a
-corner, under a cupboard) would read an element that is partly elsewhere; there the light is found as a path tracer
-would find it: direct light at the point by next-event estimation, and a further ray for the rest (the secondary final
-gather of the π-engine, section 3.2.2).
+A ray that ends far away takes what the surface there reflects diffusely from the cache. Two things are found as a path
+tracer would find them, by direct light at the point and a further ray for the rest:
+
+- What ends nearer than the cache can resolve (in a corner, under a cupboard), where it would read an element that is
+  partly elsewhere (the secondary final gather of the π-engine, section 3.2.2).
+- What glossy and glass lobes reflect and transmit, which depends on the direction. Rays follow them in proportion to
+  their albedo. Light that lamps send over mirrors, glass and narrow gloss is left out: those are caustics, which photons
+  find far better.
 """
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from ..bsdf import SMOOTH, Lobe, Surface, base_share, evaluate_glossy, glossy_albedo, surface_at
+from ..photons.scattering import ALL_LOBES, NARROW_LOBES, facing, local_axes, scatter
 from ..sampling.streams import below_one, sobol
+from ..sampling.vectors import dot, largest
 from ..sampling.warps import sample_cosine_hemisphere, to_world
 from ..scene import Scene
-from ..tracers import Hits, Tracer
+from ..tracers import Hits, LightTracer
 from .direct_light import DirectLight
 from .radiance_cache import RadianceCache
 
 _MAX_NEAR_HITS = 4
+_MAX_HITS = 32
+_FOLLOWED = np.float32(2)
+"""Rays that follow a narrow lobe, over its albedo: more of them cost time, fewer make noise."""
+_LIT = np.float32(8)
+"""Shadow rays for a glossy lobe, over its albedo: its highlights are bright however little it reflects in the mean."""
+
+
+@dataclass
+class _Paths:
+    """Rays on their way, and where they have come to.
+
+    Attributes
+    ----------
+    ray : (n,) int
+        Of the rays that were asked for.
+    throughput : (n, 3) float32
+        What is left of the light on its way back.
+    directions : (n, 3) float32
+    positions, normals : (n, 3) float32
+        Of the hits, on the side that was met.
+    hits : Hits
+    near : (n,) bool
+        Whether the cache was not asked for the diffuse light there.
+    """
+
+    ray: np.ndarray
+    throughput: np.ndarray
+    directions: np.ndarray
+    positions: np.ndarray
+    normals: np.ndarray
+    hits: Hits
+    near: np.ndarray
+
+    @staticmethod
+    def at(
+        k: np.ndarray,
+        ray: np.ndarray,
+        throughput: np.ndarray,
+        origins: np.ndarray,
+        directions: np.ndarray,
+        hits: Hits,
+        near: np.ndarray,
+    ) -> "_Paths":
+        """The paths of those rays that `k` chooses."""
+        met, flown = hits.where(k), directions[k]
+        positions, normals = met.points(origins[k], flown)
+        return _Paths(ray[k], throughput[k], flown, positions, normals, met, near[k])
+
+    def where(self, k: np.ndarray) -> "_Paths":
+        arrays = (self.ray, self.throughput, self.directions, self.positions, self.normals)
+        return _Paths(*(a[k] for a in arrays), self.hits.where(k), self.near[k])
 
 
 class GatherRays:
@@ -26,14 +85,23 @@ class GatherRays:
     Parameters
     ----------
     direct : DirectLight
-        For near hits.
+        For where the cache is not asked.
     """
 
-    def __init__(self, scene: Scene, tracer: Tracer, direct: DirectLight, cache: RadianceCache) -> None:
+    def __init__(self, scene: Scene, tracer: LightTracer, direct: DirectLight, cache: RadianceCache) -> None:
         self._scene, self._tracer, self._direct, self._cache = scene, tracer, direct, cache
+        # One more entry for triangle −1
+        self._narrow = np.append(scene.materials.glossy_or_glass[scene.material_of_triangle], False)
+        self._any_narrow = bool(self._narrow.any())
+        self._translucent = np.append(scene.materials.translucent.nonzero[scene.material_of_triangle], False)
 
     def radiance(
-        self, origins: np.ndarray, normals: np.ndarray, n_rays: int, random: np.random.Generator
+        self,
+        origins: np.ndarray,
+        normals: np.ndarray,
+        n_rays: int,
+        random: np.random.Generator,
+        facets: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Radiance that one cosine-weighted ray from each origin meets: from surfaces, and from the world.
 
@@ -43,51 +111,161 @@ class GatherRays:
         ----------
         origins, normals : (n, 3) float32
             Points off their surface and unit normals; n is a multiple of `n_rays`.
+        facets : (n, 3) float32, optional
+            Geometric normals: no light comes from behind them.
 
         Returns
         -------
         reflected, sky : (n, 3) float32, W/(m² sr)
+            The sky's is 0 where `DirectLight` samples it.
         """
         directions = to_world(sample_cosine_hemisphere(_stratified(len(origins) // n_rays, n_rays, random)), normals)
         hits = self._tracer.closest_hit(origins, directions)
-        sky = np.where(hits.hit[:, None], np.float32(0), self._scene.world.radiance(directions))
-        reflected, near = self._cache.look_up(hits, directions)
-        k = np.flatnonzero(near)
-        if len(k):
-            reflected[k] = self._reflected_near(origins[k], directions[k], hits.where(k), random)
+        sky = self._direct.unsampled_sky(hits, directions)
+        reflected = np.zeros_like(directions)
+        throughput = np.ones((len(origins), 1), np.float32) if hits.tint is None else hits.tint
+        paths = self._look_up(reflected, np.arange(len(origins)), throughput, origins, directions, hits, True, random)
+        for step in range(_MAX_HITS):
+            if len(paths.ray) == 0:
+                break
+            paths = self._follow(reflected, paths, step < _MAX_NEAR_HITS - 1, random)
+        if facets is not None:
+            above = (dot(directions, facets) > 0)[:, None]
+            return reflected * above, sky * above
         return reflected, sky
 
-    def _reflected_near(
-        self, origins: np.ndarray, directions: np.ndarray, hits: Hits, random: np.random.Generator
-    ) -> np.ndarray:
-        """Radiance reflected towards `origins` by near hits, followed until they are far or there were too many."""
-        scene = self._scene
-        radiance = np.zeros((len(origins), 3), np.float32)
-        throughput = np.ones((len(origins), 3), np.float32)
-        ray = np.arange(len(origins))
-        for step in range(_MAX_NEAR_HITS):
-            # Direct light at the hit
-            positions, normals = hits.points(origins, directions)
-            positions += scene.ray_offset(positions) * normals
-            throughput = throughput * scene.albedo(hits.triangle, hits.u, hits.v)
-            irradiance = self._direct.irradiance(positions, normals, random, rays_follow=True)
-            radiance[ray] += throughput * irradiance / np.float32(np.pi)
+    def _look_up(
+        self,
+        radiance: np.ndarray,
+        ray: np.ndarray,
+        throughput: np.ndarray,
+        origins: np.ndarray,
+        directions: np.ndarray,
+        hits: Hits,
+        near_allowed: bool,
+        random: np.random.Generator,
+    ) -> _Paths:
+        """Add what the cache says to the rays' `radiance`; return the paths that have to be followed."""
+        throughput = np.broadcast_to(throughput, directions.shape)
+        reflected, near = self._cache.look_up(hits, directions)
+        # What shines through a leaf is lit from its other side: only the cache knows both
+        near &= near_allowed & ~self._translucent[hits.triangle]
+        reflected = np.where(near[:, None], np.float32(0), reflected * throughput)
+        followed, scale = near.copy(), np.ones(len(ray), np.float32)
+        if self._any_narrow:
+            # Light the narrow lobes, and follow them in proportion to what they reflect
+            k = np.flatnonzero(self._narrow[hits.triangle])
+            paths = _Paths.at(k, ray, throughput, origins, directions, hits, near)
+            surface, cosine = self._surface(paths.hits, paths.directions)
+            reflected[k] *= base_share(surface, cosine)[:, None]
+            glossy = largest(glossy_albedo(surface, cosine))
+            self._add_glossy(radiance, paths, surface, glossy, random)
+            albedo = glossy + largest(np.maximum(surface.glass_reflection, surface.glass_transmission))
+            chance = np.minimum(_FOLLOWED * albedo * np.minimum(largest(paths.throughput), 1), 1)
+            followed[k] |= random.random(len(k), dtype=np.float32) < chance
+            scale[k] = np.where(near[k], 1, 1 / np.maximum(chance, np.float32(1e-6)))
+        radiance[ray] += reflected
+        return _Paths.at(np.flatnonzero(followed), ray, throughput * scale[:, None], origins, directions, hits, near)
 
-            # One more ray for the light that comes over other surfaces, from the world, or from what glows close by
-            u = random.random((len(ray), 2), dtype=np.float32)
-            origins, directions = positions, to_world(sample_cosine_hemisphere(u), normals)
-            hits = self._tracer.closest_hit(origins, directions)
-            radiance[ray] += np.where(hits.hit[:, None], np.float32(0), throughput * scene.world.radiance(directions))
-            radiance[ray] += throughput * self._direct.emission_met(hits, directions, normals)
-            reflected, near = self._cache.look_up(hits, directions)
-            if step == _MAX_NEAR_HITS - 1:
-                near[:] = False
-            radiance[ray] += np.where(near[:, None], np.float32(0), throughput * reflected)
-            k = np.flatnonzero(near)
+    def _surface(self, hits: Hits, directions: np.ndarray) -> tuple[Surface, np.ndarray]:
+        """Scattering where rays met surfaces, and the cosines at which they did."""
+        surface = surface_at(self._scene, hits.triangle, hits.u, hits.v, hits.back(directions))
+        return surface, np.abs(dot(hits.normal, directions))
+
+    def _follow(self, radiance: np.ndarray, paths: _Paths, near_allowed: bool, random: np.random.Generator) -> _Paths:
+        """Add direct light where paths have come to, and send them on."""
+        scene = self._scene
+        if paths.near.any():
+            self._add_diffuse(radiance, paths.where(np.flatnonzero(paths.near)), random)
+
+        # Send rays on: from near hits by any lobe, from far ones by those that the cache does not hold
+        parts = []
+        for near, lobes in ((True, ALL_LOBES), (False, NARROW_LOBES)):
+            k = np.flatnonzero(paths.near == near)
             if len(k) == 0:
-                break
-            ray, throughput, origins, directions, hits = ray[k], throughput[k], origins[k], directions[k], hits.where(k)
-        return radiance
+                continue
+            part = paths.where(k)
+            on = scatter(scene, part.hits, part.positions, part.directions, part.normals, random, lobes)
+            throughput = part.throughput * on.weight
+            survival = np.minimum(largest(throughput), 1)
+            alive = np.flatnonzero(random.random(len(k), dtype=np.float32) < survival)
+            throughput = throughput[alive] / survival[alive, None]
+            hits = self._tracer.closest_hit(on.origins[alive], on.directions[alive], on.kind[alive])
+            if hits.tint is not None:
+                throughput = throughput * hits.tint
+            ray, onward, wide = part.ray[alive], on.directions[alive], on.lobe[alive] < Lobe.GLOSSY
+            side = np.where(on.lobe[alive] == Lobe.TRANSLUCENT, np.float32(-1), np.float32(1))[:, None]
+            light = self._direct.unsampled_sky(hits, onward)
+            k = np.flatnonzero(wide)
+            shading = scene.shading_normals(part.hits.triangle, part.hits.u, part.hits.v, part.normals)
+            light[k] = self._direct.met(hits.where(k), onward[k], (side * shading[alive])[k])
+            radiance[ray] += throughput * light
+            parts.append(
+                self._look_up(radiance, ray, throughput, on.origins[alive], onward, hits, near_allowed, random)
+            )
+        return _join(parts)
+
+    def _add_diffuse(self, radiance: np.ndarray, paths: _Paths, random: np.random.Generator) -> None:
+        """Direct light that the diffuse lobe reflects, and caustics; what rays own of it comes with the next ray."""
+        scene, hits = self._scene, paths.hits
+        origins = paths.positions + scene.ray_offset(paths.positions) * paths.normals
+        objects = scene.object_of_triangle[hits.triangle]
+        normals = scene.shading_normals(hits.triangle, hits.u, hits.v, paths.normals)
+        light = self._direct.sample(origins, normals, objects, random).irradiance
+        reflected = scene.albedo(hits.triangle, hits.u, hits.v) * light / np.float32(np.pi)
+        reflected += self._cache.caustic_at(hits, paths.directions)
+        if self._any_narrow:
+            surface, cosine = self._surface(hits, paths.directions)
+            reflected *= base_share(surface, cosine)[:, None]
+        radiance[paths.ray] += paths.throughput * reflected
+
+    def _add_glossy(
+        self,
+        radiance: np.ndarray,
+        paths: _Paths,
+        surface: Surface,
+        albedo: np.ndarray,
+        random: np.random.Generator,
+    ) -> None:
+        """Direct light that rough glossy lobes reflect, asked for more often where their `albedo` (n,) is larger."""
+        chance = np.minimum(_LIT * albedo, 1) * (surface.roughness >= SMOOTH)
+        k = np.flatnonzero(random.random(len(chance), dtype=np.float32) < chance)
+        if len(k) == 0:
+            return
+        scene, paths, surface = self._scene, paths.where(k), surface.where(k)
+        hits = paths.hits
+        normals = scene.shading_normals(hits.triangle, hits.u, hits.v, paths.normals)
+        normals = facing(normals, paths.normals, paths.directions)
+        origins = paths.positions + scene.ray_offset(paths.positions) * paths.normals
+        light = self._direct.sample(origins, normals, scene.object_of_triangle[hits.triangle], random, rays_own=False)
+        axes = local_axes(normals)
+        wo, wi = (np.einsum("nij,nj->ni", axes, d) for d in (-paths.directions, light.direction))
+        reflected = evaluate_glossy(surface, wo, wi) * light.irradiance
+        radiance[paths.ray] += paths.throughput * reflected / chance[k, None]
+
+
+def _join(parts: list[_Paths]) -> _Paths:
+    if len(parts) == 1:
+        return parts[0]
+    hits = [part.hits for part in parts]
+    tint = (
+        None
+        if any(hit.tint is None for hit in hits)
+        else np.concatenate([hit.tint for hit in hits if hit.tint is not None])
+    )
+    joined = Hits(
+        *(
+            np.concatenate([getattr(hit, name) for hit in hits])
+            for name in ("triangle", "distance", "u", "v", "normal")
+        ),
+        tint,
+    )
+    names = ("ray", "throughput", "directions", "positions", "normals")
+    return _Paths(
+        *(np.concatenate([getattr(part, name) for part in parts]) for name in names),
+        joined,
+        np.concatenate([part.near for part in parts]),
+    )
 
 
 def _stratified(n_runs: int, n_rays: int, random: np.random.Generator) -> np.ndarray:

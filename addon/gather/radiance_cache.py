@@ -1,4 +1,4 @@
-"""The radiance cache: the light that every surface element reflects, on either side."""
+"""The radiance cache: the light that every surface element reflects or transmits diffusely, to either side."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,7 +19,7 @@ A larger number is more accurate and slower, as more rays have to be followed on
 
 @dataclass(frozen=True)
 class RadianceCache:
-    """Reflected radiance of each side of each element.
+    """Diffuse radiance of each side of each element.
 
     Attributes
     ----------
@@ -27,15 +27,21 @@ class RadianceCache:
     radiance : (2 e + 2, 3) float32, W/(m² sr)
         Element k's front (the side its normal is on) at 2k, its back at 2k + 1; the last two, for rays that meet
         nothing, are black. Emission is not in it.
+    caustic : (2 e + 2, 3) float32, W/(m² sr)
+        The part of it that is light of lamps over mirrors, glass and narrow gloss.
     """
 
     elements: SurfaceElements
     radiance: np.ndarray
+    caustic: np.ndarray
 
     @staticmethod
-    def of_sides(elements: SurfaceElements, radiance: np.ndarray) -> "RadianceCache":
-        """A cache of the radiance (2 e, 3) of the elements' sides."""
-        return RadianceCache(elements, np.concatenate([radiance, np.zeros((2, 3), np.float32)]))
+    def of_sides(elements: SurfaceElements, radiance: np.ndarray, caustic: np.ndarray | None = None) -> "RadianceCache":
+        """A cache of the radiance (2 e, 3) of the elements' sides, and of the caustics in it."""
+        padded = np.concatenate([radiance, np.zeros((2, 3), np.float32)])
+        if caustic is None:
+            return RadianceCache(elements, padded, np.zeros_like(padded))
+        return RadianceCache(elements, padded, np.concatenate([caustic, np.zeros((2, 3), np.float32)]))
 
     @cached_property
     def _reach(self) -> np.ndarray:
@@ -46,3 +52,7 @@ class RadianceCache:
         """Radiance that each ray meets, (n, 3) float32, 0 where it meets nothing; and which rays end too near, (n,)."""
         element = self.elements.find(hits.triangle, hits.u, hits.v)
         return self.radiance[2 * element + hits.back(directions)], hits.distance < self._reach[element]
+
+    def caustic_at(self, hits: Hits, directions: np.ndarray) -> np.ndarray:
+        """Radiance of caustics that each ray meets, (n, 3) float32."""
+        return self.caustic[2 * self.elements.find(hits.triangle, hits.u, hits.v) + hits.back(directions)]

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import BakeError
+from ..sampling.streams import sobol
 from ..sampling.warps import (
     frame,
     sample_cosine_hemisphere,
     sample_uniform_cone,
     sample_uniform_disk,
-    sample_uniform_sphere,
     sample_uniform_triangle,
     to_world,
 )
@@ -69,12 +69,22 @@ class Source:
         What photons are shared out by; for the sun and the world, the power that enters the region of the receivers.
     sampled_directly : bool
         Its direct light is found by next-event estimation, so that its photons need not be stored where they first hit.
+    illuminates, blocked_by : (o,) bool or None
+        Objects that its light falls on, and that keep it away; None: all.
     """
 
     name: str
     lamp: int
     power: np.ndarray
     sampled_directly = True
+    illuminates: np.ndarray | None = None
+    blocked_by: np.ndarray | None = None
+
+    def _be_lamp(self, lights: Lights, lamp: int) -> None:
+        """Take over what all lamps have."""
+        self._lights, self.lamp, self.name = lights, lamp, lights.names[lamp]
+        self.illuminates = None if lights.illuminates is None else lights.illuminates[lamp]
+        self.blocked_by = None if lights.blocked_by is None else lights.blocked_by[lamp]
 
     def emit(self, u: np.ndarray) -> Rays:
         """Rays for points `u` (n, 5) of the unit hypercube."""
@@ -84,47 +94,68 @@ class Source:
 class PointSource(Source):
     """A point or spot lamp: an intensity I(ω) that leaves, in each direction, a disc of radius r that faces it.
 
-    That is how Cycles' lamps with soft falloff look from afar. So: a direction by intensity, then a place on its disc.
+    That is exact for lamps that are spheres, and how Cycles' lamps with soft falloff look from afar. So: a direction by
+    intensity, then a place on its disc.
     """
 
     def __init__(self, lights: Lights, lamp: int) -> None:
-        self._lights, self.lamp = lights, lamp
-        self.name = lights.names[lamp]
+        self._be_lamp(lights, lamp)
         self._is_spot = lights.kind[lamp] == LightKind.SPOT
         self._cos_max = float(lights.cos_half_cone(lamp)) if self._is_spot else -1.0
         # ∫ falloff dω = 2π(1 − c)(1 − b/2): the smoothstep's mean over the blend is one half.
         mean_falloff = 1 - float(lights.blend[lamp]) / 2 if self._is_spot else 1.0
         self._solid_angle = 2 * np.pi * (1 - self._cos_max)
+        if (lights.stretch[lamp] != 1).any():
+            mean_falloff = float(self._directions(sobol(2, 0).random(1 << 14).astype(np.float32))[1].mean())
         self.power = lights.emission[lamp].astype(np.float64) * self._solid_angle * mean_falloff
 
     def emit(self, u: np.ndarray) -> Rays:
         """Uniform directions in the cone, weighted by the falloff."""
         lights, lamp = self._lights, self.lamp
-        axis = np.broadcast_to(lights.direction[lamp], (len(u), 3))
-        local = sample_uniform_cone(u[:, :2], self._cos_max)
-        directions = to_world(local, axis)
-        flux = np.broadcast_to(lights.emission[lamp] * np.float32(self._solid_angle), (len(u), 3))
-        if self._is_spot:
-            flux = flux * lights.spot_falloff(lamp, local[:, 2])[:, None]
-        disc = np.concatenate([sample_uniform_disk(u[:, 2:4]), np.zeros((len(u), 1), np.float32)], axis=1)
-        origins = lights.position[lamp] + lights.radius[lamp] * to_world(disc, directions)
+        directions, share = self._directions(u[:, :2])
+        flux = lights.emission[lamp] * (np.float32(self._solid_angle) * share)[:, None]
+        place = sample_uniform_disk(u[:, 2:4])
+        bulge = np.sqrt(1 - u[:, 2:3]) if lights.sphere[lamp] else np.zeros((len(u), 1), np.float32)
+        origins = lights.position[lamp] + lights.radius[lamp] * to_world(np.hstack([place, bulge]), directions)
         return Rays(origins, directions, flux)
+
+    def _directions(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Directions (n, 3), and each one's share of the intensity over its density times the round cone's size (n,).
+
+        A stretched cone's directions are (ax, by, z) / |(ax, by, z)| of a round one's, whose solid angles grow by
+        ab / |(ax, by, z)|³.
+        """
+        lights, lamp = self._lights, self.lamp
+        local = sample_uniform_cone(u, self._cos_max)
+        axis = np.broadcast_to(lights.direction[lamp], (len(u), 3))
+        if not self._is_spot:
+            return to_world(local, axis), np.ones(len(u), np.float32)
+        share = lights.spot_falloff(lamp, local[:, 2])
+        if (lights.stretch[lamp] == 1).all():
+            return to_world(local, axis), share
+        a, b = lights.stretch[lamp]
+        local = local * np.array([a, b, 1], np.float32)
+        length = np.linalg.norm(local, axis=1)
+        frame_of_lamp = np.stack([lights.axis_x[lamp], lights.axis_y[lamp], lights.direction[lamp]])
+        return (local / length[:, None]) @ frame_of_lamp, share * a * b / length**3
 
 
 class AreaSource(Source):
-    """An area lamp: a rectangle or ellipse of uniform radiance L on its front, power πLA."""
+    """An area lamp: a rectangle or ellipse of radiance L on its front, power πLA whatever its spread."""
 
     def __init__(self, lights: Lights, lamp: int) -> None:
-        self._lights, self.lamp = lights, lamp
-        self.name = lights.names[lamp]
+        self._be_lamp(lights, lamp)
         self.power = lights.emission[lamp].astype(np.float64) * np.pi * float(lights.area(np.array([lamp]))[0])
 
     def emit(self, u: np.ndarray) -> Rays:
-        """Uniform places, cosine-weighted directions: all rays carry the same flux."""
+        """Uniform places, cosine-weighted directions within the spread, weighted by its falloff."""
         lights, lamp = self._lights, np.full(len(u), self.lamp)
         origins = sample_area_lamp(lights, lamp, u[:, 2:4])
-        directions = to_world(sample_cosine_hemisphere(u[:, :2]), lights.direction[lamp])
-        return Rays(origins, directions, np.broadcast_to(self.power.astype(np.float32), (len(u), 3)))
+        sin2 = lights.sin2_half_spread(self.lamp).astype(np.float32)
+        local = sample_cosine_hemisphere(u[:, :2] * np.stack([sin2, np.float32(1)]))
+        tan_theta = np.hypot(local[:, 0], local[:, 1]) / np.maximum(local[:, 2], np.float32(1e-6))
+        share = sin2 * lights.spread_falloff(lamp, tan_theta)
+        return Rays(origins, to_world(local, lights.direction[lamp]), self.power.astype(np.float32) * share[:, None])
 
 
 def sample_area_lamp(lights: Lights, lamp: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -186,7 +217,7 @@ class SunSource(_DistantSource):
 
     def __init__(self, lights: Lights, lamp: int, scene: Scene, region: Sphere) -> None:
         super().__init__(scene, region)
-        self.name, self.lamp = lights.names[lamp], lamp
+        self._be_lamp(lights, lamp)
         self._direction = lights.direction[lamp]
         self._cos_max = float(np.cos(lights.angle[lamp] / 2))
         # E = ∫L cos θ dω = πL sin²(α/2) over the disc, while beams add up to ∫L dω = 2πL(1 − cos(α/2)).
@@ -202,21 +233,22 @@ class SunSource(_DistantSource):
 
 
 class WorldSource(_DistantSource):
-    """The world's constant radiance L from all directions."""
+    """The world's radiance L from all directions, more photons from where it is brighter."""
 
     name, lamp = "World", -1
-    sampled_directly = False
 
     def __init__(self, scene: Scene, region: Sphere) -> None:
         super().__init__(scene, region)
-        self._radiance = scene.world.color
-        self.power = self._radiance.astype(np.float64) * 4 * np.pi * self._area_of_region
+        self._world = scene.world
+        self.sampled_directly = scene.world.image is not None
+        self.power = scene.world.integral * self._area_of_region
 
     def emit(self, u: np.ndarray) -> Rays:
-        """Uniform directions, places by the nested discs."""
-        directions = sample_uniform_sphere(u[:, :2])
-        origins, area = self._through_discs(directions, u[:, 2:4], u[:, 4])
-        return Rays(origins, directions, np.float32(4 * np.pi) * self._radiance * area)
+        """Directions by radiance, places by the nested discs."""
+        towards = self._world.sample(u[:, :2])
+        origins, area = self._through_discs(-towards, u[:, 2:4], u[:, 4])
+        density = np.maximum(self._world.pdf(towards), np.float32(1e-30))
+        return Rays(origins, -towards, self._world.radiance(towards) * (area[:, 0] / density)[:, None])
 
 
 class MeshSource(Source):
@@ -229,7 +261,6 @@ class MeshSource(Source):
         self._triangles, self._chance, power = emissive_triangles(scene)
         self.power = power.sum(0)
         self._cumulative = np.cumsum(self._chance)
-        self._flux = (power / np.maximum(self._chance[:, None], 1e-300)).astype(np.float32)
 
     def emit(self, u: np.ndarray) -> Rays:
         """A triangle by power, a place on it, a side, a cosine-weighted direction."""
@@ -238,24 +269,63 @@ class MeshSource(Source):
         chosen = u[:, 4].astype(np.float64) * 2
         front, chosen = chosen < 1, chosen % 1
         k = np.minimum(np.searchsorted(self._cumulative, chosen, side="right"), len(self._cumulative) - 1)
-        triangle = self._triangles[k]
-        origins = scene.points(triangle, *sample_uniform_triangle(u[:, 2:4]))
+        triangle, place = self._triangles[k], sample_uniform_triangle(u[:, 2:4])
+        origins = scene.points(triangle, *place)
         normals = np.where(front[:, None], scene.normals[triangle], -scene.normals[triangle])
         directions = to_world(sample_cosine_hemisphere(u[:, :2]), normals)
-        return Rays(origins + scene.ray_offset(origins) * normals, directions, self._flux[k])
+        area = 2 * np.pi * scene.areas[triangle] / np.maximum(self._chance[k], 1e-300)
+        flux = (scene.emission(triangle, *place) * area[:, None]).astype(np.float32)
+        return Rays(origins + scene.ray_offset(origins) * normals, directions, flux)
 
 
 def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The triangles that emit: index (e,) int32, chance to be chosen by power (e,), power 2πLA (e, 3) W.
 
-    Objects that diffuse rays do not see do not shine on diffuse surfaces.
+    Objects that diffuse rays do not see do not shine on diffuse surfaces. The power of textured triangles is a mean
+    over some of their points; a tenth of the chance goes by the brightest that they could be, lest none were missed.
     """
-    glows = scene.materials.emission.nonzero
-    emits = glows[scene.material_of_triangle] & scene.objects.scatters[scene.object_of_triangle]
-    triangles = np.flatnonzero(emits).astype(np.int32)
-    radiance = scene.materials.emission.value[scene.material_of_triangle[triangles]].astype(np.float64)
-    power = 2 * np.pi * radiance * scene.areas[triangles, None]
-    return triangles, power.sum(axis=1) / max(power.sum(), 1e-300), power
+    materials, objects = scene.materials, scene.objects
+    shines = objects.scatters & objects.emits
+    glows = materials.emission.nonzero[scene.material_of_triangle] & shines[scene.object_of_triangle]
+    triangles = np.flatnonzero(glows).astype(np.int32)
+    area = 2 * np.pi * scene.areas[triangles, None]
+    power = area * _mean_emission(scene, triangles)
+    chance = power.sum(axis=1) / max(power.sum(), 1e-300)
+    if (materials.emission.textured or materials.coverage.textured) and power.any():
+        bound = (area * _brightest(scene)[scene.material_of_triangle[triangles]]).sum(axis=1)
+        chance = 0.9 * chance + 0.1 * bound / bound.sum()
+    return triangles, chance, power
+
+
+def _mean_emission(scene: Scene, triangles: np.ndarray) -> np.ndarray:
+    """Mean emitted radiance of triangles, (e, 3) float64, over at least 16 points where they are textured."""
+    middle = np.full(len(triangles), 1 / 3, np.float32)
+    mean = scene.emission(triangles, middle, middle).astype(np.float64)
+    materials = scene.materials
+    textured = (materials.emission.texture >= 0) | (materials.coverage.texture >= 0)
+    varying = np.flatnonzero(textured[scene.material_of_triangle[triangles]])
+    n_points = 1 << int(np.clip(np.log2(_N_POINTS / max(len(varying), 1)), 4, 12))
+    u, v = sample_uniform_triangle(sobol(2, 0).random(n_points).astype(np.float32))
+    size = _N_POINTS // n_points
+    for chunk in (varying[start : start + size] for start in range(0, len(varying), size)):
+        triangle = np.repeat(triangles[chunk], n_points)
+        radiance = scene.emission(triangle, np.tile(u, len(chunk)), np.tile(v, len(chunk)))
+        mean[chunk] = radiance.reshape(len(chunk), n_points, 3).mean(axis=1, dtype=np.float64)
+    return mean
+
+
+_N_POINTS = 1 << 20
+"""Points at which textured emission is looked at, at a time."""
+
+
+def _brightest(scene: Scene) -> np.ndarray:
+    """The highest radiance that each material may emit, (m, 3) float32."""
+    emission, textures = scene.materials.emission, scene.materials.textures
+    brightest = emission.value.copy()
+    if emission.textured:
+        textured = emission.texture >= 0
+        brightest[textured] *= np.maximum.reduceat(textures.pixels, textures.offset)[emission.texture[textured]]
+    return brightest
 
 
 def light_sources(scene: Scene, region: Sphere) -> list[Source]:

@@ -5,15 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..bsdf import Lobe
 from ..parallel import Workers
 from ..sampling.octahedral import encode_octahedral
 from ..sampling.streams import sobol_chunks, stream
 from ..sampling.vectors import largest
-from ..sampling.warps import sample_cosine_hemisphere, to_world
 from ..scene import Scene
-from ..tracers import Tracer
-from .emission import N_DIMENSIONS, Rays, Source
+from ..tracers import Hits, LightTracer
+from .emission import N_DIMENSIONS, Source
+from .first_flight import first_flight
 from .photons import PathKind, Photons
+from .scattering import scatter
 
 CHUNK = 1 << 17
 """Photons that fly together: enough to hide Python's cost a call, few enough to stay in the processor's cache."""
@@ -40,13 +42,13 @@ def shares(sources: list[Source], n_photons: int) -> list[int]:
 
 def trace_photons(
     scene: Scene,
-    tracer: Tracer,
+    tracer: LightTracer,
     sources: list[Source],
     n_photons: int,
     max_bounces: int,
     workers: Workers,
 ) -> Photons:
-    """Photons that met surfaces, after being scattered by Lambertian surfaces with Russian roulette.
+    """Photons that met surfaces with a diffuse or translucent lobe, with Russian roulette where they are scattered.
 
     Direct hits (`PathKind.DIRECT`) of sources that are sampled directly are not stored.
 
@@ -86,54 +88,67 @@ def _batches(sources: list[Source], counts: list[int], seed: int) -> Iterator[_B
             first_path, index = first_path + len(u), index + 1
 
 
-def _trace_batch(scene: Scene, tracer: Tracer, batch: _Batch, max_bounces: int, seed: int) -> Photons:
+def _trace_batch(scene: Scene, tracer: LightTracer, batch: _Batch, max_bounces: int, seed: int) -> Photons:
     """Emit a batch and follow it until every photon is absorbed, gone, or has hit `max_bounces` surfaces."""
     random = stream(seed, _SCATTERING, batch.index)
-    rays: Rays = batch.source.emit(batch.u)
+    source = batch.source
+    rays = source.emit(batch.u)
     power = rays.flux / np.float32(batch.n_of_source)
     path = np.arange(batch.first_path, batch.first_path + len(batch.u), dtype=np.int32)
     origins, directions = rays.origins, rays.directions
     path_density = np.ones(len(path), np.float32)
+    focused = np.zeros(len(path), bool)
+    keeps = scene.materials.diffuse.nonzero | scene.materials.translucent.nonzero
     stored = [Photons.none()]
 
     for bounce in range(max_bounces):
         # Find where the photons meet surfaces
-        hits = tracer.closest_hit(origins, directions)
-        hit = np.flatnonzero(hits.hit)
+        if bounce == 0:
+            hits, power = first_flight(scene, tracer, source, origins, directions, power, random)
+        else:
+            hits = tracer.closest_hit(origins, directions)
+            power = power if hits.tint is None else power * hits.tint
+        hit = np.flatnonzero(hits.hit & (power > 0).any(axis=1))
         if len(hit) == 0:
             break
         hits, directions = hits.where(hit), directions[hit]
         positions, normals = hits.points(origins[hit], directions)
-        power, path, path_density = power[hit], path[hit], path_density[hit]
+        power, path, path_density, focused = power[hit], path[hit], path_density[hit], focused[hit]
 
         # Store them
-        if bounce > 0 or not batch.source.sampled_directly:
+        if bounce > 0 or not source.sampled_directly:
+            kind = np.where(focused, PathKind.CAUSTIC, PathKind.INDIRECT if bounce else PathKind.DIRECT)
+            on = np.flatnonzero(keeps[scene.material_of_triangle[hits.triangle]])
             stored.append(
                 Photons(
-                    position=positions,
-                    power=power,
-                    packed_direction=encode_octahedral(directions),
-                    packed_normal=scene.packed_normals[hits.triangle, hits.back(directions).astype(np.int8)],
-                    triangle=hits.triangle,
-                    path=path,
-                    path_density=path_density,
-                    kind=np.full(len(hit), PathKind.INDIRECT if bounce else PathKind.DIRECT, np.uint8),
-                    bounce=np.full(len(hit), min(bounce, 255), np.uint8),
+                    position=positions[on],
+                    power=power[on],
+                    packed_direction=encode_octahedral(directions[on]),
+                    packed_normal=_packed_normals(scene, hits.where(on), directions[on]),
+                    triangle=hits.triangle[on],
+                    path=path[on],
+                    path_density=path_density[on],
+                    kind=kind[on].astype(np.uint8),
+                    bounce=np.full(len(on), min(bounce, 255), np.uint8),
                 )
             )
 
-        # Let Russian roulette absorb some by the largest albedo, so that no photon gains power
-        albedo = scene.albedo(hits.triangle, hits.u, hits.v)
-        survival = largest(albedo)
+        # Scatter them, and let Russian roulette absorb some, so that no photon gains power
+        scattered = scatter(scene, hits, positions, directions, normals, random, from_light=True)
+        survival = np.minimum(largest(scattered.weight), 1)
         alive = np.flatnonzero(random.random(len(hit), dtype=np.float32) < survival)
         if len(alive) == 0:
             break
         survival = survival[alive]
-        power = power[alive] * (albedo[alive] / survival[:, None])
+        power = power[alive] * (scattered.weight[alive] / survival[:, None])
         path, path_density = path[alive], path_density[alive] * survival
+        origins, directions = scattered.origins[alive], scattered.directions[alive]
 
-        # Scatter the others by cosine-weighted directions
-        normals, positions = normals[alive], positions[alive]
-        directions = to_world(sample_cosine_hemisphere(random.random((len(alive), 2), dtype=np.float32)), normals)
-        origins = positions + scene.ray_offset(positions) * normals
+        # A caustic starts at a narrow lobe and ends at the first wide one; light that is gathered by rays makes none
+        narrow = scattered.specular[alive] & source.sampled_directly if bounce == 0 else focused[alive]
+        focused = narrow & (scattered.lobe[alive] >= Lobe.GLOSSY)
     return Photons.join(stored)
+
+
+def _packed_normals(scene: Scene, hits: Hits, directions: np.ndarray) -> np.ndarray:
+    return scene.packed_normals[hits.triangle, hits.back(directions).astype(np.int8)]

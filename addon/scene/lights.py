@@ -29,18 +29,30 @@ class Lights:
     emission : (l, 3) float32
         POINT and SPOT: radiant intensity, W/sr (a spot's inside its cone, before the blend).
         SUN: irradiance on a surface that faces it, W/m².
-        RECTANGLE and ELLIPSE: radiance, W/(m² sr), from the front only.
+        RECTANGLE and ELLIPSE: radiance, W/(m² sr), from the front only; with a spread, that of a lamp without one of
+        the same power.
     position : (l, 3) float32, m
     axis_x, axis_y, direction : (l, 3) float32
         Unit vectors of the lamp's frame; it shines along `direction` (Blender's local −Z).
     size : (l, 2) float32, m
         RECTANGLE: sides along axis_x and axis_y. ELLIPSE: diameters along them. Otherwise 0.
     radius : (l,) float32, m
-        POINT and SPOT: radius of the emitting disc that faces whoever looks at it, 0 for a point. Otherwise 0.
+        POINT and SPOT: radius of the emitting disc or sphere, 0 for a point. Otherwise 0.
+    sphere : (l,) bool
+        POINT and SPOT: a sphere emits; otherwise a disc does, that faces whoever looks at it.
     angle : (l,) float32, rad
         SPOT: full opening angle of the cone. SUN: full angle of the disc seen from the scene. Otherwise 0.
     blend : (l,) float32
         SPOT: softness of the cone's edge in [0, 1]. Otherwise 0.
+    stretch : (l, 2) float32
+        SPOT: how much wider the cone is along axis_x and axis_y than its angle says, as factors of the tangent.
+        Otherwise 1.
+    spread : (l,) float32, rad
+        RECTANGLE and ELLIPSE: full angle beyond which nothing is emitted; π without a spread. Otherwise π.
+    illuminates : (l, o) bool or None
+        Which objects of the scene each lamp lights; None where every lamp lights all.
+    blocked_by : (l, o) bool or None
+        Which objects keep each lamp's light away; None where all do that cast shadows.
     """
 
     names: tuple[str, ...]
@@ -52,28 +64,44 @@ class Lights:
     direction: np.ndarray
     size: np.ndarray
     radius: np.ndarray
+    sphere: np.ndarray
     angle: np.ndarray
     blend: np.ndarray
+    stretch: np.ndarray
+    spread: np.ndarray
+    illuminates: np.ndarray | None = None
+    blocked_by: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.kind)
 
     @staticmethod
     def join(lights: "list[Lights]") -> "Lights":
-        """All lamps of several `Lights`."""
-        arrays = {
-            f.name: np.concatenate([getattr(part, f.name) for part in lights])
-            for f in fields(Lights)
-            if f.name != "names"
-        }
+        """All lamps of several `Lights`, that are not linked to objects yet."""
+        arrays = {name: np.concatenate([getattr(part, name) for part in lights]) for name in _COLUMNS}
         return Lights(names=tuple(name for part in lights for name in part.names), **arrays)
+
+    @staticmethod
+    def of(names: tuple[str, ...], kind: np.ndarray, **columns: np.ndarray) -> "Lights":
+        """Lamps of some kinds; columns that are left out are as for kinds without them."""
+        n = len(kind)
+        vectors = {name: np.zeros((n, 3), np.float32) for name in ("emission", "position")}
+        axes = {"axis_x": (1, 0, 0), "axis_y": (0, 1, 0), "direction": (0, 0, -1)}
+        frame = {name: np.tile(np.array(axis, np.float32), (n, 1)) for name, axis in axes.items()}
+        scalars = {name: np.zeros(n, np.float32) for name in ("radius", "angle", "blend")}
+        rest = {
+            "size": np.zeros((n, 2), np.float32),
+            "sphere": np.zeros(n, bool),
+            "stretch": np.ones((n, 2), np.float32),
+            "spread": np.full(n, np.pi, np.float32),
+        }
+        given = {name: np.asarray(column, rest.get(name, scalars["radius"]).dtype) for name, column in columns.items()}
+        return Lights(names, np.asarray(kind, np.int32), **(vectors | frame | scalars | rest | given))
 
     @staticmethod
     def none() -> "Lights":
         """No lamps."""
-        vectors = {n: np.zeros((0, 3), np.float32) for n in ("emission", "position", "axis_x", "axis_y", "direction")}
-        scalars = {n: np.zeros(0, np.float32) for n in ("radius", "angle", "blend")}
-        return Lights(names=(), kind=np.zeros(0, np.int32), size=np.zeros((0, 2), np.float32), **vectors, **scalars)
+        return Lights.of((), np.zeros(0, np.int32))
 
     def cos_half_cone(self, lamp: np.ndarray | int) -> np.ndarray:
         """Cosine of half the opening angle of lamps, (n,) float32."""
@@ -83,13 +111,67 @@ class Lights:
         """Share of a spot's intensity at an angle from its axis: a smoothstep over the blend, (n,) float32.
 
         With c the cosine of the half angle and b the blend, s((cos θ − c) / (b(1 − c))), s(t) = t²(3 − 2t), as Cycles.
+
+        Parameters
+        ----------
+        cos_theta : (n,) float32
+            Of directions as they would be if the cone were not stretched, see `in_cone`.
         """
         c = self.cos_half_cone(lamp)
         width = np.maximum(self.blend[lamp] * (1 - c), np.float32(1e-5))
         t = np.clip((cos_theta - c) / width, 0, 1)
         return t * t * (3 - 2 * t)
 
+    def in_cone(self, lamp: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Cosine of the angle between unit directions (n, 3) and a spot's axis, its cone made round, (n,) float32.
+
+        With the direction (x, y, z) in the lamp's frame and the stretch (a, b): z / |(x/a, y/b, z)|.
+        """
+        x, y, z = (
+            np.einsum("ij,ij->i", axis[lamp], directions) for axis in (self.axis_x, self.axis_y, self.direction)
+        )
+        a, b = self.stretch[lamp].T
+        return z / np.sqrt(np.maximum((x / a) ** 2 + (y / b) ** 2 + z * z, np.float32(1e-30)))
+
     def area(self, lamp: np.ndarray) -> np.ndarray:
         """Area of area lamps, (n,) float32, m²."""
         box = self.size[lamp].prod(axis=-1)
         return np.where(self.kind[lamp] == LightKind.ELLIPSE, np.float32(np.pi / 4) * box, box)
+
+    def contain(self, lamp: np.ndarray, positions: np.ndarray) -> np.ndarray:
+        """Whether area lamps contain points (n, 3) of their planes, (n,) bool."""
+        offset = positions - self.position[lamp]
+        place = np.stack([np.einsum("ij,ij->i", offset, axis[lamp]) for axis in (self.axis_x, self.axis_y)], axis=1)
+        place = np.abs(place) / self.size[lamp]
+        return np.where(self.kind[lamp] == LightKind.ELLIPSE, (place**2).sum(1) <= 0.25, place.max(1) <= 0.5)
+
+    def spread_falloff(self, lamp: np.ndarray, tan_theta: np.ndarray) -> np.ndarray:
+        """Radiance of area lamps at an angle from their axis as a share of `emission`, (n,) float32.
+
+        With h half the spread, max(tan h − tan θ, 0) / (tan h − h): what a grid of slats lets through, scaled to keep
+        the power, ∫ cos θ dω = π.
+        """
+        h, tan_h = self._half_spread(lamp)
+        # tan h − h = h³/3 + … loses its digits for narrow spreads.
+        gap = np.where(h < 0.05, h**3 / 3, tan_h - h)
+        return np.where(self.spread[lamp] < _NO_SPREAD, np.maximum(tan_h - tan_theta, 0) / gap, 1).astype(np.float32)
+
+    def sin2_half_spread(self, lamp: np.ndarray | int) -> np.ndarray:
+        """sin² of half the spread of area lamps, (n,) float32."""
+        h, _ = self._half_spread(lamp)
+        return np.where(self.spread[lamp] < _NO_SPREAD, np.sin(h) ** 2, np.float32(1))
+
+    def spread_radius(self, lamp: np.ndarray, distance: np.ndarray) -> np.ndarray:
+        """Radius of the part of an area lamp's plane that shines at points in a distance of the plane, (n,), m."""
+        _, tan_h = self._half_spread(lamp)
+        return np.where(self.spread[lamp] < _NO_SPREAD, tan_h * distance, np.float32(np.inf))
+
+    def _half_spread(self, lamp: np.ndarray | int) -> tuple[np.ndarray, np.ndarray]:
+        """Half the spread, at least 0.001 (parallel light is nearly so), and its tangent."""
+        h = np.clip(self.spread[lamp] / 2, np.float32(1e-3), np.float32(np.pi / 2 - 1e-4))
+        return h, np.tan(h)
+
+
+_COLUMNS = [f.name for f in fields(Lights) if f.name not in ("names", "illuminates", "blocked_by")]
+_NO_SPREAD = np.float32(np.pi - 2e-3)
+"""A spread of which no more than a thousandth is cut off, rad."""

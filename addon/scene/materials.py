@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -123,11 +124,11 @@ class Materials:
 
     @staticmethod
     def of(
-        m: int, textures: Textures | None = None, **columns: "Channel | np.ndarray | tuple[str, ...]"
+        m: int, textures: Textures | None = None, **columns: Any
     ) -> "Materials":
         """The m materials that `columns` say; what they leave out is black, opaque, rough and without gloss."""
         zeros, ones = np.zeros(m, np.float32), np.ones(m, np.float32)
-        default = {f.name: Channel.constant(zeros) for f in fields(Materials) if f.type in (Channel, "Channel")}
+        default: dict[str, Any] = {f.name: Channel.constant(zeros) for f in fields(Materials) if f.type is Channel}
         default |= {
             "names": tuple(f"Material {i}" for i in range(m)),
             "coverage": Channel.constant(ones),

@@ -128,6 +128,34 @@ class Scene:
         """Texture coordinates of barycentric coordinates (1−u−v, u, v) on triangles, (n, 2) float32."""
         return interpolate(self.corner_uvs[triangle], u, v)
 
+    @cached_property
+    def smooth(self) -> np.ndarray:
+        """Which triangles are shaded by normals other than their own, (t,) bool."""
+        cosines = [dot(self.corner_normals[:, corner], self.normals) for corner in range(3)]
+        return np.minimum.reduce(cosines) < 1 - 1e-5
+
+    def shading_normals(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Unit normals that shade points on triangles, on the side of `normals`, (n, 3) float32.
+
+        On the back they point the other way, as geometric normals do. They may lie beyond the triangle's own plane;
+        what Cycles makes of that is dark.
+
+        Parameters
+        ----------
+        normals : (n, 3) float32
+            Geometric normals of the sides.
+        """
+        k = np.flatnonzero(self.smooth[triangle])
+        if len(k) == 0:
+            return normals
+        shading = normals.copy()
+        smooth = interpolate(self.corner_normals[triangle[k]], u[k], v[k])
+        length = np.sqrt(dot(smooth, smooth))
+        back = dot(self.normals[triangle[k]], normals[k]) < 0
+        smooth /= np.where(back, -length, length)[:, None] + np.float32(1e-20)
+        shading[k] = np.where((length > 1e-3)[:, None], smooth, normals[k])
+        return shading
+
     def look_up(self, channel: Channel, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """A channel of the materials at points on triangles, (n, 3) float32."""
         material = self.material_of_triangle[triangle]

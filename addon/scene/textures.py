@@ -15,25 +15,29 @@ class Textures:
         Scene-linear colours, images row by row from the bottom left.
     offset, width, height : (i,) int32
         Where each image starts in `pixels`, and its size.
+    extends : (i,) bool
+        Whether an image goes on with the texels of its edges outside [0, 1]; otherwise it repeats.
     """
 
     pixels: np.ndarray
     offset: np.ndarray
     width: np.ndarray
     height: np.ndarray
+    extends: np.ndarray
 
     @staticmethod
-    def pack(images: list[np.ndarray]) -> "Textures":
-        """Textures of (height, width, 3) images."""
+    def pack(images: list[np.ndarray], extends: list[bool] | None = None) -> "Textures":
+        """Textures of (height, width, 3) images, which all repeat without `extends`."""
         sizes = np.array([image.shape[:2] for image in images], np.int32).reshape(-1, 2)
         offset = np.concatenate([[0], np.cumsum(sizes[:, 0] * sizes[:, 1])])[:-1].astype(np.int32)
         pixels = [image.reshape(-1, 3).astype(np.float32) for image in images] or [np.zeros((0, 3), np.float32)]
-        return Textures(np.concatenate(pixels), offset, sizes[:, 1], sizes[:, 0])
+        extends = [False] * len(images) if extends is None else extends
+        return Textures(np.concatenate(pixels), offset, sizes[:, 1], sizes[:, 0], np.array(extends, bool))
 
     def look_up(self, image: np.ndarray, uv: np.ndarray) -> np.ndarray:
-        """The nearest texel of each image at texture coordinates `uv`, repeating, (n, 3) float32."""
+        """The nearest texel of each image at texture coordinates `uv`, (n, 3) float32."""
         width, height = self.width[image], self.height[image]
-        uv = uv - np.floor(uv)
+        uv = np.where(self.extends[image, None], np.clip(uv, 0, 1), uv - np.floor(uv))
         x = np.minimum((uv[:, 0] * width).astype(np.int32), width - 1)
         y = np.minimum((uv[:, 1] * height).astype(np.int32), height - 1)
         return self.pixels[self.offset[image] + y * width + x]

@@ -1,8 +1,13 @@
 """The world: light from infinitely far away."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+
+from ..sampling.warps import pdf_uniform_sphere, sample_uniform_sphere
+
+_TWO_PI = np.float32(2 * np.pi)
 
 
 @dataclass(frozen=True)
@@ -25,17 +30,89 @@ class World:
         """The same radiance, (3,) or a number, from everywhere."""
         return World(np.broadcast_to(np.asarray(color, np.float32), (3,)).copy())
 
-    @property
+    @cached_property
     def black(self) -> bool:
-        return not (self.color > 0).any()
+        return not (self.integral > 0).any()
+
+    @cached_property
+    def integral(self) -> np.ndarray:
+        """∫ L dω over all directions, (3,) float64, W/m²."""
+        if self.image is None:
+            return self.color.astype(np.float64) * 4 * np.pi
+        height, width = self.image.shape[:2]
+        return self.color * np.einsum("ijk,i->k", self.image, _solid_angles(height, width), dtype=np.float64)
 
     def radiance(self, directions: np.ndarray) -> np.ndarray:
         """Radiance from unit directions (n, 3), (n, 3) or (1, 3) float32."""
         if self.image is None:
             return self.color[None]
+        return self.color * self.image[self._pixel(directions)]
+
+    def sample(self, u: np.ndarray) -> np.ndarray:
+        """Unit directions (n, 3) for points `u` (n, 2) of the unit square, more where the world is bright; see `pdf`.
+
+        A row of pixels, then a pixel in it, then a direction uniform by solid angle within the pixel.
+        """
+        if self.image is None:
+            return sample_uniform_sphere(u)
         height, width = self.image.shape[:2]
-        u = np.float32(0.5) - np.arctan2(directions[:, 1], directions[:, 0]) / np.float32(2 * np.pi)
+        rows, columns, _ = self._distribution
+        row, within_row = _invert(rows, u[:, 0], np.zeros(len(u), np.int64), height)
+        column, within_column = _invert(columns, u[:, 1], row, width)
+        edges = _heights(height)
+        z = (edges[row] + within_row * (edges[row + 1] - edges[row])).astype(np.float32)
+        azimuth = np.float32(np.pi) - _TWO_PI * ((column + within_column) / width).astype(np.float32)
+        r = np.sqrt(np.maximum(1 - z * z, 0))
+        return np.stack([r * np.cos(azimuth), r * np.sin(azimuth), z], axis=1)
+
+    def pdf(self, directions: np.ndarray) -> np.ndarray:
+        """Density of `sample` by solid angle, proportional to the mean radiance of a pixel's colours, (n,) float32."""
+        if self.image is None:
+            return np.full(len(directions), pdf_uniform_sphere(), np.float32)
+        return self._distribution[2][self._pixel(directions)]
+
+    def _pixel(self, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Row and column of the pixel that unit directions look at."""
+        assert self.image is not None
+        height, width = self.image.shape[:2]
+        u = np.float32(0.5) - np.arctan2(directions[:, 1], directions[:, 0]) / _TWO_PI
         v = np.arccos(np.clip(-directions[:, 2], -1, 1)) / np.float32(np.pi)
-        x = np.minimum((u * width).astype(np.int32), width - 1)
-        y = np.minimum((v * height).astype(np.int32), height - 1)
-        return self.color * self.image[y, x]
+        row, column = (v * height).astype(np.int32), (u * width).astype(np.int32)
+        return np.minimum(row, height - 1), np.minimum(column, width - 1)
+
+    @cached_property
+    def _distribution(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Cumulative chances of rows (h,) and of the pixels in each row (h · w,), and densities (h, w), 1/sr.
+
+        Row i's cumulative chances are i higher than its own, so that all rows together are sorted.
+        """
+        assert self.image is not None
+        height, width = self.image.shape[:2]
+        brightness = (self.image @ (self.color / 3)).astype(np.float64)
+        weight = brightness * _solid_angles(height, width)[:, None]
+        of_row = weight.sum(axis=1)
+        columns = np.cumsum(weight, axis=1) / np.maximum(of_row, 1e-300)[:, None]
+        columns[:, -1] = 1
+        rows = np.cumsum(of_row) / max(of_row.sum(), 1e-300)
+        density = (brightness / max(of_row.sum(), 1e-300)).astype(np.float32)
+        return rows, (columns + np.arange(height)[:, None]).ravel(), density
+
+
+def _heights(n_rows: int) -> np.ndarray:
+    """Heights z of the edges of an equirectangular image's rows, (n_rows + 1,) float64."""
+    return -np.cos(np.pi * np.arange(n_rows + 1) / n_rows)
+
+
+def _solid_angles(n_rows: int, n_columns: int) -> np.ndarray:
+    """Solid angle of a pixel of each row, (n_rows,) float64, sr."""
+    return np.diff(_heights(n_rows)) * (2 * np.pi / n_columns)
+
+
+def _invert(cumulative: np.ndarray, u: np.ndarray, row: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Which of a row's n cells each u in [0, 1) falls into by cumulative chances, and where in it in [0, 1)."""
+    first = row * n
+    at = row + u.astype(np.float64)
+    cell = np.minimum(np.searchsorted(cumulative, at, side="right"), first + n - 1)
+    low = np.where(cell > first, cumulative[cell - 1], row)
+    within = (at - low) / np.maximum(cumulative[cell] - low, 1e-300)
+    return cell - first, np.clip(within, 0, 1 - 1e-7)

@@ -1,5 +1,6 @@
 """How a ray finds a surface: one protocol, and the tracers that keep it."""
 
-from .protocol import Hits, Tracer
+from .light_tracer import LightTracer
+from .protocol import Hits, RayKind, Tracer
 
-__all__ = ["Hits", "Tracer"]
+__all__ = ["Hits", "LightTracer", "RayKind", "Tracer"]

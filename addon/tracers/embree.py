@@ -6,7 +6,7 @@ from embreex.rtcore_scene import EmbreeScene
 
 from ..sampling.vectors import dot
 from ..scene import Scene
-from .protocol import Hits
+from .protocol import Hits, RayKind, seen_by
 
 _SHORT_OF_TARGET = np.float32(1 - 1e-4)
 
@@ -14,23 +14,32 @@ _SHORT_OF_TARGET = np.float32(1 - 1e-4)
 class EmbreeTracer:
     """A `Tracer` on Embree's tree over the scene's triangles.
 
-    Diffuse rays and shadow rays get a tree each where some object is seen by only one of them.
+    Kinds of rays that see the same objects share a tree.
     """
 
     def __init__(self, scene: Scene) -> None:
         self._normals = scene.normals
-        objects = scene.objects
-        self._scattering = _Tree(scene, objects.scatters)
-        same = np.array_equal(objects.scatters, objects.casts_shadow)
-        self._shadowing = self._scattering if same else _Tree(scene, objects.casts_shadow)
+        trees: dict[bytes, _Tree] = {}
+        self._trees = []
+        for kind in RayKind:
+            seen = seen_by(scene.objects, kind)
+            if seen.tobytes() not in trees:
+                trees[seen.tobytes()] = _Tree(scene, seen)
+            self._trees.append(trees[seen.tobytes()])
 
-    def closest_hit(self, origins: np.ndarray, directions: np.ndarray, t_max: float = np.inf) -> Hits:
+    def closest_hit(
+        self,
+        origins: np.ndarray,
+        directions: np.ndarray,
+        t_max: np.ndarray | float = np.inf,
+        kind: RayKind = RayKind.DIFFUSE,
+    ) -> Hits:
         """See `Tracer.closest_hit`."""
-        return self._scattering.closest_hit(origins, directions, t_max, self._normals)
+        return self._trees[kind].closest_hit(origins, directions, t_max, self._normals)
 
     def occluded(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """See `Tracer.occluded`."""
-        return self._shadowing.occluded(origins, targets)
+        return self._trees[RayKind.SHADOW].occluded(origins, targets)
 
 
 class _Tree:
@@ -48,11 +57,13 @@ class _Tree:
         # The tree is built by the first query, which must not be made from two threads at once.
         self._embree.run(np.zeros((1, 3), np.float32), np.array([[0, 0, 1]], np.float32))
 
-    def closest_hit(self, origins: np.ndarray, directions: np.ndarray, t_max: float, normals: np.ndarray) -> Hits:
+    def closest_hit(
+        self, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray | float, normals: np.ndarray
+    ) -> Hits:
         n = len(origins)
         if self._empty or n == 0:
             return Hits.none(n)
-        limit = None if np.isinf(t_max) else np.full(n, t_max, np.float32)
+        limit = None if np.isscalar(t_max) and np.isinf(t_max) else np.full(n, t_max, np.float32)
         found = self._embree.run(origins, directions, dists=limit, output=True)
         primitive = found["primID"]
         miss = primitive < 0

@@ -1,11 +1,13 @@
 """What every tracer promises."""
 
 from dataclasses import dataclass, fields
+from enum import IntEnum
 from typing import Protocol
 
 import numpy as np
 
 from ..sampling.vectors import dot
+from ..scene import SceneObjects
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,8 @@ class Hits:
         Barycentric weights of the triangle's second and third vertex.
     normal : (n, 3) float32
         The triangle's unit geometric normal by its winding; undefined where the ray meets nothing.
+    tint : (n, 3) float32 or None
+        What see-through surfaces on the way leave of the light; None: there were none.
     """
 
     triangle: np.ndarray
@@ -29,6 +33,7 @@ class Hits:
     u: np.ndarray
     v: np.ndarray
     normal: np.ndarray
+    tint: np.ndarray | None = None
 
     def back(self, directions: np.ndarray) -> np.ndarray:
         """Which rays came to the back of their triangle, (n,) bool."""
@@ -41,7 +46,8 @@ class Hits:
 
     def where(self, chosen: np.ndarray) -> "Hits":
         """The hits of the rays that a mask or an index array chooses."""
-        return Hits(*(getattr(self, f.name)[chosen] for f in fields(self)))
+        values = (getattr(self, f.name) for f in fields(self))
+        return Hits(*(None if value is None else value[chosen] for value in values))
 
     @staticmethod
     def none(n: int) -> "Hits":
@@ -57,18 +63,40 @@ class Hits:
         return self.triangle >= 0
 
 
+class RayKind(IntEnum):
+    """What a ray is for; objects may be hidden from some kinds."""
+
+    DIFFUSE = 0
+    GLOSSY = 1
+    TRANSMITTED = 2
+    SHADOW = 3
+
+
+def seen_by(objects: SceneObjects, kind: RayKind) -> np.ndarray:
+    """Which objects rays of a kind see, (o,) bool."""
+    return (objects.scatters, objects.seen_in_gloss, objects.seen_through_glass, objects.casts_shadow)[kind]
+
+
 class Tracer(Protocol):
     """Finds where rays meet a scene. Both calls may be made from several threads at once."""
 
-    def closest_hit(self, origins: np.ndarray, directions: np.ndarray, t_max: float = np.inf) -> Hits:
-        """The first triangle that scatters light along each ray.
+    def closest_hit(
+        self,
+        origins: np.ndarray,
+        directions: np.ndarray,
+        t_max: np.ndarray | float = np.inf,
+        kind: RayKind = RayKind.DIFFUSE,
+    ) -> Hits:
+        """The first triangle along each ray that rays of a kind see.
 
         Parameters
         ----------
         origins, directions : (n, 3) float32
             World space, m; directions have unit length.
-        t_max : float
+        t_max : (n,) float32 or float
             Farthest distance looked at, m.
+        kind : RayKind
+            Which objects are seen.
         """
         ...
 

@@ -61,39 +61,21 @@ def merge(*meshes):
     )
 
 
-def lamp(
-    kind: LightKind,
-    emission=1.0,
-    position=(0, 0, 1),
-    direction=(0, 0, -1),
-    size=(0, 0),
-    radius=0.0,
-    angle=0.0,
-    blend=0.0,
-    name="Lamp",
-) -> Lights:
-    """One lamp; its frame is any that has its direction."""
+def lamp(kind: LightKind, emission=1.0, position=(0, 0, 1), direction=(0, 0, -1), name="Lamp", **columns) -> Lights:
+    """One lamp; its frame is any that has its direction. `columns` are others of `Lights`."""
     direction = np.asarray(direction, np.float64) / np.linalg.norm(direction)
     helper = (1.0, 0, 0) if abs(direction[0]) < 0.9 else (0, 1.0, 0)
     axis_y = np.cross(direction, helper)
     axis_y /= np.linalg.norm(axis_y)
-    axis_x = np.cross(axis_y, direction)
-
-    def row(values):
-        return np.asarray(values, np.float32).reshape(1, -1)
-
-    return Lights(
-        names=(name,),
-        kind=np.array([kind], np.int32),
-        emission=np.broadcast_to(row(emission), (1, 3)).copy(),
-        position=row(position),
-        axis_x=row(axis_x),
-        axis_y=row(axis_y),
-        direction=row(direction),
-        size=row(size),
-        radius=row(radius)[0],
-        angle=row(angle)[0],
-        blend=row(blend)[0],
+    return Lights.of(
+        (name,),
+        np.array([kind]),
+        emission=np.broadcast_to(np.asarray(emission, np.float32), (1, 3)).copy(),
+        position=[position],
+        axis_x=[np.cross(axis_y, direction)],
+        axis_y=[axis_y],
+        direction=[direction],
+        **{name: [value] for name, value in columns.items()},
     )
 
 

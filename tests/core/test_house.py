@@ -13,6 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 RANKS = [
     ["addon.errors", "addon.progress", "addon.parallel", "addon.settings", "addon.sampling"],
     ["addon.scene"],
+    ["addon.bsdf"],
     ["addon.tracers"],
     ["addon.photons"],
     ["addon.receivers"],

@@ -1,0 +1,85 @@
+"""A photon's way from its source to the first surface, which is the only one that light linking has a say in."""
+
+import numpy as np
+
+from ..scene import Scene
+from ..tracers import Hits, LightTracer
+from .emission import Source
+
+_MAX_PASSED = 32
+
+
+def first_flight(
+    scene: Scene,
+    tracer: LightTracer,
+    source: Source,
+    origins: np.ndarray,
+    directions: np.ndarray,
+    power: np.ndarray,
+    random: np.random.Generator,
+) -> tuple[Hits, np.ndarray]:
+    """Where photons first meet a surface that their source lights, and their power there, (n, 3) W.
+
+    Objects that do not block the source let its light through, yet are lit where the source illuminates them: there
+    half of the photons stop and half go on, with twice the power. Objects that block it without being illuminated
+    take the photons' power.
+
+    Parameters
+    ----------
+    origins, directions, power : (n, 3) float32
+        As emitted.
+    """
+    objects = scene.objects
+    lit = np.ones(len(objects.names), bool) if source.illuminates is None else source.illuminates
+    blocks = objects.casts_shadow if source.blocked_by is None else objects.casts_shadow & source.blocked_by
+    hits = tracer.closest_hit(origins, directions)
+    power = power if hits.tint is None else power * hits.tint
+    if (lit & blocks)[objects.scatters].all():
+        return hits, _unless_shadowed(scene, tracer, blocks, origins, hits, directions, power)
+
+    start, power = origins.copy(), power.copy()
+    triangle, distance, u, v, normal = (
+        np.array(a) for a in (hits.triangle, hits.distance, hits.u, hits.v, hits.normal)
+    )
+    flying = np.flatnonzero(hits.hit)
+    for step in range(_MAX_PASSED):
+        of_object = scene.object_of_triangle[triangle[flying]]
+        either = lit[of_object] & ~blocks[of_object]
+        power[flying[blocks[of_object] & ~lit[of_object]]] = 0
+        power[flying[either]] *= 2
+        onward = ~blocks[of_object] & ~(either & (random.random(len(flying), dtype=np.float32) < np.float32(0.5)))
+        flying = flying[onward]
+        if len(flying) == 0:
+            break
+        if step == _MAX_PASSED - 1:
+            power[flying] = 0
+        start[flying] = origins[flying] + distance[flying, None] * directions[flying]
+        gap = scene.ray_offset(start[flying])
+        start[flying] += gap * directions[flying]
+        next_ = tracer.closest_hit(start[flying], directions[flying])
+        power[flying] *= 1 if next_.tint is None else next_.tint
+        distance[flying] += next_.distance + gap[:, 0]
+        triangle[flying], u[flying], v[flying], normal[flying] = next_.triangle, next_.u, next_.v, next_.normal
+        flying = flying[next_.hit]
+    hits = Hits(triangle, distance, u, v, normal)
+    return hits, _unless_shadowed(scene, tracer, blocks, origins, hits, directions, power)
+
+
+def _unless_shadowed(
+    scene: Scene,
+    tracer: LightTracer,
+    blocks: np.ndarray,
+    origins: np.ndarray,
+    hits: Hits,
+    directions: np.ndarray,
+    power: np.ndarray,
+) -> np.ndarray:
+    """The power that objects leave that cast shadows although photons do not meet them."""
+    unseen = blocks & ~scene.objects.scatters
+    k = np.flatnonzero(hits.hit)
+    if not unseen.any() or len(k) == 0:
+        return power
+    power = power.copy()
+    near = hits.distance[k] * np.float32(1 - 1e-4)
+    power[k] *= tracer.transmittance(origins[k], directions[k], near, blocks=unseen)
+    return power

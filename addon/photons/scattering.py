@@ -1,0 +1,126 @@
+"""What happens to light where it meets surfaces: one new direction for each ray."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..bsdf import Lobe, is_specular, sample_bsdf, surface_at
+from ..sampling.vectors import dot
+from ..sampling.warps import frame, sample_cosine_hemisphere, to_world
+from ..scene import Scene
+from ..tracers import Hits, RayKind
+
+ALL_LOBES = tuple(Lobe)
+NARROW_LOBES = (Lobe.GLOSSY, Lobe.GLASS)
+"""Those that a radiance cache, which knows no directions, does not answer for."""
+
+_KIND_OF_LOBE = np.array([RayKind.DIFFUSE, RayKind.DIFFUSE, RayKind.GLOSSY, RayKind.TRANSMITTED], np.uint8)
+
+
+@dataclass(frozen=True)
+class Scattered:
+    """Where n rays go on.
+
+    Attributes
+    ----------
+    origins, directions : (n, 3) float32
+        Off the surface, on the side that the direction leaves to.
+    weight : (n, 3) float32
+        What the surface leaves of the light, over the probability of going on like this.
+    lobe : (n,) uint8
+        `Lobe`.
+    specular : (n,) bool
+        Whether the lobe is so narrow that its light has to be found by photons.
+    """
+
+    origins: np.ndarray
+    directions: np.ndarray
+    weight: np.ndarray
+    lobe: np.ndarray
+    specular: np.ndarray
+
+    @property
+    def kind(self) -> np.ndarray:
+        """Kind of the new rays, (n,) uint8 of `RayKind`."""
+        return _KIND_OF_LOBE[self.lobe]
+
+
+def scatter(
+    scene: Scene,
+    hits: Hits,
+    positions: np.ndarray,
+    directions: np.ndarray,
+    normals: np.ndarray,
+    random: np.random.Generator,
+    lobes: tuple[Lobe, ...] = ALL_LOBES,
+    from_light: bool = False,
+) -> Scattered:
+    """One new direction for each of n rays that met surfaces, by what their materials do.
+
+    Parameters
+    ----------
+    positions, directions, normals : (n, 3) float32
+        Of the hits: `Hits.points` of rays that flew along `directions`.
+    lobes : tuple of Lobe
+        Those that may be chosen.
+    from_light : bool
+        Whether the rays are photons; otherwise they come from where light is wanted.
+    """
+    u = random.random((len(positions), 3), dtype=np.float32)
+    shading = scene.shading_normals(hits.triangle, hits.u, hits.v, normals)
+    wi = sample_cosine_hemisphere(u[:, 1:])
+    weight = scene.albedo(hits.triangle, hits.u, hits.v)
+    lobe, specular = np.zeros(len(u), np.uint8), np.zeros(len(u), bool)
+    k = np.flatnonzero(~scene.materials.matte[scene.material_of_triangle[hits.triangle]])
+    if len(k):
+        met = hits.where(k)
+        surface = surface_at(scene, met.triangle, met.u, met.v, met.back(directions[k]))
+        axes = local_axes(facing(shading[k], normals[k], directions[k]))
+        sample = sample_bsdf(surface, np.einsum("nij,nj->ni", axes, -directions[k]), u[k], lobes, from_light)
+        wi[k], weight[k], lobe[k] = sample.wi, sample.weight, sample.lobe
+        specular[k] = is_specular(surface, sample.lobe)
+    onward = to_world(wi, normals if from_light else shading)
+    if len(k):
+        narrow = lobe[k] >= Lobe.GLOSSY
+        onward[k[narrow]] = np.einsum("ni,nij->nj", wi[k[narrow]], axes[narrow])
+
+    # A smooth normal may send light to the wrong side of the facet that it stands for
+    side = np.sign(dot(onward, normals))
+    weight *= (side * wi[:, 2] > 0)[:, None]
+    if from_light:
+        wide = np.where(lobe < Lobe.GLOSSY, shading_ratio(shading, normals, directions), np.float32(1))
+        weight *= wide[:, None]
+    origins = positions + scene.ray_offset(positions) * side[:, None] * normals
+    return Scattered(origins, onward, weight, lobe, specular)
+
+
+MAX_RATIO = np.float32(16)
+"""Bound of `shading_ratio`: beyond it light grazes the facet, where very few photons meet it."""
+
+
+def shading_ratio(shading: np.ndarray, normals: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """What a photon is worth at a smooth surface, (N·ω)⁺ / |n·ω|, (n,) float32.
+
+    Photons arrive in proportion to the cosine at the geometric normal n, but light is reflected in proportion to that
+    at the shading normal N (Veach 1997, 5.3.2).
+
+    Parameters
+    ----------
+    shading, normals, directions : (n, 3) float32
+        N and n of the sides that were met, and the photons' directions.
+    """
+    if shading is normals:
+        return np.ones(len(normals), np.float32)
+    cosine = np.abs(dot(normals, directions))
+    return np.minimum(np.maximum(-dot(shading, directions), 0) / np.maximum(cosine, np.float32(1e-6)), MAX_RATIO)
+
+
+def facing(shading: np.ndarray, normals: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Shading normals, and geometric ones where those do not face the rays: no lobe is seen from behind."""
+    return np.where((dot(shading, directions) < -1e-3)[:, None], shading, normals)
+
+
+def local_axes(normals: np.ndarray) -> np.ndarray:
+    """Local frames with +z along the normals, rows of (n, 3, 3)."""
+    tangent, bitangent = frame(normals)
+    return np.stack([tangent, bitangent, normals], axis=1)

@@ -1,0 +1,356 @@
+"""How surfaces scatter light: samplers against densities, furnaces, Fresnel's and Snell's laws, photons and paths."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from photon_bake.addon.bsdf import (
+    ALL,
+    SMOOTH,
+    Lobe,
+    Surface,
+    base_share,
+    evaluate_glossy,
+    glossy_albedo,
+    is_specular,
+    pdf_glossy,
+    sample_bsdf,
+    surface_at,
+)
+from photon_bake.addon.bsdf import albedo_tables as tables
+from photon_bake.addon.bsdf.fresnel import average_grazing_share, fresnel_dielectric, grazing_share
+from photon_bake.addon.bsdf.microfacets import distribution, masked, refract, sample_visible_normals
+from photon_bake.addon.sampling.streams import sobol_chunks, stream
+from photon_bake.addon.sampling.warps import sample_cosine_hemisphere
+from photon_bake.addon.scene import Channel, Materials
+from photon_bake.tests.core.scenes import chi_square, plane, scene_of
+
+N = 1 << 16
+COLORS = ("diffuse", "translucent", "f0", "f90", "glass_reflection", "glass_transmission")
+
+
+def surface(n=N, **values) -> Surface:
+    """n equal points; what `values` leave out is black, rough and preserves energy."""
+    given = dict.fromkeys(COLORS, 0.0) | {"roughness": 1.0, "fresnel_ior": 0.0, "layer_f0": 0.0, "glass_ior": 1.5}
+    given |= values
+    colors = {name: np.broadcast_to(np.float32(given[name]), (n, 3)).copy() for name in COLORS}
+    scalars = {
+        name: np.full(n, given[name], np.float32) for name in ("roughness", "fresnel_ior", "layer_f0", "glass_ior")
+    }
+    flags = {name: np.full(n, values.get(name, True)) for name in ("preserves_energy", "glass_fresnel")}
+    return Surface(**colors, **scalars, **flags)
+
+
+def plastic(n=N, base=0.5, ior=1.5, **values) -> Surface:
+    f0 = ((ior - 1) / (ior + 1)) ** 2
+    return surface(n, diffuse=base, f0=f0, f90=1, layer_f0=f0, fresnel_ior=ior, **values)
+
+
+def direction(cos, n=N, phi=0.4):
+    sin = np.sqrt(1 - cos * cos)
+    return np.tile(np.float32([sin * np.cos(phi), sin * np.sin(phi), cos]), (n, 1))
+
+
+def numbers(seed=1, n=N, dimensions=3):
+    return next(sobol_chunks(dimensions, n, n, seed, 0))
+
+
+def column(n, *values):
+    return tuple(np.full(n, value, np.float32) for value in values)
+
+
+def albedo_of(s, cos, seed=1, **how):
+    """What a path finds in a white world, (3,)."""
+    return sample_bsdf(s, direction(cos, len(s)), numbers(seed, len(s)), **how).weight.mean(axis=0, dtype=np.float64)
+
+
+def chi_square_against(sampled, pdf_of, n_z=40, n_phi=20):
+    """χ² of directions in cells of z and φ against the density `pdf_of` directions, and the share that these hold."""
+    z_edges, phi_edges = np.linspace(-1, 1, n_z + 1), np.linspace(-np.pi, np.pi, n_phi + 1)
+    counts, _, _ = np.histogram2d(sampled[:, 2], np.arctan2(sampled[:, 1], sampled[:, 0]), [z_edges, phi_edges])
+    (z, z_weight), (phi, phi_weight) = gauss_legendre(z_edges, 20), gauss_legendre(phi_edges, 8)
+    z, phi = (x.ravel() for x in np.meshgrid(z, phi, indexing="ij"))
+    sin = np.sqrt(1 - z * z)
+    density = pdf_of(np.stack([sin * np.cos(phi), sin * np.sin(phi), z], axis=1).astype(np.float32))
+    mass = density.reshape(len(z_weight), len(phi_weight)) * z_weight[:, None] * phi_weight
+    mass = mass.reshape(n_z, 20, n_phi, 8).sum(axis=(1, 3))
+    return chi_square(counts, mass / mass.sum() * counts.sum()), mass.sum()
+
+
+def gauss_legendre(edges, n):
+    """Nodes and weights of n points between each two edges."""
+    nodes, weights = np.polynomial.legendre.leggauss(n)
+    half = np.diff(edges)[:, None] / 2
+    return (edges[:-1, None] + half * (1 + nodes)).ravel(), (half * weights).ravel()
+
+
+# Fresnel and Snell
+
+
+def test_fresnel_at_normal_brewster_and_critical_angles():
+    ior = np.float32(1.5)
+    assert fresnel_dielectric(np.float32(1), ior) == pytest.approx(0.04, rel=1e-5)
+    brewster = np.cos(np.arctan(1.5))  # half of the light is of the polarisation that is not reflected
+    assert fresnel_dielectric(np.float32(brewster), ior) == pytest.approx(0.5 * (5 / 13) ** 2, rel=1e-4)
+    critical = np.sqrt(1 - (1 / 1.5) ** 2)
+    below, above = fresnel_dielectric(np.float32([critical - 1e-3, critical + 1e-3]), 1 / ior)
+    assert below == 1 and above < 0.9
+    cos = np.linspace(0.1, 1, 10, dtype=np.float32)
+    assert np.allclose(fresnel_dielectric(cos, np.float32(1)), 0, atol=1e-6)
+    cos_t = np.sqrt(1 - (1 - cos * cos) / 2.25)
+    assert np.allclose(fresnel_dielectric(cos, ior), fresnel_dielectric(cos_t, 1 / ior), atol=1e-4)
+
+
+@pytest.mark.parametrize("ior", [0.0, 0.7, 1.1, 1.5, 2.5])
+def test_grazing_shares_go_from_0_to_1_and_average_as_they_should(ior):
+    cos = ((np.arange(4000) + 0.5) / 4000).astype(np.float32)
+    share = grazing_share(cos, np.float32(ior))
+    assert share[-1] < 1e-3 and share[0] > 0.98 and (np.diff(share) <= 1e-4).all()
+    assert average_grazing_share(np.float32(ior)) == pytest.approx((2 * share * cos).mean(), abs=0.01)
+
+
+@pytest.mark.parametrize("ior", [1.5, 1 / 1.5, 1.0])
+def test_refraction_obeys_snell(ior):
+    n = 1000
+    wo = sample_cosine_hemisphere(numbers(2, n)[:, :2])
+    h, n_ior = direction(0.9, n), np.full(n, ior, np.float32)
+    keep = (np.einsum("ij,ij->i", wo, h) > 0.76) if ior < 1 else (np.einsum("ij,ij->i", wo, h) > 0)
+    wo, h, n_ior = wo[keep], h[keep], n_ior[keep]
+    wi = refract(wo, h, np.einsum("ij,ij->i", wo, h), n_ior)
+    assert np.allclose(np.linalg.norm(wi, axis=1), 1, atol=1e-5)
+    assert np.allclose(np.cross(wo, h) + ior * np.cross(wi, h), 0, atol=1e-5)
+    assert (np.einsum("ij,ij->i", wi, h) < 0).all()
+
+
+# Samplers and densities
+
+
+@pytest.mark.parametrize("roughness", [0.3, 0.6, 1.0])
+@pytest.mark.parametrize("cos", [1.0, 0.6, 0.1])
+def test_visible_normals(roughness, cos):
+    n = 1 << 17
+    wo, (alpha,) = direction(cos, n), column(n, roughness**2)
+    u = stream(1, 5).random((n, 2), dtype=np.float32)
+
+    def pdf(h):
+        facing = np.maximum(np.einsum("ij,ij->i", h, wo[: len(h)]), 0) * (h[:, 2] > 0)
+        return facing * distribution(h, alpha[: len(h)]) / cos / masked(np.float32(cos), np.float32(roughness**2))
+
+    p, total = chi_square_against(sample_visible_normals(wo, alpha, u), pdf)
+    assert p > 1e-3 and total == pytest.approx(1, abs=5e-3)
+
+
+@pytest.mark.parametrize("roughness", [0.35, 0.6, 1.0])
+@pytest.mark.parametrize("cos", [1.0, 0.6, 0.2])
+def test_glossy_samples_follow_their_density_and_weigh_what_f_says(roughness, cos):
+    n = 1 << 17
+    s = surface(n, f0=0.3, f90=0.9, roughness=roughness)
+    wo = direction(cos, n)
+    sample = sample_bsdf(s, wo, stream(1, 6).random((n, 3), dtype=np.float32), (Lobe.GLOSSY,))
+    wi, up = sample.wi, sample.wi[:, 2] > 0
+    assert (sample.weight[~up] == 0).all()
+    p, above = chi_square_against(wi[up], lambda d: pdf_glossy(s.where(slice(len(d))), wo[: len(d)], d))
+    assert p > 1e-3 and above == pytest.approx(up.mean(), abs=0.01)
+    k = np.flatnonzero(up & (wi[:, 2] > 1e-3))
+    expected = evaluate_glossy(s.where(k), wo[k], wi[k]) * (wi[k, 2] / pdf_glossy(s.where(k), wo[k], wi[k]))[:, None]
+    assert np.allclose(sample.weight[k], expected, rtol=2e-3)
+
+
+def test_glossy_without_multiple_scattering_is_reciprocal():
+    s = surface(f0=0.1, f90=1, fresnel_ior=1.5, roughness=0.4, preserves_energy=False)
+    wo, wi = sample_cosine_hemisphere(numbers(3)[:, :2]), sample_cosine_hemisphere(numbers(4)[:, :2])
+    assert np.allclose(evaluate_glossy(s, wo, wi), evaluate_glossy(s, wi, wo), rtol=1e-3)
+
+
+def test_diffuse_and_translucent_directions():
+    s = surface(diffuse=0.5, translucent=0.25)
+    sample = sample_bsdf(s, direction(0.7), stream(1, 7).random((N, 3), dtype=np.float32))
+    up = sample.lobe == Lobe.DIFFUSE
+    assert (up == (sample.wi[:, 2] > 0)).all() and up.mean() == pytest.approx(2 / 3, abs=0.01)
+    for k in (up, ~up):
+        p, _ = chi_square_against(np.abs(sample.wi[k]), _quarter_cosine)
+        assert p > 1e-3
+    assert np.allclose(sample.weight, 0.75)
+
+
+def _quarter_cosine(d):
+    """Density of the moduli of cosine-weighted directions."""
+    return 4 * np.maximum(d[:, 2], 0) / np.pi * (d[:, 0] > 0) * (d[:, 1] > 0)
+
+
+def test_lobes_are_chosen_by_what_they_scatter():
+    s = plastic(roughness=0.5, base=0.6, translucent=0.1, glass_reflection=0.2, glass_transmission=0.2)
+    wo, cos = direction(0.5), np.full(N, 0.5, np.float32)
+    sample = sample_bsdf(s, wo, numbers())
+    expected = np.array([0.6 * base_share(s, cos)[0], 0.1, glossy_albedo(s, cos)[0, 0], 0.2])
+    assert np.allclose(np.bincount(sample.lobe, minlength=4) / N, expected / expected.sum(), atol=2e-3)
+    for lobe in ALL:
+        only = sample_bsdf(s, wo, numbers(), (lobe,))
+        assert (only.lobe == lobe).all()
+        part = np.where(sample.lobe[:, None] == lobe, sample.weight, 0).mean(axis=0)
+        assert np.allclose(only.weight.mean(axis=0), part, rtol=0.01)
+
+
+def test_nothing_is_scattered_by_nothing():
+    sample = sample_bsdf(surface(9), direction(0.5, 9), numbers(n=16)[:9])
+    assert (sample.weight == 0).all() and np.allclose(np.linalg.norm(sample.wi, axis=1), 1)
+    assert len(sample_bsdf(surface(0), direction(0.5, 0), numbers(n=16)[:0]).wi) == 0
+
+
+# Albedos
+
+
+def test_tables_have_converged(monkeypatch):
+    for table in (tables.white, tables.grazing, tables.glass):
+        coarse = np.stack(table()) if isinstance(table(), tuple) else table()
+        with monkeypatch.context() as patch:
+            patch.setattr(tables, "_N_SAMPLES", 1597)
+            patch.setattr(tables, "_STEP", 987)
+            fine = table.__wrapped__()
+        assert np.abs(coarse - fine).max() < 5e-3 and np.abs(coarse - fine).mean() < 5e-4
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.2, 0.5, 1.0])
+@pytest.mark.parametrize("cos", [1.0, 0.6, 0.25, 0.1])
+def test_white_glossy_furnace(roughness, cos):
+    s = surface(f0=1, f90=1, roughness=roughness)
+    assert albedo_of(s, cos) == pytest.approx(1, abs=0.01)
+    lossy = replace(s, preserves_energy=~s.preserves_energy)
+    (rough, c) = column(1, roughness, cos)
+    assert albedo_of(lossy, cos) == pytest.approx(tables.interpolate(tables.white(), rough, c)[0], abs=0.01)
+
+
+@pytest.mark.parametrize("preserves_energy", [True, False])
+@pytest.mark.parametrize("roughness", [0.1, 0.5, 1.0])
+@pytest.mark.parametrize("cos", [1.0, 0.5, 0.2])
+def test_a_layer_takes_its_albedo_from_what_it_covers(roughness, cos, preserves_energy):
+    s = plastic(base=0.8, roughness=roughness, preserves_energy=preserves_energy)
+    (c,) = column(1, cos)
+    one = s.where(slice(1))
+    estimate = 0.8 * base_share(one, c)[0] + glossy_albedo(one, c)[0, 0]
+    assert albedo_of(s, cos) == pytest.approx(estimate, abs=3e-3)
+    white = plastic(base=1.0, roughness=roughness, preserves_energy=preserves_energy)
+    assert albedo_of(white, cos).max() < 1.005
+    if preserves_energy:
+        assert albedo_of(white, cos).min() > 0.99
+    assert base_share(surface(1), c) == 1
+
+
+def test_colored_gloss_grows_more_saturated_with_roughness():
+    gold = {"f0": [1.0, 0.7, 0.3], "f90": 1.0}
+    smooth, rough = (glossy_albedo(surface(1, roughness=r, **gold), np.float32([0.9]))[0] for r in (0.1, 1.0))
+    assert rough[0] == pytest.approx(1, abs=5e-3)
+    assert rough[2] / rough[0] < 0.9 * smooth[2] / smooth[0]
+
+
+@pytest.mark.parametrize("ior", [1.5, 1 / 1.5])
+@pytest.mark.parametrize("cos", [1.0, 0.5, 0.15])
+def test_glass_furnace(ior, cos):
+    glass = {"glass_reflection": 1, "glass_transmission": 1, "glass_ior": ior}
+    assert albedo_of(surface(roughness=0, **glass), cos) == pytest.approx(1, abs=1e-3)
+    rough = surface(roughness=0.7, **glass)
+    assert albedo_of(replace(rough, preserves_energy=~rough.preserves_energy), cos).max() < 0.98
+    # Inside rough glass some is lost, as in Cycles
+    assert albedo_of(rough, cos) == pytest.approx(1 if ior > 1 or cos == 1 else 0.93, abs=0.07 if ior < 1 else 0.01)
+
+
+def test_smooth_glass_reflects_and_refracts_by_fresnel():
+    s = surface(glass_reflection=[1, 0.5, 1], glass_transmission=[0.5, 1, 1], roughness=0)
+    wo = direction(0.6)
+    sample = sample_bsdf(s, wo, numbers())
+    up = sample.wi[:, 2] > 0
+    assert np.allclose(sample.wi[up], wo[up] * [-1, -1, 1], atol=1e-5)
+    assert np.allclose(sample.wi[~up], np.append(-wo[0, :2] / 1.5, -np.sqrt(1 - 0.64 / 2.25)), atol=1e-5)
+    f = fresnel_dielectric(np.float32(0.6), np.float32(1.5))
+    assert np.where(up[:, None], sample.weight, 0).mean(0) == pytest.approx(f * np.array([1, 0.5, 1]), rel=5e-3)
+    assert np.where(up[:, None], 0, sample.weight).mean(0) == pytest.approx((1 - f) * np.array([0.5, 1, 1]), rel=5e-3)
+
+
+def test_without_fresnel_all_is_refracted_or_lost():
+    s = surface(glass_transmission=0.9, roughness=0, glass_fresnel=False)
+    sample = sample_bsdf(s, direction(0.3), numbers())
+    assert (sample.wi[:, 2] < 0).all() and np.allclose(sample.weight, 0.9)
+    inside = replace(s, glass_ior=1 / s.glass_ior)
+    assert (sample_bsdf(inside, direction(0.3), numbers()).weight == 0).all()  # beyond the critical angle
+    assert np.allclose(sample_bsdf(inside, direction(0.9), numbers()).weight, 0.9)
+
+
+def test_smooth_gloss_is_a_mirror():
+    wo = direction(0.3)
+    for roughness in (0.0, 1e-2):
+        sample = sample_bsdf(surface(f0=0.5, f90=0.5, roughness=roughness), wo, numbers())
+        off = np.abs(sample.wi - wo * [-1, -1, 1]).max(axis=1)
+        assert (np.quantile(off, 0.98) < 2e-3) if roughness else (off.max() < 1e-5)  # GGX has long tails
+        assert np.allclose(sample.weight, 0.5, atol=0.01)
+
+
+# Photons and paths
+
+
+@pytest.mark.parametrize(
+    "s",
+    [
+        plastic(roughness=0.4),
+        plastic(roughness=1.0, base=0.9),
+        surface(f0=0.8, f90=1.0, roughness=1.0),
+        surface(diffuse=0.3, translucent=0.4),
+        surface(glass_reflection=0.9, glass_transmission=0.7, roughness=0.8, glass_ior=1.5),
+        surface(glass_reflection=0.9, glass_transmission=0.7, roughness=0.5, glass_ior=1.5, preserves_energy=False),
+        surface(glass_transmission=0.7, roughness=0.6, glass_ior=1 / 1.4, glass_fresnel=False),
+    ],
+    ids=["plastic", "rough plastic", "metal", "leaf", "glass", "lossy glass", "refraction"],
+)
+def test_photons_and_paths_solve_the_same_transport(s):
+    """∫∫ light(i) f(o, i) view(o) |cos i| |cos o|, the view above, sampled from either end."""
+
+    def light(d):
+        return 1 + d[:, 0] + 0.5 * d[:, 1] * d[:, 2] + 0.7 * (d[:, 2] > 0.5) + 0.4 * (d[:, 2] < -0.7)
+
+    def view(d):
+        return 1 - 0.8 * d[:, 0] + 0.5 * d[:, 1] + (d[:, 2] > 0.6)
+
+    u = numbers(9, dimensions=5)
+    wo = sample_cosine_hemisphere(u[:, :2])
+    path = sample_bsdf(s, wo, u[:, 2:])
+    from_view = np.pi * (path.weight * (view(wo) * light(path.wi))[:, None]).mean(axis=0, dtype=np.float64)
+
+    # Photons come from above, and from below, where the surface is seen from its other side
+    above = sample_bsdf(s, wo, u[:, 2:], from_light=True)
+    seen = np.where(above.wi[:, 2] > 0, light(wo) * view(above.wi), 0)
+    from_light = np.pi * (above.weight * seen[:, None]).mean(axis=0, dtype=np.float64)
+    below = sample_bsdf(replace(s, glass_ior=1 / s.glass_ior), wo, u[:, 2:], from_light=True)
+    seen = np.where(below.wi[:, 2] < 0, light(-_flip(wo)) * view(-_flip(below.wi)), 0)
+    from_light += np.pi * (below.weight * seen[:, None]).mean(axis=0, dtype=np.float64)
+    assert from_light == pytest.approx(from_view, rel=0.01)
+
+
+def _flip(d):
+    """Frames of the two sides share x up to a turn: −z up, and y with it."""
+    return d * np.float32([-1, 1, 1])
+
+
+def test_what_is_left_to_photons():
+    s = surface(3, roughness=SMOOTH / 2)
+    assert is_specular(s, np.array([Lobe.DIFFUSE, Lobe.GLOSSY, Lobe.GLASS])).tolist() == [False, True, True]
+    assert not is_specular(surface(1, roughness=0.5), np.array([Lobe.GLOSSY]))[0]
+    assert (evaluate_glossy(replace(s, f0=s.f0 + 1), direction(0.5, 3), direction(0.5, 3)) == 0).all()
+
+
+# Surfaces of a scene
+
+
+def test_surface_at_reads_the_materials():
+    colors = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]], np.float32)
+    materials = Materials.of(
+        2,
+        diffuse=Channel.constant(colors),
+        glass_transmission=Channel.constant(colors[::-1]),
+        roughness=Channel.constant(np.array([0.25, 0.75])),
+        glass_ior=np.array([1.5, 2.0], np.float32),
+    )
+    scene = replace(scene_of(*plane(), material=[1, 0]), materials=materials)
+    zero = np.zeros(3, np.float32)
+    s = surface_at(scene, np.array([0, 1, 1]), zero, zero, np.array([False, False, True]))
+    assert np.array_equal(s.diffuse, colors[[1, 0, 0]]) and np.array_equal(s.glass_transmission, colors[[0, 1, 1]])
+    assert s.roughness.tolist() == [0.75, 0.25, 0.25] and np.allclose(s.glass_ior, [2, 1.5, 1 / 1.5])
+    assert not s.f0.any() and len(s) == 3 and len(s.where(s.roughness < 0.5)) == 2
