@@ -16,15 +16,15 @@ from ..receivers import Receivers
 from ..sampling.vectors import dot
 from ..sampling.warps import sample_cosine_hemisphere, to_world
 from ..scene import Scene
-from ..tracers import LightTracer
+from ..tracers import Hits, LightTracer
 from .direct_light import DirectLight
-from .elements import SurfaceElements
+from .elements import SurfaceCells, SurfaceElements
 from .gather_rays import GatherRays
 from .radiance_cache import RadianceCache
 
 _PILOT, _DIRECT, _REFINE = 11, 12, 13  # streams of random numbers
 _N_PILOT_RAYS = 1 << 18
-_N_DIRECT_SEEN, _N_DIRECT_UNSEEN = 16, 2
+_N_DIRECT_SEEN, _N_DIRECT_UNSEEN, _MAX_DIRECT = 16, 2, 4096
 _LEAST_ELEMENTS = 10_000
 _LEAST_COVERAGE = np.float32(1e-3)  # where samples met nothing but holes
 _CHUNK = 1 << 15
@@ -64,14 +64,17 @@ def build_radiance_cache(
         the photons as they are.
     """
     # Cut the surfaces into elements where gather rays end
-    visits = pilot_visits(scene, tracer, receivers, workers)
-    elements = SurfaceElements.by_visits(scene, visits.sum(axis=1), n_elements)
-    seen = elements.of_triangles(visits > 0)
+    met, back = pilot_hits(scene, tracer, receivers, workers)
+    cells = SurfaceCells.by_visits(scene, np.bincount(met.triangle, minlength=scene.n_triangles), n_elements)
+    cell, _, _ = cells.find(met.triangle, met.u, met.v)
+    visits = np.bincount(2 * cell + back, minlength=2 * len(cells)).reshape(-1, 2)
+    elements = SurfaceElements.by_visits(scene, cells, visits.sum(axis=1), n_elements)
+    seen = elements.of_cells(visits > 0)
     if scene.materials.translucent.nonzero.any():
         seen |= seen[:, ::-1]  # either side may shine through to the other
 
     # Light them by the lamps and by photons
-    sides = _direct_radiance(scene, direct, elements, seen.ravel(), workers)
+    sides = _direct_radiance(scene, tracer, direct, elements, seen.ravel(), workers)
     focused = photons.kind == PathKind.CAUSTIC
     caustic = photon_radiance(scene, photons.where(focused), elements, sides.coverage)
     others = photon_radiance(scene, photons.where(~focused), elements, sides.coverage)
@@ -94,11 +97,11 @@ def _swapped(of_sides: np.ndarray) -> np.ndarray:
     return of_sides.reshape(-1, 2, *of_sides.shape[1:])[:, ::-1].reshape(of_sides.shape)
 
 
-def pilot_visits(scene: Scene, tracer: LightTracer, receivers: Receivers, workers: Workers) -> np.ndarray:
-    """How often a side of a triangle ends a gather ray from a receiver, or a ray from there on: (t, 2) int64."""
+def pilot_hits(scene: Scene, tracer: LightTracer, receivers: Receivers, workers: Workers) -> tuple[Hits, np.ndarray]:
+    """Where gather rays from the receivers end, and rays from there on; and whether on a triangle's back, (n,) bool."""
     start = np.linspace(0, len(receivers), _N_PILOT_RAYS, endpoint=False).astype(np.int64)  # every receiver alike
 
-    def fly(chunk: slice, random: np.random.Generator) -> np.ndarray:
+    def fly(chunk: slice, random: np.random.Generator) -> list[tuple[Hits, np.ndarray]]:
         normals, origins = receivers.normal[start[chunk]], receivers.position[start[chunk]]
         directions = to_world(sample_cosine_hemisphere(random.random((len(normals), 2), dtype=np.float32)), normals)
         met = []
@@ -106,17 +109,16 @@ def pilot_visits(scene: Scene, tracer: LightTracer, receivers: Receivers, worker
             hits = tracer.closest_hit(origins, directions)
             hit = np.flatnonzero(hits.hit)
             hits, directions = hits.where(hit), directions[hit]
-            met.append(2 * hits.triangle + hits.back(directions))
+            met.append((hits, hits.back(directions)))
             if step == 0:
                 positions, normals = hits.points(origins[hit], directions)
                 on = scatter(scene, hits, positions, directions, normals, random)
                 origins, directions = on.origins, on.directions
-        return np.concatenate(met)
+        return met
 
-    visits = np.zeros(2 * scene.n_triangles, np.int64)
-    for _, met in workers.chunks("Refining surfaces", _N_PILOT_RAYS, _CHUNK, fly, (_PILOT,)):
-        visits += np.bincount(met, minlength=len(visits))
-    return visits.reshape(-1, 2)
+    chunks = workers.chunks("Refining surfaces", _N_PILOT_RAYS, _CHUNK, fly, (_PILOT,))
+    parts = [part for _, met in chunks for part in met]
+    return Hits.join([hits for hits, _ in parts]), np.concatenate([back for _, back in parts])
 
 
 def photon_radiance(
@@ -173,32 +175,68 @@ class _Sides:
 
 
 def _direct_radiance(
-    scene: Scene, direct: DirectLight, elements: SurfaceElements, seen: np.ndarray, workers: Workers
+    scene: Scene,
+    tracer: LightTracer,
+    direct: DirectLight,
+    elements: SurfaceElements,
+    seen: np.ndarray,
+    workers: Workers,
 ) -> _Sides:
-    """Mean of ρE/π of direct light over points of each side, and what is to be known of the sides besides."""
-    n_samples = np.where(seen, _N_DIRECT_SEEN, _N_DIRECT_UNSEEN)
+    """Mean of ρE/π of direct light over points of each side, and what is to be known of the sides besides.
 
-    def estimate(chunk: slice, random: np.random.Generator) -> np.ndarray:
-        counts = n_samples[chunk]
-        side = np.repeat(np.arange(chunk.start, chunk.stop), counts)
+    As many points again as all sides get evenly are shared out by the spread of what was found (Neyman's allocation):
+    beside a lamp the light of an element is that of a small spot on it.
+    """
+    counts = np.where(seen, _N_DIRECT_SEEN, _N_DIRECT_UNSEEN)
+    sums = _lit_points(scene, tracer, direct, elements, counts, workers, (_DIRECT, 0))
+    square = sums[:, 13] / counts
+    spread = np.sqrt(np.maximum(square - (sums[:, :3].sum(axis=1) / counts) ** 2, 0)) * seen
+    more = np.minimum(counts.sum() * spread / max(float(spread.sum()), 1e-30), _MAX_DIRECT).astype(np.int64)
+    sums += _lit_points(scene, tracer, direct, elements, more, workers, (_DIRECT, 1))
+    weight = sums[:, 12:13]
+    reflected, transmitted, albedo, through = (sums[:, i : i + 3] / weight for i in range(0, 12, 3))
+    coverage = weight[:, 0] / (counts + more)
+    columns = (reflected + _swapped(transmitted), albedo, through, coverage)
+    return _Sides(*(column.astype(np.float32) for column in columns))
+
+
+def _lit_points(
+    scene: Scene,
+    tracer: LightTracer,
+    direct: DirectLight,
+    elements: SurfaceElements,
+    counts: np.ndarray,
+    workers: Workers,
+    key: tuple[int, ...],
+) -> np.ndarray:
+    """Sums over `counts` (2 e,) random points of each side, (2 e, 14) float64.
+
+    Columns: ρE/π, τE/π, ρ and τ in colours, each times the coverage, the coverage, and the square of the sum of the
+    first three.
+    """
+    ends = np.cumsum(counts)
+
+    def estimate(chunk: slice, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        side = np.searchsorted(ends, np.arange(chunk.start, chunk.stop), side="right")
         at = _points_on(scene, elements, side, random)
         light = direct.irradiance(at.positions, at.shading_normals, at.objects, random) / np.float32(np.pi)
         albedo, through, coverage = (
             scene.look_up(channel, at.triangle, at.u, at.v)
             for channel in (scene.materials.diffuse, scene.materials.translucent, scene.materials.coverage)
         )
+        coverage = coverage[:, :1] * ~tracer.smothered(at.triangle, at.u, at.v)[:, None]
         coverage = np.maximum(coverage, _LEAST_COVERAGE)
-        values = np.concatenate([albedo * light, through * light, albedo, through, np.ones_like(light)], axis=1)
-        sums = np.add.reduceat(values * coverage[:, :1], np.cumsum(counts) - counts)
-        sums[:, :12] /= sums[:, 12:13]
-        sums[:, 12] /= counts
-        return sums[:, :13]
+        columns = np.concatenate([albedo * light, through * light, albedo, through, np.ones_like(coverage)], axis=1)
+        columns *= coverage
+        square = columns[:, :3].sum(axis=1, keepdims=True) ** 2
+        first = np.flatnonzero(np.append(True, side[1:] != side[:-1]))
+        return side[first], np.add.reduceat(np.concatenate([columns, square], axis=1), first, dtype=np.float64)
 
-    columns = np.zeros((len(seen), 13), np.float32)
-    for chunk, means in workers.chunks("Lighting surfaces", len(seen), 1 << 12, estimate, (_DIRECT,)):
-        columns[chunk] = means
-    reflected, transmitted, albedo, through = (columns[:, i : i + 3] for i in range(0, 12, 3))
-    return _Sides(reflected + _swapped(transmitted), albedo, through, columns[:, 12])
+    sums = np.zeros((len(counts), 14))
+    part = (0.5 * key[1], 0.5 * (key[1] + 1))
+    for _, (side, added) in workers.chunks("Lighting surfaces", int(ends[-1]), _CHUNK, estimate, key, part):
+        sums[side] += added
+    return sums
 
 
 @dataclass(frozen=True)

@@ -245,27 +245,12 @@ class GatherRays:
 
 
 def _join(parts: list[_Paths]) -> _Paths:
+    """Paths of several parts, in order."""
     if len(parts) == 1:
         return parts[0]
-    hits = [part.hits for part in parts]
-    tint = (
-        None
-        if any(hit.tint is None for hit in hits)
-        else np.concatenate([hit.tint for hit in hits if hit.tint is not None])
-    )
-    joined = Hits(
-        *(
-            np.concatenate([getattr(hit, name) for hit in hits])
-            for name in ("triangle", "distance", "u", "v", "normal")
-        ),
-        tint,
-    )
-    names = ("ray", "throughput", "directions", "positions", "normals")
-    return _Paths(
-        *(np.concatenate([getattr(part, name) for part in parts]) for name in names),
-        joined,
-        np.concatenate([part.near for part in parts]),
-    )
+    names = ("ray", "throughput", "directions", "positions", "normals", "near")
+    arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    return _Paths(hits=Hits.join([part.hits for part in parts]), **arrays)
 
 
 def _stratified(n_runs: int, n_rays: int, random: np.random.Generator) -> np.ndarray:

@@ -8,6 +8,7 @@ makes it the same whichever thread asks.
 import numpy as np
 
 from ..scene import Scene
+from .coincident import CoincidentSurfaces
 from .protocol import Hits, RayKind, Tracer
 
 _MAX_SURFACES = 64  # see-through surfaces along one ray
@@ -28,6 +29,8 @@ class LightTracer:
         # One more entry for triangle −1
         self._see_through = np.append(scene.materials.see_through[scene.material_of_triangle], False)
         self._any_see_through = bool(self._see_through.any())
+        self._coincident = CoincidentSurfaces(scene, tracer)
+        self._tints = self._any_see_through or self._coincident.any
         objects = scene.objects
         self._kinds_differ = not (
             np.array_equal(objects.scatters, objects.seen_in_gloss)
@@ -41,7 +44,7 @@ class LightTracer:
         if isinstance(kind, RayKind) or not self._kinds_differ:
             return self._stopped(origins, directions, kind if isinstance(kind, RayKind) else RayKind.DIFFUSE)
         hits = Hits.none(len(origins))
-        if self._any_see_through:
+        if self._tints:
             hits = replace_tint(hits)
         for one in np.unique(kind):
             k = np.flatnonzero(kind == one)
@@ -51,9 +54,20 @@ class LightTracer:
     def _stopped(self, origins: np.ndarray, directions: np.ndarray, kind: RayKind) -> Hits:
         """Hits of rays of one kind, see-through surfaces passed with the probability that they let light through."""
         hits = self._tracer.closest_hit(origins, directions, kind=kind)
-        if not self._any_see_through:
+        if not self._tints:
             return hits
         hits = replace_tint(hits)
+        if self._any_see_through:
+            self._pass_through(hits, origins, directions, kind)
+        hits.tint[self.smothered(hits.triangle, hits.u, hits.v)] = 0
+        return hits
+
+    def smothered(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Whether another surface lies where points of triangles are, so that no light leaves them, (n,) bool."""
+        return self._coincident.smother(triangle, u, v)
+
+    def _pass_through(self, hits: Hits, origins: np.ndarray, directions: np.ndarray, kind: RayKind) -> None:
+        """Move hits on to where the rays are stopped."""
         scene, materials = self._scene, self._scene.materials
         open_ = np.flatnonzero(self._see_through[hits.triangle])
         for step in range(_MAX_SURFACES):
@@ -73,7 +87,6 @@ class LightTracer:
             distance = onward.distance + met.distance + gap[:, 0]
             put(hits, k, Hits(onward.triangle, distance, onward.u, onward.v, onward.normal, tint))
             open_ = k[self._see_through[onward.triangle]]
-        return hits
 
     def visibility(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """Share of the light that passes from each origin to its target, (n, 3) or (n, 1) float32."""

@@ -50,6 +50,16 @@ class Hits:
         return Hits(*(None if value is None else value[chosen] for value in values))
 
     @staticmethod
+    def join(parts: "list[Hits]") -> "Hits":
+        """All hits of several `Hits`, in order; all have a tint, or none has."""
+        tints = [part.tint for part in parts if part.tint is not None]
+        arrays = (
+            np.concatenate([getattr(part, name) for part in parts])
+            for name in ("triangle", "distance", "u", "v", "normal")
+        )
+        return Hits(*arrays, np.concatenate(tints) if tints else None)
+
+    @staticmethod
     def none(n: int) -> "Hits":
         """As many rays that meet nothing."""
         zeros = np.zeros(n, np.float32)

@@ -1,0 +1,90 @@
+"""Surfaces that lie in one and the same place, as walls do that were modelled twice.
+
+There Cycles is dark: a ray that leaves one of the two surfaces meets the other at once, so neither light nor looks get
+away. What a scene means is what Cycles makes of it; a tracer that steps off the surface would make such walls bright.
+"""
+
+from functools import cached_property
+
+import numpy as np
+
+from ..sampling.vectors import dot, largest
+from ..scene import Scene
+from .protocol import Tracer
+
+_MAX_TRIANGLES = 1 << 20  # looked at, the largest first
+_ONE_PLACE = 2.0**-21
+"""How far apart surfaces may be, over their coordinates: about what float32 cannot tell apart."""
+
+
+class CoincidentSurfaces:
+    """Finds where surfaces of a scene lie in one place.
+
+    Triangles are paired by short rays through their middles; whether a point of one lies on another is then exact.
+    """
+
+    def __init__(self, scene: Scene, tracer: Tracer) -> None:
+        self._scene = scene
+        first, second = self._pairs(tracer)
+        order = np.argsort(first, kind="stable")
+        self._second = second[order]
+        self._start = np.searchsorted(first[order], np.arange(scene.n_triangles + 2))
+
+    @property
+    def any(self) -> bool:
+        return len(self._second) > 0
+
+    @cached_property
+    def _n_partners(self) -> np.ndarray:
+        """Partners of each triangle, and none for triangle −1, (t + 1,)."""
+        counts = np.diff(self._start)
+        counts[-1] = 0
+        return counts
+
+    def smother(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Whether another surface lies where points of triangles are, (n,) bool; not for triangle −1."""
+        smothered = np.zeros(len(triangle), bool)
+        k = np.flatnonzero(self._n_partners[triangle])
+        if len(k) == 0:
+            return smothered
+        counts = self._n_partners[triangle[k]]
+        point = np.repeat(k, counts)
+        nth = np.arange(len(point)) - np.repeat(np.cumsum(counts) - counts, counts)
+        partner = self._second[self._start[triangle[point]] + nth]
+        x = self._scene.points(triangle[point], u[point], v[point])
+        smothered[point[_inside(self._scene, partner, x)]] = True
+        return smothered
+
+    def _pairs(self, tracer: Tracer) -> tuple[np.ndarray, np.ndarray]:
+        """Triangles that lie in one place, each pair both ways round, (p,) int32 each."""
+        scene = self._scene
+        looked_at = np.arange(scene.n_triangles)
+        if len(looked_at) > _MAX_TRIANGLES:
+            looked_at = np.argpartition(-scene.areas, _MAX_TRIANGLES)[:_MAX_TRIANGLES]
+        middle = np.full(len(looked_at), np.float32(1 / 3))
+        x, normals = scene.points(looked_at, middle, middle), scene.normals[looked_at]
+        gap = 4 * scene.ray_offset(x)
+        pairs = []
+        for side in (np.float32(1), np.float32(-1)):
+            hits = tracer.closest_hit(x + side * gap * normals, -side * normals, 2 * gap[:, 0])
+            k = np.flatnonzero(hits.hit & (hits.triangle != looked_at))
+            other = hits.triangle[k]
+            flat = np.abs(dot(scene.normals[other], normals[k])) > 1 - 1e-6
+            k, other = k[flat], other[flat]
+            k, other = (a[_inside(scene, other, x[k])] for a in (k, other))
+            pairs.append(np.stack([looked_at[k], other], axis=1))
+        found = np.concatenate(pairs).astype(np.int32)
+        both = np.unique(np.concatenate([found, found[:, ::-1]]), axis=0)
+        return both[:, 0], both[:, 1]
+
+
+def _inside(scene: Scene, triangle: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Whether points (n, 3) lie on triangles (n,), (n,) bool."""
+    corners = scene.vertices[scene.triangles[triangle]].astype(np.float64)
+    e1, e2, p = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], x - corners[:, 0]
+    d11, d12, d22, p1, p2 = dot(e1, e1), dot(e1, e2), dot(e2, e2), dot(p, e1), dot(p, e2)
+    scale = 1 / np.maximum(d11 * d22 - d12 * d12, 1e-300)
+    u, v = (d22 * p1 - d12 * p2) * scale, (d11 * p2 - d12 * p1) * scale
+    height = np.abs(dot(p, scene.normals[triangle].astype(np.float64)))
+    near = height <= _ONE_PLACE * np.maximum(largest(np.abs(x)), 1e-6)
+    return near & (u >= 0) & (v >= 0) & (u + v <= 1)
