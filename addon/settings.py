@@ -65,7 +65,7 @@ _QUALITIES: dict[str, dict[str, int]] = {
     "medium": {},
     "high": {
         "n_photons": 4_000_000,
-        "n_gather_rays": 2048,
+        "n_gather_rays": 4096,
         "n_cache_elements": 300_000,
         "n_cache_rays": 32,
         "n_nearest": 400,

@@ -14,6 +14,12 @@ inside the neighbour (black) or beyond it (leak). At 2 % of the way in, the rece
 the light there differs little from the light at the vertex.
 """
 
+NUDGE = 1e-4
+"""Least pull, as a share of the vertex's largest coordinate: Cycles' own, for the same reason.
+
+On faces of a few millimetres it matters, as they may lie that close to other surfaces.
+"""
+
 LIFT = 1e-3
 """How far a receiver is lifted off its face, as a share of the distance to the middle of its faces."""
 
@@ -50,7 +56,7 @@ def vertex_receivers(meshes: list[ReceiverMesh]) -> Receivers:
     """Receivers of several meshes: one a vertex, or one for each set of a vertex's corners that share a normal.
 
     Corners of coplanar or smoothly joined faces share a receiver. Each is pulled towards the middle of its faces by
-    `CORNER_PULL`, but never below its tangent plane, and lifted along its normal by `LIFT`.
+    `CORNER_PULL` or `NUDGE`, but never below its tangent plane, and lifted along its normal by `LIFT`.
     """
     parts, targets, start = [], [], 0
     for mesh in meshes:
@@ -77,7 +83,9 @@ def _of_mesh(mesh: ReceiverMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray, np
     reach = _mean_by(group_of_corner, np.linalg.norm(way, axis=1), n_corners[:, 0])
     # Down into the surface is left out, up is not: the middle of a hollow's faces lies above its tangent plane.
     down = np.minimum((to_middle * normal).sum(1, keepdims=True), 0) * normal
-    position = vertex + CORNER_PULL * (to_middle - down) + LIFT * reach[:, None] * normal
+    nudge = NUDGE * np.abs(vertex).max(axis=1, initial=0)
+    pull = np.minimum(np.maximum(CORNER_PULL, nudge / np.maximum(reach, 1e-30)), 1)[:, None]
+    position = vertex + pull * (to_middle - down) + LIFT * reach[:, None] * normal
     return receiver_of_element, position.astype(np.float32), normal.astype(np.float32), reach.astype(np.float32)
 
 
