@@ -1,26 +1,32 @@
 """A Blender scene as a `Scene`."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import compress, pairwise
 
 import bpy
 import numpy as np
 
 from ..errors import BakeError
-from ..scene import Lights, Scene, SceneObjects, World
-from .lamps import read_lamp
+from ..scene import Lights, Scene, SceneObjects
+from .lamps import in_light_group, read_lamp
+from .light_links import Placed, link_lights
 from .materials import MaterialTable
-from .meshes import LocalMesh, PlacedMesh, place, read_mesh
-from .visibility import RenderVisibility
+from .meshes import LocalMesh, Model, Models, PlacedMeshes, count_triangles, read_mesh, used_slots
+from .visibility import RAYS, ObjectVisibility, RenderVisibility
 from .warn import Warnings
 from .world import read_world
 
+BATCH = 500_000
+"""Triangles that are placed together, unless one instance alone has more; bounds the memory for what is in between."""
 
-def extract_scene(depsgraph: "bpy.types.Depsgraph", warnings: list[str] | None = None) -> Scene:
+
+def extract_scene(depsgraph: "bpy.types.Depsgraph", warnings: list[str] | None = None, light_group: str = "") -> Scene:
     """Everything that light meets in the scene of an evaluated dependency graph, in world space.
 
     Every mesh is evaluated and read once, however many instances it has. Instances, modifiers, curves, texts, surfaces
-    and metaballs are included; what renders do not show is left out, and so are objects that neither diffuse nor shadow
-    rays see. What `visibility` says of objects hidden in the viewport holds.
+    and metaballs are included; what renders do not show is left out, and so are objects that no rays of light see.
+    What `visibility` says of objects hidden in the viewport holds.
 
     Parameters
     ----------
@@ -28,6 +34,8 @@ def extract_scene(depsgraph: "bpy.types.Depsgraph", warnings: list[str] | None =
         From ``context.evaluated_depsgraph_get()``, or a render engine's.
     warnings : list of str, optional
         Sentences about what cannot be baked as it is are appended, each once.
+    light_group : str
+        The light group of the view layer that alone gives light; empty for all light.
 
     Returns
     -------
@@ -37,118 +45,244 @@ def extract_scene(depsgraph: "bpy.types.Depsgraph", warnings: list[str] | None =
     Raises
     ------
     BakeError
-        If an object is in edit mode or has coordinates that are not finite, or an image file is missing.
+        If an object is in edit mode or has coordinates that are not finite, an image file is missing, or there is no
+        such light group.
     """
     warn = Warnings(warnings)
-    view_layer = depsgraph.view_layer
-    visibility = RenderVisibility(view_layer)
+    _check_light_group(depsgraph.view_layer, light_group)
+    visibility = RenderVisibility(depsgraph.view_layer)
     if depsgraph.mode == "VIEWPORT":
-        visibility.warn_of_missing(view_layer, warn)
-    gathered = _Gathered(MaterialTable(warn), view_layer.material_override)
-    for instance in depsgraph.object_instances:
-        kind = instance.object.type
-        if kind not in {"MESH", "LIGHT"} or not visibility.shows_instance(instance):
-            continue
-        if kind == "LIGHT":
-            matrix = np.array(instance.matrix_world, np.float64)
-            gathered.lights.append(read_lamp(instance.object, matrix, instance.object.name, warn))
-        else:
-            gathered.add_mesh(instance)
-    return gathered.scene(read_world(depsgraph.scene.world, warn))
+        visibility.warn_of_missing(depsgraph.view_layer, warn)
+    materials = MaterialTable(warn)
+    found = _Found(visibility, materials, depsgraph.view_layer.material_override, light_group, warn)
+    found.walk(depsgraph)
+    placed = _place(found.sources, _matrices(depsgraph), materials)
+    left = placed.drop_degenerate()
+    objects = [placed_by for source in found.sources for placed_by in source.placed_by]
+    scene = Scene(
+        vertices=placed.vertices,
+        triangles=placed.triangles,
+        corner_normals=placed.corner_normals,
+        corner_uvs=placed.corner_uvs,
+        material_of_triangle=placed.material_of_triangle,
+        object_of_triangle=placed.object_of_triangle,
+        materials=materials.materials(),
+        objects=_objects(found.sources, left, light_group),
+        lights=Lights.join(found.lights) if found.lights else Lights.none(),
+        world=read_world(depsgraph, warn, light_group),
+    )
+    return link_lights(scene, found.lamps, list(compress(objects, left)), warn)
 
 
-@dataclass
-class _Gathered:
-    """What was found so far; the lists have one entry an object."""
-
-    materials: MaterialTable
-    material_override: "bpy.types.Material | None" = None
-    lights: list[Lights] = field(default_factory=list)
-    meshes: dict[int, LocalMesh | None] = field(default_factory=dict)
-    names: list[str] = field(default_factory=list)
-    scatters: list[bool] = field(default_factory=list)
-    casts_shadow: list[bool] = field(default_factory=list)
-    placed: list[PlacedMesh] = field(default_factory=list)
-    material_of_triangle: list[np.ndarray] = field(default_factory=list)
-    corner_uvs: list[np.ndarray] = field(default_factory=list)
-
-    def add_mesh(self, instance: "bpy.types.DepsgraphObjectInstance") -> None:
-        """Add an instance of a mesh, if light can meet it."""
-        obj, parent = instance.object, instance.parent
-        seers = [obj, parent] if instance.is_instance and parent is not None else [obj]
-        scatters = all(one.visible_diffuse for one in seers)
-        casts_shadow = all(one.visible_shadow for one in seers)
-        if not scatters and not casts_shadow:
-            return
-        if obj.original.type == "MESH" and obj.original.mode == "EDIT":
-            raise BakeError(f"Object '{obj.name}' is in edit mode: leave edit mode to bake.")
-        key = obj.data.as_pointer()
-        if key not in self.meshes:
-            self.meshes[key] = read_mesh(obj.data)
-        mesh = self.meshes[key]
-        if mesh is None:
-            return
-        placed = place(mesh, np.array(instance.matrix_world, np.float64), obj.name)
-        if not len(placed.triangles):
-            return
-        material_of_slot = self._material_of_slot(obj, mesh)
-        self.names.append(obj.name)
-        self.scatters.append(scatters)
-        self.casts_shadow.append(casts_shadow)
-        self.placed.append(placed)
-        self.material_of_triangle.append(material_of_slot[placed.material_slot])
-        self.corner_uvs.append(self._corner_uvs(mesh, placed, material_of_slot))
-
-    def _material_of_slot(self, obj: "bpy.types.Object", mesh: LocalMesh) -> np.ndarray:
-        """Material of each slot that the mesh's faces may name, (s,) int32. Slots past the last one mean the last."""
-        slots = [self.material_override] if self.material_override else [slot.material for slot in obj.material_slots]
-        slots = slots or [None]
-        of_slot = np.full(int(mesh.used_slots[-1]) + 1, -1, np.int32)
-        for slot in mesh.used_slots:
-            of_slot[slot] = self.materials.add(slots[min(max(int(slot), 0), len(slots) - 1)])
-        return of_slot
-
-    def _corner_uvs(self, mesh: LocalMesh, placed: PlacedMesh, material_of_slot: np.ndarray) -> np.ndarray:
-        """Texture coordinates that each triangle's material reads, (t, 3, 2) float32."""
-        uvs = np.zeros((len(placed.triangles), 3, 2), np.float32)
-        for slot in mesh.used_slots:
-            coordinates = self.materials.coordinates(int(material_of_slot[slot]))
-            if coordinates is None:
-                continue
-            on = placed.material_slot == slot
-            read = mesh.uvs.corners(coordinates.uv_map)[placed.corners[on]]
-            uvs[on] = read @ coordinates.matrix.T + coordinates.offset
-        return uvs
-
-    def scene(self, world: World) -> Scene:
-        """All of it, end to end."""
-        first_vertex = np.cumsum([0] + [len(mesh.vertices) for mesh in self.placed])
-        n_triangles = [len(mesh.triangles) for mesh in self.placed]
-        return Scene(
-            vertices=_join([mesh.vertices for mesh in self.placed], (0, 3), np.float32),
-            triangles=_join(
-                [mesh.triangles + first for mesh, first in zip(self.placed, first_vertex, strict=False)],
-                (0, 3),
-                np.int32,
-            ),
-            corner_normals=_join([mesh.corner_normals for mesh in self.placed], (0, 3, 3), np.float32),
-            corner_uvs=_join(self.corner_uvs, (0, 3, 2), np.float32),
-            material_of_triangle=_join(self.material_of_triangle, (0,), np.int32),
-            object_of_triangle=np.repeat(np.arange(len(self.placed), dtype=np.int32), n_triangles),
-            materials=self.materials.materials(),
-            objects=SceneObjects(
-                tuple(self.names),
-                np.array(self.scatters, bool),
-                np.array(self.casts_shadow, bool),
-                np.array(self.scatters, bool),
-                np.array(self.scatters, bool),
-                np.ones(len(self.names), bool),
-            ),
-            lights=Lights.join(self.lights) if self.lights else Lights.none(),
-            world=world,
+def _check_light_group(view_layer: "bpy.types.ViewLayer", name: str) -> None:
+    if name and name not in view_layer.lightgroups:
+        there_are = ", ".join(f"'{group.name}'" for group in view_layer.lightgroups) or "none"
+        raise BakeError(
+            f"View layer '{view_layer.name}' has no light group '{name}' (there are: {there_are}): check the name."
         )
 
 
-def _join(parts: list[np.ndarray], empty: tuple[int, ...], dtype: type) -> np.ndarray:
-    """Arrays one after the other."""
-    return np.concatenate(parts).astype(dtype, copy=False) if parts else np.zeros(empty, dtype)
+@dataclass
+class _Source:
+    """A mesh with its materials, and its instances; the lists have one entry an instance.
+
+    Attributes
+    ----------
+    mesh : bpy.types.Mesh
+        With faces.
+    material_of_slot : dict of int to int
+        Of the slots that faces use.
+    rows : list of int
+        Which of the dependency graph's instances they are.
+    names : list of str
+    rays : list of int
+        Masks of the `RAYS` that see them.
+    placed_by : list of Placed
+    """
+
+    mesh: "bpy.types.Mesh"
+    material_of_slot: dict[int, int]
+    rows: list[int] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+    rays: list[int] = field(default_factory=list)
+    placed_by: list[Placed] = field(default_factory=list)
+
+
+@dataclass
+class _Look:
+    """What the instances of an object with one data-block have in common; `source` is known once rays see one."""
+
+    kind: str
+    name: str
+    visibility: ObjectVisibility
+    known: bool = False
+    source: _Source | None = None
+
+
+class _Found:
+    """The lamps and meshes of a dependency graph.
+
+    Of its instances there may be very many, and asking Blender is slow: what they have in common is asked once.
+    """
+
+    def __init__(
+        self,
+        visibility: RenderVisibility,
+        materials: MaterialTable,
+        material_override: "bpy.types.Material | None",
+        light_group: str,
+        warnings: Warnings,
+    ) -> None:
+        self.lights: list[Lights] = []
+        self.lamps: list[bpy.types.Object] = []
+        self._light_group = light_group
+        self._visibility = visibility
+        self._materials = materials
+        self._override = material_override
+        self._warnings = warnings
+        self._looks: dict[tuple[bpy.types.Object, bpy.types.ID | None], _Look] = {}
+        self._parents: dict[bpy.types.Object, ObjectVisibility] = {}
+        self._used_slots: dict[bpy.types.Mesh, list[int]] = {}
+        self._sources: dict[bpy.types.Mesh, dict[tuple[int, ...], _Source]] = {}
+
+    @property
+    def sources(self) -> list[_Source]:
+        """The sources of one mesh follow each other."""
+        return [source for of_mesh in self._sources.values() for source in of_mesh.values()]
+
+    def walk(self, depsgraph: "bpy.types.Depsgraph") -> None:
+        """Find all there is."""
+        for row, instance in enumerate(depsgraph.object_instances):
+            obj = instance.object
+            key = (obj.original, obj.data)
+            look = self._looks.get(key)
+            if look is None:
+                look = self._looks[key] = _Look(obj.type, obj.name, self._visibility.of(obj))
+            if look.kind not in {"MESH", "LIGHT"}:
+                continue
+            parent = self._of_parent(instance.parent)
+            rays = look.visibility.rays_through(parent)
+            if rays is None:
+                continue
+            placed_by = look.visibility.original, parent.original if parent else None
+            if look.kind == "LIGHT":
+                self._add_lamp(instance, look.name, placed_by)
+            elif rays:
+                if not look.known:
+                    look.known, look.source = True, self._source(obj)
+                if look.source is not None:
+                    look.source.rows.append(row)
+                    look.source.names.append(look.name)
+                    look.source.rays.append(rays)
+                    look.source.placed_by.append(placed_by)
+
+    def _add_lamp(self, instance: "bpy.types.DepsgraphObjectInstance", name: str, placed_by: Placed) -> None:
+        if in_light_group(*placed_by, self._light_group):
+            lamp = read_lamp(instance.object, np.array(instance.matrix_world, np.float64), name, self._warnings)
+            self.lights.append(lamp)
+            self.lamps += [placed_by[0]] * len(lamp)
+
+    def _of_parent(self, parent: "bpy.types.Object | None") -> ObjectVisibility | None:
+        if parent is None:
+            return None
+        if parent not in self._parents:
+            self._parents[parent] = self._visibility.of(parent)
+        return self._parents[parent]
+
+    def _source(self, obj: "bpy.types.Object") -> _Source | None:
+        """The source that a mesh object's instances share with those of all others like it; None without faces."""
+        if obj.original.type == "MESH" and obj.original.mode == "EDIT":
+            raise BakeError(f"Object '{obj.name}' is in edit mode: leave edit mode to bake.")
+        mesh = obj.data
+        if not len(mesh.polygons):
+            return None
+        material_of_slot = self._material_of_slot(obj)
+        of_mesh = self._sources.setdefault(mesh, {})
+        return of_mesh.setdefault(tuple(material_of_slot.values()), _Source(mesh, material_of_slot))
+
+    def _material_of_slot(self, obj: "bpy.types.Object") -> dict[int, int]:
+        """Material of each slot that an object's faces use. Slots past the last one mean the last."""
+        mesh = obj.data
+        if mesh not in self._used_slots:
+            self._used_slots[mesh] = used_slots(mesh)
+        slots = [self._override] if self._override else [slot.material for slot in obj.material_slots] or [None]
+        return {used: self._materials.add(slots[min(used, len(slots) - 1)], obj) for used in self._used_slots[mesh]}
+
+
+def _matrices(depsgraph: "bpy.types.Depsgraph") -> np.ndarray:
+    """Matrices of a graph's instances, local to world, (n, 4, 4) float32."""
+    instances = depsgraph.object_instances
+    columns = np.empty((len(instances), 4, 4), np.float32)
+    instances.foreach_get("matrix_world", columns.ravel())
+    return columns.transpose(0, 2, 1)
+
+
+def _place(sources: list[_Source], matrices: np.ndarray, materials: MaterialTable) -> PlacedMeshes:
+    """All instances of all sources; they become objects in the sources' order."""
+    n_copies = np.array([len(source.rows) for source in sources], np.int64)
+    n_vertices = np.array([len(source.mesh.vertices) for source in sources], np.int64)
+    n_triangles = np.array([count_triangles(source.mesh) for source in sources], np.int64)
+    placed = PlacedMeshes(int(n_copies @ n_vertices), int(n_copies @ n_triangles))
+    of_copy = np.repeat(np.arange(len(sources)), n_copies)
+    rows = np.array([row for source in sources for row in source.rows], np.int64)
+    names = [name for source in sources for name in source.names]
+    reader = _Reader(materials)
+    for batch in _batches(n_triangles[of_copy]):
+        used, of_used = np.unique(of_copy[batch], return_inverse=True)
+        models = Models([reader.model(sources[source]) for source in used])
+        placed.add(models, of_used, matrices[rows[batch]], names[batch])
+    return placed
+
+
+def _batches(n_triangles: np.ndarray) -> Iterator[slice]:
+    """Slices of copies that have some `BATCH` triangles together, and at least one copy each."""
+    batch = np.cumsum(n_triangles) // BATCH
+    ends = np.flatnonzero(np.diff(batch, append=-1)) + 1
+    return (slice(start, end) for start, end in pairwise([0, *ends.tolist()]))
+
+
+class _Reader:
+    """Reads sources, and keeps the last mesh for the next one."""
+
+    def __init__(self, materials: MaterialTable) -> None:
+        self._materials = materials
+        self._last: tuple[_Source, Model] | None = None
+
+    def model(self, source: _Source) -> Model:
+        """A source's mesh and materials as arrays."""
+        if self._last and self._last[0] is source:
+            return self._last[1]
+        same = self._last is not None and self._last[0].mesh == source.mesh
+        mesh = self._last[1].mesh if self._last and same else read_mesh(source.mesh)
+        of_slot = np.full(max(source.material_of_slot) + 1, -1, np.int32)
+        of_slot[list(source.material_of_slot)] = list(source.material_of_slot.values())
+        model = Model(mesh, of_slot.take(mesh.material_slot), self._corner_uvs(mesh, source.material_of_slot))
+        self._last = source, model
+        return model
+
+    def _corner_uvs(self, mesh: LocalMesh, material_of_slot: dict[int, int]) -> np.ndarray | None:
+        """Texture coordinates that each triangle's material reads, (t, 3, 2) float32; None where none reads any."""
+        uvs = None
+        for slot, material in material_of_slot.items():
+            coordinates = self._materials.coordinates(material)
+            if coordinates is None:
+                continue
+            uvs = np.zeros((len(mesh.triangles), 3, 2), np.float32) if uvs is None else uvs
+            on = mesh.material_slot == slot
+            uvs[on] = coordinates.of_corners(mesh.uvs).take(mesh.corners[on], 0)
+        return uvs
+
+
+def _objects(sources: list[_Source], left: np.ndarray, light_group: str) -> SceneObjects:
+    """The instances that are left of the sources'."""
+    names = [name for source in sources for name in source.names]
+    rays = np.array([mask for source in sources for mask in source.rays], np.int64)[left]
+    seen = {name: (rays >> bit & 1).astype(bool) for bit, name in enumerate(RAYS)}
+    return SceneObjects(
+        names=tuple(compress(names, left)),
+        scatters=seen["diffuse"],
+        casts_shadow=seen["shadow"],
+        seen_in_gloss=seen["glossy"],
+        seen_through_glass=seen["transmission"],
+        emits=np.array([in_light_group(*by, light_group) for source in sources for by in source.placed_by], bool)[left],
+    )

@@ -231,6 +231,5 @@ def _read_normals(values: "bpy.types.bpy_prop_collection") -> np.ndarray:
 
 
 def _corner_vertex(mesh: "bpy.types.Mesh") -> np.ndarray:
-    vertex = np.empty(len(mesh.loops), np.int32)
-    mesh.loops.foreach_get("vertex_index", vertex)
-    return vertex
+    """The vertex at each corner, (c,) int32."""
+    return attribute(mesh, ".corner_vert", "value", (len(mesh.loops),), np.int32)  # `loops` are slow to read

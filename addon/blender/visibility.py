@@ -5,9 +5,56 @@ The second is put right here. The first cannot be: Python can evaluate no other 
 a render would show but that are hidden in the viewport are left out of the bake, and a warning names them.
 """
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import bpy
 
 from .warn import Warnings
+
+RAYS = ("diffuse", "shadow", "glossy", "transmission")
+"""The kinds of rays that an object may be hidden from, in Blender's words. Masks have a bit each, from the lowest."""
+
+
+@dataclass(frozen=True)
+class ObjectVisibility:
+    """What all instances of an object, or all that it instances, have in common.
+
+    Attributes
+    ----------
+    original : bpy.types.Object
+    shown : bool
+        Renders show it, or what it instances.
+    itself : bool
+        Renders show its own geometry.
+    instances_collection : bool
+        It is an instance of a collection, and shows what renders show of the collection.
+    rays : int
+        Mask of the `RAYS` that see it.
+    """
+
+    original: "bpy.types.Object"
+    shown: bool
+    itself: bool
+    instances_collection: bool
+    rays: int
+
+    @cached_property
+    def in_collection(self) -> bool:
+        """Whether renders show it in instances of its collections."""
+        homes = self.original.users_collection
+        hidden = bool(homes) and all(home.hide_render for home in homes)
+        return not self.original.hide_render and not hidden
+
+    def rays_through(self, parent: "ObjectVisibility | None") -> int | None:
+        """Mask of the `RAYS` that see an instance made by `parent`; None where renders do not show it at all."""
+        if parent is None or parent.original == self.original:
+            return self.rays if self.itself else None
+        # A collection's instance shows what renders show of the collection; points and particles show even the
+        # instances of an object that is hidden itself.
+        if not parent.shown or (parent.instances_collection and not self.in_collection):
+            return None
+        return self.rays & parent.rays
 
 
 class RenderVisibility:
@@ -21,32 +68,22 @@ class RenderVisibility:
 
     def __init__(self, view_layer: "bpy.types.ViewLayer") -> None:
         self._in_view_layer = _render_visible(view_layer.layer_collection)
-        self._known: dict[int, bool] = {}
 
     def shows(self, obj: "bpy.types.Object") -> bool:
         """Whether renders show an original object of the view layer."""
         return not obj.hide_render and obj.as_pointer() in self._in_view_layer
 
-    def shows_instance(self, instance: "bpy.types.DepsgraphObjectInstance") -> bool:
-        """Whether renders show what a dependency graph's iterator is at."""
-        obj = instance.object
-        parent = instance.parent
-        if instance.is_instance and parent is not None and parent.original != obj.original:
-            # A collection's instance shows what renders show of the collection; points and particles show even the
-            # instances of an object that is hidden itself.
-            of_collection = parent.original.instance_type == "COLLECTION"
-            return self.shows(parent.original) and (not of_collection or self._shows_in_collection(obj.original))
-        if obj.is_instancer or len(obj.particle_systems):
-            return self.shows(obj.original) and obj.show_instancer_for_render
-        return self.shows(obj.original)
-
-    def _shows_in_collection(self, obj: "bpy.types.Object") -> bool:
-        key = obj.as_pointer()
-        if key not in self._known:
-            homes = obj.users_collection
-            hidden = bool(homes) and all(home.hide_render for home in homes)
-            self._known[key] = not obj.hide_render and not hidden
-        return self._known[key]
+    def of(self, obj: "bpy.types.Object") -> ObjectVisibility:
+        """The visibility of an evaluated object."""
+        shown = self.shows(obj.original)
+        instancer = obj.is_instancer or len(obj.particle_systems) > 0
+        return ObjectVisibility(
+            original=obj.original,
+            shown=shown,
+            itself=shown and (not instancer or obj.show_instancer_for_render),
+            instances_collection=obj.original.instance_type == "COLLECTION",
+            rays=sum(getattr(obj, f"visible_{ray}") << bit for bit, ray in enumerate(RAYS)),
+        )
 
     def warn_of_missing(self, view_layer: "bpy.types.ViewLayer", warnings: Warnings) -> None:
         """Name the objects that renders show and the viewport hides."""

@@ -120,12 +120,18 @@ def test_hidden_in_the_viewport_is_named_in_a_warning():
 
 
 def test_ray_visibility():
-    for name, diffuse, shadow in (("Both", 1, 1), ("Gather", 1, 0), ("Shadow", 0, 1), ("Receiver", 0, 0)):
+    rays = ("diffuse", "shadow", "glossy", "transmission")
+    seen = {"All": (1, 1, 1, 1), "Gather": (1, 0, 0, 0), "Shadow": (0, 1, 0, 0), "Gloss": (0, 0, 1, 0)}
+    seen |= {"Glass": (0, 0, 0, 1), "Receiver": (0, 0, 0, 0)}
+    for name, flags in seen.items():
         obj = scenes.add_cube(name)
-        obj.visible_diffuse, obj.visible_shadow = bool(diffuse), bool(shadow)
+        for ray, flag in zip(rays, flags, strict=True):
+            setattr(obj, f"visible_{ray}", bool(flag))
     objects = extract().objects
-    found = dict(zip(objects.names, zip(objects.scatters, objects.casts_shadow, strict=True), strict=True))
-    assert found == {"Both": (True, True), "Gather": (True, False), "Shadow": (False, True)}
+    columns = (objects.scatters, objects.casts_shadow, objects.seen_in_gloss, objects.seen_through_glass)
+    found = dict(zip(objects.names, zip(*columns, strict=True), strict=True))
+    del seen["Receiver"]
+    assert found == seen
 
 
 def test_degenerate_triangles_and_loose_vertices_are_dropped():
