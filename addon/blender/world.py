@@ -4,43 +4,59 @@ import bpy
 import numpy as np
 
 from ..scene import World
-from .nodes import number, surface_node, uses_nodes, vector
+from .cycles_world import WorldRenderError, picture_of_world
+from .light_shader import constant_emission
+from .nodes import Place, output_node, uses_nodes
 from .warn import Warnings
 
 
-def read_world(world: "bpy.types.World | None", warnings: Warnings) -> World:
-    """The world as light, the same in every direction: the Background node's colour × strength.
+def read_world(depsgraph: "bpy.types.Depsgraph", warnings: Warnings, light_group: str = "") -> World:
+    """The world of a dependency graph as light: one colour, or a picture by Cycles where it is anything else.
 
     Parameters
     ----------
-    world : bpy.types.World or None
+    depsgraph : bpy.types.Depsgraph
+        Evaluated.
     warnings : Warnings
-        Told where nodes cannot be read; their sockets' own values are taken then.
-
-    Returns
-    -------
-    World
+        Told where Cycles cannot render; the Background node's own values are taken then.
+    light_group : str
+        Black unless the world is in this light group; empty for any.
     """
-    black = World.constant(0)
-    if world is None or not _seen_by_diffuse_rays(world):
-        return black
+    world = getattr(depsgraph.view_layer, "world_override", None) or depsgraph.scene.world
+    if world is None or not _seen_by_diffuse_rays(world) or (light_group and world.lightgroup != light_group):
+        return World.constant(0)
     if not uses_nodes(world):
         return World.constant(world.color[:3])
-    node = surface_node(world)
-    if node is None:
-        return black
-    if node.type != "BACKGROUND":
-        warnings.add(f"World '{world.name}': its {node.bl_label} cannot be read yet and is baked as black.")
-        return black
-    color, strength = vector(node.inputs["Color"]), number(node.inputs["Strength"])
-    if color is None or strength is None:
+    output = output_node(world)
+    if output is None:
+        return World.constant(0)
+    surface = Place(output.inputs["Surface"])
+    color = constant_emission(surface)
+    if color is not None:
+        return World.constant(color)
+    try:
+        return _compact(picture_of_world(world.original, depsgraph.scene))
+    except WorldRenderError as error:
         warnings.add(
-            f"World '{world.name}': its nodes cannot be read yet, so the Background node's own colour and strength "
-            "are baked."
+            f"World '{world.name}': Cycles could not render it ({error}), so the Background node's own colour and "
+            "strength are baked: enable Cycles, or give the world one colour."
         )
-        color = np.array(node.inputs["Color"].default_value[:3]) if color is None else color
-        strength = float(node.inputs["Strength"].default_value) if strength is None else strength
-    return World.constant(np.maximum(color * strength, 0))
+        return World.constant(_own_values(surface))
+
+
+def _own_values(surface: Place) -> np.ndarray:
+    """Colour × strength of a Background node as they stand in its sockets, (3,); black for other shaders."""
+    node = surface.origin.socket.node
+    if node.type != "BACKGROUND":
+        return np.zeros(3)
+    return np.maximum(np.array(node.inputs["Color"].default_value[:3]) * node.inputs["Strength"].default_value, 0)
+
+
+def _compact(picture: np.ndarray) -> World:
+    """A world of one colour where a picture has only one."""
+    if np.ptp(picture, axis=(0, 1)).max() <= 1e-5 * picture.max():
+        return World.constant(picture[0, 0])
+    return World(np.ones(3, np.float32), picture)
 
 
 def _seen_by_diffuse_rays(world: "bpy.types.World") -> bool:

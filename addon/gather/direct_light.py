@@ -240,7 +240,7 @@ class DirectLight:
         return passes
 
     def _draw(self, positions: np.ndarray, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Candidates of each point, stratified over the sources: source, its chance, (n · m,), and numbers (n · m, 3)."""
+        """Candidates, stratified over the sources: source and its chance, (n · m,), and random numbers, (n · m, 3)."""
         n, m, n_lamps = len(positions), self._n_candidates, len(self._scene.lights)
         steps = ((np.arange(m) + random.random((n, 1))) / m).ravel()
         steps *= self._lamp_chance + self._mesh_chance + self._world_chance
@@ -286,20 +286,21 @@ class DirectLight:
         targets = lights.position[lamp] + lights.radius[lamp, None] * to_world(disc, axis)
         directions, distance = _direction(positions, targets)
         share = -dot(directions, axis) / distance**2
+        spot = lights.kind[lamp] == LightKind.SPOT
         k = np.flatnonzero(lights.sphere[lamp] & (lights.radius[lamp] > 0))
         if len(k):
-            targets[k], directions[k], share[k] = self._on_spheres(lamp[k], positions[k], u[k])
-        spot = lights.kind[lamp] == LightKind.SPOT
+            targets[k], directions[k], share[k], outside = self._on_spheres(lamp[k], positions[k], u[k])
+            spot[k] &= outside
         falloff = np.where(spot, lights.spot_falloff(lamp, lights.in_cone(lamp, -directions)), 1)
         share = share * falloff * np.maximum(dot(directions, normals), 0)
         return targets, lights.emission[lamp] * share[:, None]
 
     def _on_spheres(
         self, lamp: np.ndarray, positions: np.ndarray, u: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Points (n, 3) of spheres uniform by the solid angle Ω seen, directions to them (n, 3), and Ω/(πr²) (n,).
 
-        From inside all directions are seen.
+        From inside all directions are seen, and no cone, as in Cycles; last is who is outside, (n,) bool.
         """
         lights = self._scene.lights
         axis, distance = _direction(positions, lights.position[lamp])
@@ -311,7 +312,7 @@ class DirectLight:
         distance = (d * local[:, 2] - np.where(outside, chord, -chord)).astype(np.float32)
         directions = to_world(local, axis)
         share = (2 * (1 - cos_max) / r**2).astype(np.float32)
-        return positions + distance[:, None] * directions, directions, share
+        return positions + distance[:, None] * directions, directions, share, outside
 
     def _from_areas(
         self, lamp: np.ndarray, positions: np.ndarray, normals: np.ndarray, u: np.ndarray

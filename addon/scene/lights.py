@@ -127,9 +127,7 @@ class Lights:
 
         With the direction (x, y, z) in the lamp's frame and the stretch (a, b): z / |(x/a, y/b, z)|.
         """
-        x, y, z = (
-            np.einsum("ij,ij->i", axis[lamp], directions) for axis in (self.axis_x, self.axis_y, self.direction)
-        )
+        x, y, z = (np.einsum("ij,ij->i", axis[lamp], directions) for axis in (self.axis_x, self.axis_y, self.direction))
         a, b = self.stretch[lamp].T
         return z / np.sqrt(np.maximum((x / a) ** 2 + (y / b) ** 2 + z * z, np.float32(1e-30)))
 
