@@ -1,6 +1,7 @@
 """Blender images as scene-linear pixels."""
 
 from dataclasses import dataclass, field
+from hashlib import blake2b
 
 import bpy
 import numpy as np
@@ -9,53 +10,85 @@ from ..errors import BakeError
 from ..scene import Textures
 
 MAX_SIDE = 1024
-"""Longest side of an image in texels; longer ones are reduced by box averaging, which bounds memory to 12 MiB each."""
+"""Longest side of an image in texels; longer ones are reduced by box averaging, which bounds memory to 16 MiB each."""
+
+N_HELD = 8
+"""How many pictures are held in case that another material reads them too."""
 
 
 @dataclass
 class ImageTable:
-    """The images that materials read, each read once.
+    """The pictures that materials read, and the textures that are made of them, each held once.
 
     Light that has bounced off a picture is blurred over a whole hemisphere, so the reduction to `MAX_SIDE` costs no
     visible accuracy.
     """
 
-    _index: dict[tuple[int, bool], int] = field(default_factory=dict)
-    _images: list[np.ndarray] = field(default_factory=list)
+    _read: dict[tuple[int, bool], np.ndarray] = field(default_factory=dict)
+    _index: dict[tuple[bytes, bool], int] = field(default_factory=dict)
+    _textures: list[np.ndarray] = field(default_factory=list)
+    _extends: list[bool] = field(default_factory=list)
 
-    def add(self, image: "bpy.types.Image", material_name: str, cut_by_alpha: bool) -> int:
-        """Index of an image among the textures.
+    def read(self, image: "bpy.types.Image", material_name: str, alpha_is_used: bool) -> np.ndarray:
+        """Pixels of an image from the bottom left, (height, width, 4) float32, scene-linear colour and alpha.
 
         Parameters
         ----------
         image : bpy.types.Image
         material_name : str
             Who reads it, for messages.
-        cut_by_alpha : bool
-            Whether transparent texels count as black, as Cycles reads an image node whose Alpha is not used.
+        alpha_is_used : bool
+            Whether something reads the image node's Alpha; Cycles takes transparent texels for black otherwise.
 
         Raises
         ------
         BakeError
             If its file cannot be read.
         """
-        key = (image.as_pointer(), cut_by_alpha)
+        key = (image.as_pointer(), alpha_is_used)
+        if key not in self._read:
+            if len(self._read) >= N_HELD:
+                self._read.pop(next(iter(self._read)))
+            self._read[key] = _linear_pixels(image, material_name, alpha_is_used)
+        return self._read[key]
+
+    def add(self, texture: np.ndarray, extends: bool) -> int:
+        """Index among the textures of a (height, width, 3) picture that extends its edges or else repeats."""
+        texture = np.ascontiguousarray(texture, np.float32)
+        key = (blake2b(texture.data, person=repr(texture.shape[:2]).encode()).digest(), extends)
         if key not in self._index:
-            self._images.append(_linear_pixels(image, material_name, cut_by_alpha))
-            self._index[key] = len(self._images) - 1
+            self._index[key] = len(self._textures)
+            self._textures.append(texture)
+            self._extends.append(extends)
         return self._index[key]
 
-    def mean(self, index: int) -> np.ndarray:
-        """Mean colour of an image, (3,) float64."""
-        return self._images[index].mean(axis=(0, 1), dtype=np.float64)
-
     def textures(self) -> Textures:
-        """All images, packed."""
-        return Textures.pack(self._images)
+        """All textures, packed."""
+        return Textures.pack(self._textures, self._extends)
 
 
-def _linear_pixels(image: "bpy.types.Image", material_name: str, cut_by_alpha: bool) -> np.ndarray:
-    """Pixels of an image from the bottom left, (height, width, 3) float32, scene-linear."""
+def _linear_pixels(image: "bpy.types.Image", material_name: str, alpha_is_used: bool) -> np.ndarray:
+    pixels = _raw_pixels(image, material_name)
+    channels = pixels.shape[2]
+    color = pixels[..., :3] if channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
+    has_alpha = channels == 4 and image.alpha_mode != "NONE"
+    alpha = pixels[..., 3:] if has_alpha else np.ones_like(pixels[..., :1])
+    space = image.colorspace_settings.name
+    associated = has_alpha and image.alpha_mode in {"STRAIGHT", "PREMUL"} and space not in _DATA_SPACES
+    if associated and image.is_float and alpha_is_used:
+        color = color / np.where(alpha > 0, alpha, 1)
+    if not image.is_float:
+        # Cycles multiplies straight alpha into the encoded bytes; packed channels are independent of each other.
+        if associated and not alpha_is_used:
+            color = color * alpha
+        if space not in _LINEAR_SPACES:
+            color = _srgb_to_linear(color)
+    linear = np.concatenate([np.maximum(color, 0), alpha], axis=2)
+    return np.nan_to_num(_reduce(linear), posinf=0.0)
+
+
+def _raw_pixels(image: "bpy.types.Image", material_name: str) -> np.ndarray:
+    """Pixels of an image as Blender holds them, (height, width, channels) float32."""
     was_loaded = image.has_data
     width, height = image.size
     pixels = np.empty(width * height * image.channels, np.float32)
@@ -67,18 +100,7 @@ def _linear_pixels(image: "bpy.types.Image", material_name: str, cut_by_alpha: b
     image.pixels.foreach_get(pixels)
     if image.source == "FILE" and not was_loaded:
         image.buffers_free()  # as it was before: pixels that nothing else shows need no memory
-    pixels = pixels.reshape(height, width, image.channels)
-    color, alpha = pixels[..., :3], pixels[..., 3:4]
-    if image.channels < 3:
-        color = np.repeat(pixels[..., :1], 3, axis=2)
-    space = image.colorspace_settings.name
-    if not image.is_float:
-        # Cycles multiplies straight alpha into the encoded bytes; packed channels are independent of each other.
-        if cut_by_alpha and alpha.size and image.alpha_mode in {"STRAIGHT", "PREMUL"} and space not in _DATA_SPACES:
-            color = color * alpha
-        if space not in _LINEAR_SPACES:
-            color = _srgb_to_linear(color)
-    return np.nan_to_num(_reduce(np.maximum(color, 0)), posinf=0.0)
+    return pixels.reshape(height, width, image.channels)
 
 
 _DATA_SPACES = {"Non-Color", "Non-Colour Data", "Raw"}
@@ -90,15 +112,15 @@ def _srgb_to_linear(encoded: np.ndarray) -> np.ndarray:
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)
 
 
-def _reduce(color: np.ndarray) -> np.ndarray:
-    """Box average of a (height, width, 3) image down to at most `MAX_SIDE` a side."""
+def _reduce(pixels: np.ndarray) -> np.ndarray:
+    """Box average of a (height, width, channels) image down to at most `MAX_SIDE` a side."""
     for axis in (0, 1):
-        n = color.shape[axis]
+        n = pixels.shape[axis]
         if n <= MAX_SIDE:
             continue
         starts = np.arange(MAX_SIDE) * n // MAX_SIDE
         counts = np.diff(np.append(starts, n)).astype(np.float32)
         shape = [1, 1, 1]
         shape[axis] = MAX_SIDE
-        color = np.add.reduceat(color, starts, axis=axis) / counts.reshape(shape)
-    return np.ascontiguousarray(color, np.float32)
+        pixels = np.add.reduceat(pixels, starts, axis=axis) / counts.reshape(shape)
+    return np.ascontiguousarray(pixels, np.float32)

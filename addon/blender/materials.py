@@ -1,217 +1,307 @@
-"""Blender materials as albedo and emission."""
+"""Blender materials as scattering lobes with constant or textured channels."""
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import bpy
 import numpy as np
-from mathutils import Euler
 
 from ..scene import Channel, Materials
+from .atlas import make_atlas
+from .closures import Closure, combine, read_closures
+from .cycles_bake import BakeRequest, CyclesError, bake_values, sees_object
+from .expressions import Evaluator, UnreadableError, default_value, no_images
 from .images import ImageTable
-from .nodes import number, source, surface_node, uses_nodes, vector
+from .lobes import Lobe, Lobes
+from .meshes import attribute
+from .nodes import Place, output_node, source, uses_nodes
+from .shortcomings import shortcomings
+from .texture_grid import Coordinates, Grid, Picture, coordinates_of, interpolated
 from .warn import Warnings
 
 DEFAULT_GREY = 0.8
-"""Cycles' albedo where there is no material; also taken for materials that cannot be read."""
+"""Cycles' albedo where there is no material."""
 
-
-@dataclass(frozen=True)
-class Coordinates:
-    """Where a material's image takes its texture coordinates from.
-
-    Attributes
-    ----------
-    uv_map : str
-        Name of a UV map; empty for the one that is active for rendering.
-    matrix : (2, 2) float64
-    offset : (2,) float64
-        What a Mapping node makes of them: matrix @ uv + offset.
-    """
-
-    uv_map: str = ""
-    matrix: np.ndarray = field(default_factory=lambda: np.eye(2))
-    offset: np.ndarray = field(default_factory=lambda: np.zeros(2))
+CHANNELS = (
+    *("diffuse", "translucent", "emission", "coverage", "tint", "roughness"),
+    *("f0", "f90", "glass_reflection", "glass_transmission"),
+)
 
 
 @dataclass(frozen=True)
 class Surface:
-    """One material, as `Materials` holds it in columns."""
+    """One material, as `Materials` holds it in columns.
+
+    Attributes
+    ----------
+    name : str
+    values : dict of str to (3,) float32
+        Of each channel.
+    textures : dict of str to int
+        Of each channel that has one.
+    glossy, glass : Lobe
+        What its lobes have besides channels.
+    layer_f0 : float
+    keeps_energy : bool
+    coordinates : Coordinates
+        Where its textures take their coordinates from.
+    """
 
     name: str
-    albedo: np.ndarray
-    emission: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    texture: int = -1
-    coordinates: Coordinates = field(default_factory=Coordinates)
-    roughness: float = 1.0
-    metallic: float = 0.0
-    transmission: float = 0.0
-    ior: float = 1.5
-    alpha: float = 1.0
+    values: dict[str, np.ndarray]
+    textures: dict[str, int]
+    glossy: Lobe
+    glass: Lobe
+    layer_f0: float
+    keeps_energy: bool
+    coordinates: Coordinates
+
+    @staticmethod
+    def of(
+        name: str, lobes: Lobes, images: ImageTable, coordinates: Coordinates | None = None, extends: bool = False
+    ) -> "Surface":
+        """A material of some lobes; those of its channels that vary become textures."""
+        values, textures = {}, {}
+        for channel, value in lobes.channels().items():
+            varies = _varies(value)
+            values[channel] = np.ones(3, np.float32) if varies else np.broadcast_to(value[0, 0], 3)
+            if varies:
+                textures[channel] = images.add(np.broadcast_to(value, (*value.shape[:2], 3)), extends)
+        glossy, glass, either = (_heaviest(one) for one in (lobes.glossy, lobes.glass, lobes.glossy + lobes.glass))
+        where = coordinates or Coordinates()
+        return Surface(name, values, textures, glossy, glass, lobes.layer_f0, either.keeps_energy, where)
+
+
+def _varies(picture: np.ndarray) -> bool:
+    """Whether an (h, w, channels) picture is not the same all over; most show it in a few texels."""
+    step = max(picture.shape[0] // 16, 1)
+    return any((np.abs(part - picture[:1, :1]) > 1e-6).any() for part in (picture[::step], picture))
+
+
+def _heaviest(lobes: list[Lobe]) -> Lobe:
+    """The lobe that scatters most."""
+    nothing = np.zeros((1, 1, 1), np.float32)
+    return max(lobes, key=lambda lobe: lobe.mean_weight, default=Lobe(nothing, nothing, 0.0, True, True))
 
 
 class MaterialTable:
-    """The materials that triangles use, each read once."""
+    """The materials that triangles use, each read once.
+
+    A material that only Cycles can evaluate has an index for each mesh that it is on, and is baked by `materials`: by
+    then everything else has to be read, since a bake changes Blender's data for its while.
+    """
 
     def __init__(self, warnings: Warnings) -> None:
         self._warnings = warnings
         self._images = ImageTable()
-        self._index: dict[str, int] = {}
-        self._surfaces: list[Surface] = []
+        self._readers: dict[str, _Reader] = {}
+        self._index: dict[tuple, int] = {}
+        self._entries: list[Surface | _Pending] = []
 
-    def add(self, material: "bpy.types.Material | None") -> int:
-        """Index of a material; None is Cycles' default grey."""
-        key = repr(material.original) if material else ""
+    def add(self, material: "bpy.types.Material | None", obj: "bpy.types.Object | None" = None) -> int:
+        """Index of a material, where None is Cycles' default grey.
+
+        Parameters
+        ----------
+        material : bpy.types.Material or None
+            Evaluated.
+        obj : bpy.types.Object, optional
+            Evaluated mesh object (of an instance, the instanced one) that the material is on. Without it nothing is
+            baked.
+        """
+        name = repr(material.original) if material else ""
+        if name not in self._readers:
+            self._readers[name] = _Reader(material, self._images, self._warnings)
+        reader = self._readers[name]
+        key = (name, *reader.appearance(obj)) if reader.needs_bake and obj else (name,)
         if key not in self._index:
-            surface = _Reader(material, self._images, self._warnings).read() if material else _grey("Default")
-            self._surfaces.append(surface)
-            self._index[key] = len(self._surfaces) - 1
+            self._index[key] = len(self._entries)
+            self._entries.append(reader.pending(obj) if len(key) > 1 else reader.surface())
         return self._index[key]
 
     def coordinates(self, index: int) -> Coordinates | None:
         """Texture coordinates that a material reads, or None where it has no texture."""
-        surface = self._surfaces[index]
-        return surface.coordinates if surface.texture >= 0 else None
+        entry = self._entries[index]
+        return entry.coordinates if isinstance(entry, _Pending) or entry.textures else None
 
     def materials(self) -> Materials:
-        """All materials, in columns."""
-        rows = self._surfaces
-
-        def column(name: str, dtype: type = np.float32) -> np.ndarray:
-            return np.array([getattr(row, name) for row in rows], dtype)
-
+        """All materials, in columns. Comes last: it bakes what has to be baked."""
+        rows = [entry.surface() if isinstance(entry, _Pending) else entry for entry in self._entries]
+        self._entries = list(rows)
         return Materials.of(
             len(rows),
             names=tuple(row.name for row in rows),
-            diffuse=Channel(np.clip(column("albedo").reshape(-1, 3), 0, 1), column("texture", np.int32)),
-            emission=Channel.constant(np.maximum(column("emission").reshape(-1, 3), 0)),
+            fresnel_ior=np.array([row.glossy.ior for row in rows], np.float32),
+            layer_f0=np.array([row.layer_f0 for row in rows], np.float32),
+            preserves_energy=np.array([row.keeps_energy for row in rows], bool),
+            glass_ior=np.array([row.glass.ior or 1.5 for row in rows], np.float32),
+            glass_fresnel=np.array([row.glass.fresnel for row in rows], bool),
             textures=self._images.textures(),
+            **{name: _channel(rows, name) for name in CHANNELS},
         )
 
 
-def _grey(name: str) -> Surface:
-    return Surface(name, np.full(3, DEFAULT_GREY))
+def _channel(rows: list[Surface], name: str) -> Channel:
+    values = np.array([row.values[name] for row in rows], np.float32).reshape(-1, 3)
+    return Channel(values, np.array([row.textures.get(name, -1) for row in rows], np.int32))
 
 
 class _Reader:
-    """Reads one material."""
+    """Reads one material.
 
-    def __init__(self, material: "bpy.types.Material", images: ImageTable, warnings: Warnings) -> None:
+    Attributes
+    ----------
+    pictures : dict
+        The images that its values depend on, by node.
+    varying : list of Place
+        The sockets whose values are not constant.
+    needs_bake : bool
+        Whether only Cycles can evaluate some of them.
+    """
+
+    def __init__(self, material: "bpy.types.Material | None", images: ImageTable, warnings: Warnings) -> None:
         self.material = material
+        self.name = material.name if material else "Default"
         self.images = images
         self.warnings = warnings
+        self.closures: list[Closure] = []
+        self.pictures: dict[tuple, Picture] = {}
+        self.varying: dict[Place, None] = {}
+        self.needs_bake = False
+        if material and uses_nodes(material):
+            self.closures = read_closures(material)
+            for what in shortcomings(material, self.closures):
+                self.warn(what)
+            combine(self.closures, self.probe)
+            self.needs_bake |= bool(self.pictures) and Grid.of(list(self.pictures.values())) is None
+            if self.needs_bake:
+                self.pictures = {key: one.mean for key, one in self.pictures.items()}
 
     def warn(self, what: str) -> None:
-        self.warnings.add(f"Material '{self.material.name}': {what}.")
+        self.warnings.add(f"Material '{self.name}': {what}.")
 
-    def read(self) -> Surface:
-        name = self.material.name
+    def probe(self, place: Place) -> np.ndarray:
+        """The value of a socket if it is constant; otherwise ½, having taken note of what it depends on."""
+        depends: list[Place] = []
+        try:
+            value = Evaluator(lambda image: self.note(image, depends)).value(place)
+        except UnreadableError:
+            self.needs_bake = True
+            depends.append(place)
+            value = np.full_like(default_value(place.socket), 0.5)
+        if depends:
+            self.varying[place] = None
+        return value
+
+    def note(self, image: Place, depends: list[Place]) -> np.ndarray:
+        """A stand-in for an image's pixels."""
+        node = image.socket.node
+        depends.append(image)
+        if _key(image) not in self.pictures:
+            coordinates = coordinates_of(image)
+            pixels = self.images.read(node.image, self.name, node.outputs["Alpha"].is_linked)
+            pixels = interpolated(pixels, node.interpolation, node.extension)
+            self.pictures[_key(image)] = Picture(pixels, node.extension, coordinates)
+        return np.full((1, 1, 4), 0.5, np.float32)
+
+    def surface(self) -> Surface:
+        """The material without a bake."""
+        if not self.closures:
+            return self.made_of(self.without_closures())
+        grid = Grid.of(list(self.pictures.values())) if self.pictures and not self.needs_bake else None
+        if grid is None:
+            return self.made_of(combine(self.closures, self.guess))
+        evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]))
+        coordinates = grid.place(next(iter(self.pictures.values())).coordinates)
+        lobes = combine(self.closures, evaluator.value)
+        self.pictures.clear()
+        return self.made_of(lobes, coordinates, grid.extends)
+
+    def made_of(self, lobes: Lobes, coordinates: Coordinates | None = None, extends: bool = False) -> Surface:
+        """The material of its lobes."""
+        if lobes.unlike:
+            self.warn("its lobes of different roughness are baked as one of their mean roughness")
+        return Surface.of(self.name, lobes, self.images, coordinates, extends)
+
+    def without_closures(self) -> Lobes:
+        """Cycles' grey without a material, its viewport colour without nodes, and black with an empty output."""
+        if self.material is None:
+            return _matte((DEFAULT_GREY,) * 3)
         if not uses_nodes(self.material):
-            # What Cycles makes of a material without nodes is matte in the viewport colour.
-            return Surface(name, np.array(self.material.diffuse_color[:3]))
-        node = surface_node(self.material)
-        if node is None:
-            return Surface(name, np.zeros(3))
-        if node.type == "BSDF_PRINCIPLED":
-            return self.principled(node)
-        if node.type == "BSDF_DIFFUSE":
-            return self.colored(_grey(name), node.inputs["Color"])
-        if node.type == "EMISSION":
-            return Surface(name, np.zeros(3), self.emission(node.inputs["Color"], node.inputs["Strength"]))
-        self.warn(f"a surface made by {node.bl_label} cannot be read yet and is baked as {DEFAULT_GREY:g} grey")
-        return _grey(name)
+            return _matte(self.material.diffuse_color[:3])
+        output = output_node(self.material)
+        volume_alone = output and source(output.inputs["Volume"]) and not source(output.inputs["Surface"])
+        return Lobes(transparent=np.full((1, 1, 3), float(bool(volume_alone)), np.float32))
 
-    def principled(self, node: "bpy.types.Node") -> Surface:
-        def value(socket: str, default: float) -> float:
-            read = number(node.inputs[socket])
-            return default if read is None else read
+    def guess(self, place: Place) -> np.ndarray:
+        """The value of a socket, or what its own field says where nodes that cannot be read make it."""
+        try:
+            return Evaluator(self.mean_of_picture).value(place)
+        except UnreadableError:
+            return default_value(place.socket)
 
-        surface = Surface(
-            self.material.name,
-            np.full(3, DEFAULT_GREY),
-            self.emission(node.inputs["Emission Color"], node.inputs["Emission Strength"]),
-            roughness=value("Roughness", 0.5),
-            metallic=value("Metallic", 0.0),
-            transmission=value("Transmission Weight", 0.0),
-            ior=value("IOR", 1.5),
-            alpha=value("Alpha", 1.0),
-        )
-        if surface.transmission > 0 or surface.alpha < 1 or source(node.inputs["Alpha"]):
-            self.warn("it lets light through, but is baked as opaque in this version")
-        if surface.metallic > 0 or source(node.inputs["Metallic"]):
-            self.warn("it is metal, but is baked as diffuse in this version")
-        return self.colored(surface, node.inputs["Base Color"])
+    def mean_of_picture(self, image: Place) -> np.ndarray:
+        if _key(image) not in self.pictures:
+            raise UnreadableError(image.socket.node)
+        return self.pictures[_key(image)].pixels
 
-    def emission(self, color: "bpy.types.NodeSocket", strength: "bpy.types.NodeSocket") -> np.ndarray:
-        """Emitted radiance, (3,) W/(m² sr): colour × strength."""
-        scale, tint = number(strength), vector(color)
-        if scale is None:
-            self.warn("its emission strength comes from nodes that cannot be read yet, so it emits nothing")
-            return np.zeros(3)
-        if scale == 0:
-            return np.zeros(3)
-        upstream = source(color)
-        if tint is None and upstream and upstream.node.type == "TEX_IMAGE" and upstream.node.image:
-            self.warn("its emission texture is baked as the picture's mean colour")
-            tint = self.images.mean(self.image(upstream.node))
-        if tint is None:
-            self.warn("its emission colour comes from nodes that cannot be read yet and is taken as white")
-            tint = np.ones(3)
-        return tint * scale
+    def appearance(self, obj: "bpy.types.Object") -> tuple:
+        """Equal for objects on which the material looks the same."""
+        assert self.material is not None
+        sees = sees_object(self.material.node_tree)
+        return obj.data.as_pointer(), obj.original.name_full if sees else ""
 
-    def colored(self, surface: Surface, socket: "bpy.types.NodeSocket") -> Surface:
-        """`surface` with the base colour that `socket` gives."""
-        color = vector(socket)
-        if color is not None:
-            return replace(surface, albedo=color)
-        upstream = source(socket)
-        assert upstream is not None  # an unlinked socket has a colour
-        node = upstream.node
-        if node.type != "TEX_IMAGE" or upstream.name != "Color":
-            self.warn(
-                f"its base colour, from {node.bl_label}, cannot be read yet and is baked as {DEFAULT_GREY:g} grey"
-            )
-            return surface
-        if node.image is None:
-            return replace(surface, albedo=np.zeros(3))
-        image, coordinates = self.image(node), self.coordinates(node)
-        if coordinates is None:
-            self.warn("its image is placed by nodes that cannot be read yet and is baked as the picture's mean colour")
-            return replace(surface, albedo=self.images.mean(image))
-        return replace(surface, albedo=np.ones(3), texture=image, coordinates=coordinates)
+    def pending(self, obj: "bpy.types.Object") -> "_Pending | Surface":
+        """The material on an object, to be baked later."""
+        assert self.material is not None
+        matrix = np.array(obj.matrix_world, np.float64)
+        atlas = make_atlas(obj.data, _faces_of(obj, self.material), matrix)
+        if atlas is None:
+            self.warn_of_guess(f"the mesh of '{obj.name}' has too many faces to bake its nodes")
+            return self.surface()
+        request = BakeRequest(self.material.original, list(self.varying), obj.data, obj.original, matrix, atlas)
+        return _Pending(self, request)
 
-    def image(self, node: "bpy.types.Node") -> int:
-        if node.image.source in {"TILED", "SEQUENCE", "MOVIE"}:
-            self.warn(f"of image '{node.image.name}' only the first tile or frame is baked")
-        return self.images.add(node.image, self.material.name, cut_by_alpha=not node.outputs["Alpha"].is_linked)
+    def warn_of_guess(self, why: str) -> None:
+        self.warn(f"{why}, so the fields of its sockets are baked instead")
 
-    def coordinates(self, node: "bpy.types.Node") -> Coordinates | None:
-        """Texture coordinates of an image node, or None where they are no UV map's."""
-        if node.projection != "FLAT":
-            return None
-        if node.extension != "REPEAT":
-            self.warn("its image is repeated, although the node clips or extends it")
-        upstream = source(node.inputs["Vector"])
-        if upstream and upstream.node.type == "MAPPING":
-            return _mapped(upstream.node)
-        return _uv_map(upstream)
+    def baked(self, request: BakeRequest) -> Surface:
+        """The material as Cycles evaluates it on an object."""
+        try:
+            values = dict(zip(self.varying, bake_values(request), strict=True))
+        except CyclesError as error:
+            self.warn_of_guess(f"its nodes cannot be baked ({error})")
+            return self.surface()
+        evaluator = Evaluator(no_images)
+        lobes = combine(self.closures, lambda place: values[place] if place in values else evaluator.value(place))
+        return self.made_of(lobes, Coordinates(atlas=request.atlas), extends=True)
 
 
-def _uv_map(upstream: "bpy.types.NodeSocket | None") -> Coordinates | None:
-    if upstream is None or (upstream.node.type == "TEX_COORD" and upstream.name == "UV"):
-        return Coordinates()
-    if upstream.node.type == "UVMAP":
-        return Coordinates(upstream.node.uv_map)
-    return None
+@dataclass(frozen=True)
+class _Pending:
+    """A material that has to be baked."""
+
+    reader: _Reader
+    request: BakeRequest
+
+    @property
+    def coordinates(self) -> Coordinates:
+        return Coordinates(atlas=self.request.atlas)
+
+    def surface(self) -> Surface:
+        return self.reader.baked(self.request)
 
 
-def _mapped(node: "bpy.types.Node") -> Coordinates | None:
-    """Coordinates through a Mapping node of constants; the texture lies in the plane z = 0."""
-    upstream = source(node.inputs["Vector"])
-    coordinates = _uv_map(upstream) if upstream else None
-    if coordinates is None or node.vector_type != "POINT":
-        return None
-    location, rotation, scale = (vector(node.inputs[name]) for name in ("Location", "Rotation", "Scale"))
-    if location is None or rotation is None or scale is None:
-        return None
-    matrix = np.array(Euler(rotation).to_matrix()) * scale
-    return replace(coordinates, matrix=matrix[:2, :2], offset=location[:2])
+def _matte(albedo: Sequence[float]) -> Lobes:
+    return Lobes(diffuse=np.array(albedo, np.float32).reshape(1, 1, 3))
+
+
+def _key(image: Place) -> tuple:
+    return image.socket.node, image.groups
+
+
+def _faces_of(obj: "bpy.types.Object", material: "bpy.types.Material") -> np.ndarray:
+    """Which faces of an evaluated object have a material, (f,) bool; all where it is not in a slot."""
+    slot = attribute(obj.data, "material_index", "value", (len(obj.data.polygons),), np.int32)
+    has = np.array([one.material == material for one in obj.material_slots], bool)
+    return has[np.clip(slot, 0, len(has) - 1)] if has.any() else np.ones(len(slot), bool)

@@ -1,7 +1,78 @@
 """What can be read from a node tree without evaluating it."""
 
+from dataclasses import dataclass
+
 import bpy
 import numpy as np
+
+LUMINANCE = np.array([0.2126729, 0.7151522, 0.0721750], np.float32)
+"""What Cycles weighs the three colours with where a colour feeds a number."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A socket of a node tree.
+
+    Attributes
+    ----------
+    socket : bpy.types.NodeSocket
+    groups : tuple of bpy.types.Node
+        The group nodes that it stands in, outermost first.
+    """
+
+    socket: "bpy.types.NodeSocket"
+    groups: "tuple[bpy.types.Node, ...]" = ()
+
+    def input(self, identifier: str) -> "Place":
+        """An input of the same node."""
+        return Place(socket(self.socket.node.inputs, identifier), self.groups)
+
+    @property
+    def upstream(self) -> "Place | None":
+        """One step closer to where the value comes from; None at an output that its node computes, or without a link.
+
+        Steps lead through links, into groups and out of them, and past muted nodes.
+        """
+        node = self.socket.node
+        if not self.socket.is_output:
+            end = source(self.socket)
+            return Place(end, self.groups) if end and not _leads_nowhere(end) else None
+        if node.mute:
+            passed = next(link.from_socket for link in node.internal_links if link.to_socket == self.socket)
+            return Place(passed, self.groups).upstream or Place(passed, self.groups)
+        if node.type == "GROUP":
+            end = _group_output(node, self.socket.identifier)
+            return Place(end, (*self.groups, node)) if end else None
+        if node.type == "GROUP_INPUT" and self.groups:
+            return Place(socket(self.groups[-1].inputs, self.socket.identifier), self.groups[:-1])
+        return None
+
+    @property
+    def origin(self) -> "Place":
+        """The output that computes the value, or the input without a link that holds it."""
+        place, before = self, self.upstream
+        while before is not None:
+            place, before = before, before.upstream
+        return place
+
+
+def socket(sockets: "bpy.types.NodeInputs", identifier: str) -> "bpy.types.NodeSocket":
+    """A socket by its identifier, which unlike its name is unique and the same in all versions."""
+    return next(one for one in sockets if one.identifier == identifier)
+
+
+def _leads_nowhere(output: "bpy.types.NodeSocket") -> bool:
+    """Whether an output is of a muted node that passes nothing on to it."""
+    return output.node.mute and all(link.to_socket != output for link in output.node.internal_links)
+
+
+def _group_output(group: "bpy.types.Node", identifier: str) -> "bpy.types.NodeSocket | None":
+    """The socket inside a group that one of its outputs takes its value from."""
+    nodes = group.node_tree.nodes if group.node_tree else ()
+    for node in nodes:
+        if node.type == "GROUP_OUTPUT" and node.is_active_output:
+            return next((one for one in node.inputs if one.identifier == identifier), None)
+    return None
 
 
 def uses_nodes(block: "bpy.types.ID") -> bool:
@@ -15,9 +86,14 @@ def uses_nodes(block: "bpy.types.ID") -> bool:
 
 def surface_node(block: "bpy.types.ID") -> "bpy.types.Node | None":
     """The node that feeds the surface of the output that Cycles uses, or None."""
-    output = block.node_tree.get_output_node("CYCLES")
+    output = output_node(block)
     upstream = source(output.inputs["Surface"]) if output else None
     return upstream.node if upstream else None
+
+
+def output_node(block: "bpy.types.ID") -> "bpy.types.Node | None":
+    """The output node that Cycles uses."""
+    return block.node_tree.get_output_node("CYCLES")
 
 
 def source(socket: "bpy.types.NodeSocket") -> "bpy.types.NodeSocket | None":
@@ -35,7 +111,7 @@ def source(socket: "bpy.types.NodeSocket") -> "bpy.types.NodeSocket | None":
 def number(socket: "bpy.types.NodeSocket") -> float | None:
     """The value of a socket, or None where nodes that cannot be read make it."""
     value = _value(socket)
-    return float(value[:3].mean()) if isinstance(value, np.ndarray) else value
+    return float(value @ LUMINANCE) if isinstance(value, np.ndarray) else value
 
 
 def vector(socket: "bpy.types.NodeSocket") -> np.ndarray | None:

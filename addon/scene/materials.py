@@ -123,9 +123,7 @@ class Materials:
         return (self.coverage.texture >= 0) | (self.coverage.value[:, 0] < 1)
 
     @staticmethod
-    def of(
-        m: int, textures: Textures | None = None, **columns: Any
-    ) -> "Materials":
+    def of(m: int, textures: Textures | None = None, **columns: Any) -> "Materials":
         """The m materials that `columns` say; what they leave out is black, opaque, rough and without gloss."""
         zeros, ones = np.zeros(m, np.float32), np.ones(m, np.float32)
         default: dict[str, Any] = {f.name: Channel.constant(zeros) for f in fields(Materials) if f.type is Channel}

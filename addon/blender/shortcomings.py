@@ -1,0 +1,81 @@
+"""What of a material is not baked as Cycles renders it."""
+
+from collections.abc import Iterator
+
+import bpy
+
+from .closures import ADDERS, Closure
+from .expressions import constant
+from .nodes import Place, output_node, source
+
+NOT_BAKED = {
+    ("BSDF_DIFFUSE", "Roughness"): "its diffuse roughness is not baked",
+    ("BSDF_PRINCIPLED", "Diffuse Roughness"): "its diffuse roughness is not baked",
+    ("BSDF_PRINCIPLED", "Coat Weight"): "its coat is not baked",
+    ("BSDF_PRINCIPLED", "Sheen Weight"): "its sheen is not baked",
+    ("BSDF_PRINCIPLED", "Subsurface Weight"): "its subsurface scattering is baked as diffuse",
+    ("BSDF_PRINCIPLED", "Anisotropic"): "its anisotropy is not baked",
+    ("BSDF_PRINCIPLED", "Thin Film Thickness"): "its thin film is not baked",
+    ("BSDF_GLOSSY", "Anisotropy"): "its anisotropy is not baked",
+    ("BSDF_METALLIC", "Anisotropy"): "its anisotropy is not baked",
+    ("BSDF_METALLIC", "Thin Film Thickness"): "its thin film is not baked",
+    ("BSDF_GLASS", "Thin Film Thickness"): "its thin film is not baked",
+}
+"""What is said where an input is not zero."""
+
+
+def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Iterator[str]:
+    """Half sentences about what cannot be baked as it is."""
+    output = output_node(material)
+    if output and source(output.inputs["Volume"]):
+        yield "its volume is not baked"
+    if output and source(output.inputs["Displacement"]) and material.displacement_method != "BUMP":
+        yield "its displacement is not baked"
+    if _tells_sides_apart(material.node_tree):
+        yield "its back is baked like its front"
+    for closure in closures:
+        yield from _of_closure(closure)
+
+
+def _tells_sides_apart(tree: "bpy.types.NodeTree") -> bool:
+    return any(
+        (node.type == "NEW_GEOMETRY" and node.outputs["Backfacing"].is_linked)
+        or (node.type == "GROUP" and node.node_tree is not None and _tells_sides_apart(node.node_tree))
+        for node in tree.nodes
+    )
+
+
+def _of_closure(closure: Closure) -> Iterator[str]:
+    node = closure.node
+    if node.type == "SUBSURFACE_SCATTERING":
+        yield "its subsurface scattering is baked as diffuse"
+    elif node.type not in ADDERS:
+        yield f"its {node.bl_label} is baked as diffuse"
+    if node.type == "BSDF_PRINCIPLED" and _has_edge_tint(closure):
+        yield "its edge tint is not baked"
+    for one in node.inputs:
+        place = Place(one, closure.shader.groups)
+        what = NOT_BAKED.get((node.type, one.identifier))
+        if what and _counts(place):
+            yield what
+        if one.identifier == "Normal" and _is_bumped(place):
+            yield "its normal map is not baked"
+
+
+def _has_edge_tint(closure: Closure) -> bool:
+    tint = constant(closure.shader.input("Specular Tint"))
+    return _counts(closure.shader.input("Metallic")) and (tint is None or bool((tint != 1).any()))
+
+
+def _counts(place: Place) -> bool:
+    value = constant(place)
+    return value is None or bool(value.any())
+
+
+def _is_bumped(normal: Place) -> bool:
+    origin = normal.origin
+    return (
+        origin.socket.is_output
+        and origin.socket.node.type in {"NORMAL_MAP", "BUMP"}
+        and _counts(origin.input("Strength"))
+    )

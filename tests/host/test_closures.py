@@ -1,0 +1,432 @@
+"""Shader nodes as channels of materials."""
+
+import bpy
+import numpy as np
+import pytest
+from photon_bake.addon.blender import extract_scene
+from photon_bake.addon.blender.node_math import mean_fresnel
+from photon_bake.tests.host import scenes
+
+F0 = 0.04  # of glass at 1.5
+
+
+def read(material, warnings=None):
+    """Its channels' values, and the other columns."""
+    scenes.add_plane(material=material)
+    return extract_scene(scenes.depsgraph(), [] if warnings is None else warnings).materials
+
+
+def expect(materials, **values):
+    for name, value in values.items():
+        column = getattr(materials, name)
+        column = getattr(column, "value", column)
+        np.testing.assert_allclose(column[0], value, atol=2e-4, err_msg=name)
+
+
+def shader(tree, kind, **values):
+    """A shader node with values on its inputs."""
+    node = tree.nodes.new(f"ShaderNode{kind}")
+    for name, value in values.items():
+        name = name.replace("_", " ")
+        node.inputs[name].default_value = (*value, 1) if isinstance(value, tuple) else value
+    return node
+
+
+def tree_of():
+    """A material without a surface; its tree, and how to give it one."""
+    material, surface = scenes.add_material()
+    tree = material.node_tree
+    tree.nodes.remove(surface)
+    output = tree.get_output_node("CYCLES")
+    return material, tree, lambda node: tree.links.new(node.outputs[0], output.inputs["Surface"])
+
+
+def mixed(tree, first, second, factor=0.5, kind="MixShader"):
+    node = tree.nodes.new(f"ShaderNode{kind}")
+    shaders = [one for one in node.inputs if one.type == "SHADER"]
+    for one, socket in zip((first, second), shaders, strict=True):
+        tree.links.new(one.outputs[0], socket)
+    if isinstance(factor, bpy.types.NodeSocket):
+        tree.links.new(factor, node.inputs[0])
+    elif kind == "MixShader":
+        node.inputs[0].default_value = factor
+    return node
+
+
+def principled(**values):
+    material, tree, show = tree_of()
+    show(shader(tree, "BsdfPrincipled", **values))
+    return material
+
+
+def test_principled_dielectric():
+    material = principled(Base_Color=(0.6, 0.4, 0.2), Roughness=0.3, IOR=1.5)
+    expect(
+        read(material),
+        diffuse=(0.6, 0.4, 0.2),
+        f0=F0,
+        f90=1,
+        fresnel_ior=1.5,
+        layer_f0=F0,
+        roughness=0.3,
+        coverage=1,
+        tint=1,
+        emission=0,
+        glass_transmission=0,
+        preserves_energy=True,
+    )
+
+
+def test_principled_specular_level_and_tint():
+    material = principled(Specular_IOR_Level=1.0, Specular_Tint=(1, 0.5, 0))
+    root = (2 * F0) ** 0.5
+    ior = (1 + root) / (1 - root)
+    expect(read(material), f0=(2 * F0, F0, 0), f90=1, fresnel_ior=ior, layer_f0=2 * F0)
+
+
+def test_principled_without_specular():
+    expect(read(principled(Specular_IOR_Level=0.0)), f0=0, f90=0, fresnel_ior=0, layer_f0=0, roughness=1)
+
+
+def test_principled_metal():
+    materials = read(principled(Base_Color=(0.9, 0.6, 0.3), Metallic=1.0, Roughness=0.2))
+    expect(materials, diffuse=0, f0=(0.9, 0.6, 0.3), f90=1, fresnel_ior=0, layer_f0=0, roughness=0.2)
+
+
+def test_principled_half_metal():
+    materials = read(principled(Base_Color=(0.8, 0.4, 0.2), Metallic=0.25))
+    f0 = 0.25 * np.array([0.8, 0.4, 0.2]) + 0.75 * F0
+    expect(materials, diffuse=(0.6, 0.3, 0.15), f0=f0, f90=1, layer_f0=F0)
+
+
+def test_principled_glass():
+    materials = read(principled(Base_Color=(0.81, 0.64, 0.25), Transmission_Weight=1.0, IOR=1.33, Roughness=0.0))
+    expect(
+        materials,
+        diffuse=0,
+        f0=0,
+        f90=0,
+        glass_reflection=1,
+        glass_transmission=(0.9, 0.8, 0.5),
+        glass_ior=1.33,
+        glass_fresnel=True,
+        roughness=0,
+        layer_f0=0,
+    )
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 2, 0), reason="there is no Thin Wall")
+def test_thin_wall():
+    """Cycles lets 0.844 of a sky's light through a white pane, and 0.175 through one of a quarter."""
+    for z, base in enumerate((1.0, 0.25)):
+        material = principled(Base_Color=(base,) * 3, Transmission_Weight=1.0, Roughness=0.0, Thin_Wall=True)
+        scenes.add_plane(material=material).location.z = z
+    materials = extract_scene(scenes.depsgraph()).materials
+    passing = (1 - materials.coverage.value) * materials.tint.value
+    np.testing.assert_allclose(passing[:, 0], [0.844, 0.175], atol=3e-3)
+    np.testing.assert_allclose((materials.coverage.value * materials.f0.value)[:, 0], 0.156, atol=3e-3)
+
+
+def test_principled_alpha_and_emission():
+    materials = read(
+        principled(Base_Color=(0.6, 0.6, 0.6), Alpha=0.25, Emission_Color=(1, 0.5, 0.25), Emission_Strength=8.0)
+    )
+    # Channels are of the light that does not pass straight through.
+    expect(materials, coverage=0.25, tint=1, diffuse=0.6, emission=(8, 4, 2), f0=F0)
+
+
+def test_principled_of_everything_is_a_sum_of_shares():
+    material = principled(Metallic=0.5, Transmission_Weight=0.5, Alpha=0.5, Base_Color=(1.0, 1.0, 1.0))
+    expect(
+        read(material),
+        coverage=0.5,
+        diffuse=0.25,
+        glass_reflection=0.25,
+        glass_transmission=0.25,
+        f0=0.5 + 0.25 * F0,
+        f90=0.75,
+    )
+
+
+def test_glossy():
+    material, tree, show = tree_of()
+    node = shader(tree, "BsdfGlossy", Color=(0.5, 0.6, 0.7), Roughness=0.4)
+    node.distribution = "GGX"
+    show(node)
+    materials = read(material)
+    expect(materials, f0=(0.5, 0.6, 0.7), f90=(0.5, 0.6, 0.7), fresnel_ior=0, layer_f0=0, diffuse=0)
+    expect(materials, roughness=0.4, preserves_energy=False)
+
+
+def test_glass_and_refraction():
+    material, tree, show = tree_of()
+    show(shader(tree, "BsdfGlass", Color=(0.9, 0.8, 0.7), Roughness=0.1, IOR=1.6))
+    expect(read(material), glass_reflection=(0.9, 0.8, 0.7), glass_transmission=(0.9, 0.8, 0.7), glass_ior=1.6)
+    material, tree, show = tree_of()
+    show(shader(tree, "BsdfRefraction", Color=(0.9, 0.8, 0.7), IOR=1.2))
+    bpy.context.scene.collection.objects.unlink(bpy.data.objects["Plane"])
+    expect(read(material), glass_reflection=0, glass_transmission=(0.9, 0.8, 0.7), glass_ior=1.2, glass_fresnel=False)
+
+
+def test_translucent():
+    material, tree, show = tree_of()
+    show(shader(tree, "BsdfTranslucent", Color=(0.3, 0.2, 0.1)))
+    expect(read(material), translucent=(0.3, 0.2, 0.1), diffuse=0)
+
+
+def test_transparent():
+    material, tree, show = tree_of()
+    show(shader(tree, "BsdfTransparent", Color=(0.8, 0.4, 0.2)))
+    materials = read(material)
+    expect(materials, coverage=0.2, tint=(1, 0.5, 0.25), diffuse=0)
+    np.testing.assert_allclose((1 - materials.coverage.value) * materials.tint.value, [[0.8, 0.4, 0.2]], atol=1e-6)
+
+
+def test_metallic():
+    material, tree, show = tree_of()
+    node = shader(tree, "BsdfMetallic", Base_Color=(0.9, 0.6, 0.3), Roughness=0.3)
+    show(node)
+    expect(read(material), f0=(0.9, 0.6, 0.3), f90=1, fresnel_ior=0)
+
+
+def test_holdout_is_black():
+    material, tree, show = tree_of()
+    show(tree.nodes.new("ShaderNodeHoldout"))
+    expect(read(material), diffuse=0, coverage=1)
+
+
+def test_mix():
+    material, tree, show = tree_of()
+    diffuse, translucent = (
+        shader(tree, "BsdfDiffuse", Color=(0.8,) * 3),
+        shader(tree, "BsdfTranslucent", Color=(0.4,) * 3),
+    )
+    show(mixed(tree, diffuse, translucent, 0.25))
+    expect(read(material), diffuse=0.6, translucent=0.1)
+
+
+@pytest.mark.parametrize("factor", [0.0, 1.0])
+def test_mix_of_all_or_nothing_leaves_out_the_other(factor):
+    material, tree, show = tree_of()
+    unreadable = shader(tree, "BsdfDiffuse")
+    tree.links.new(tree.nodes.new("ShaderNodeTexNoise").outputs["Color"], unreadable.inputs["Color"])
+    plain = shader(tree, "BsdfDiffuse", Color=(0.5,) * 3)
+    show(mixed(tree, *((plain, unreadable) if factor == 0 else (unreadable, plain)), factor))
+    materials = read(material)
+    expect(materials, diffuse=0.5)
+    assert not materials.diffuse.textured
+
+
+def test_cut_out():
+    material, tree, show = tree_of()
+    leaf = shader(tree, "BsdfDiffuse", Color=(0.2, 0.6, 0.1))
+    show(mixed(tree, tree.nodes.new("ShaderNodeBsdfTransparent"), leaf, 0.4))
+    expect(read(material), coverage=0.4, tint=1, diffuse=(0.2, 0.6, 0.1))
+
+
+def test_flames():
+    """Emission added to full transparency loses neither."""
+    material, tree, show = tree_of()
+    glow = shader(tree, "Emission", Color=(1.0, 0.5, 0.1), Strength=3.0)
+    show(mixed(tree, tree.nodes.new("ShaderNodeBsdfTransparent"), glow, kind="AddShader"))
+    materials = read(material)
+    expect(materials, coverage=0.5, tint=2, emission=(6, 3, 0.6))
+
+
+def test_add():
+    material, tree, show = tree_of()
+    first, second = shader(tree, "BsdfDiffuse", Color=(0.3,) * 3), shader(tree, "BsdfGlossy", Color=(0.2,) * 3)
+    show(mixed(tree, first, second, kind="AddShader"))
+    expect(read(material), diffuse=0.3, f0=0.2, f90=0.2, layer_f0=0)
+
+
+@pytest.mark.parametrize("kind", ["Fresnel", "LayerWeight"])
+def test_gloss_over_diffuse_by_fresnel(kind):
+    material, tree, show = tree_of()
+    diffuse, glossy = shader(tree, "BsdfDiffuse", Color=(0.8,) * 3), shader(tree, "BsdfGlossy", Color=(0.9,) * 3)
+    angle = tree.nodes.new(f"ShaderNode{kind}")
+    angle.inputs[0].default_value = 1.5 if kind == "Fresnel" else 1 / 3
+    show(mixed(tree, diffuse, glossy, angle.outputs[0]))
+    expect(read(material), diffuse=0.8, f0=0.9 * F0, f90=0.9, fresnel_ior=1.5, layer_f0=F0)
+
+
+def test_glass_by_fresnel():
+    material, tree, show = tree_of()
+    inside, outside = (
+        shader(tree, "BsdfRefraction", Color=(0.8,) * 3, IOR=1.4),
+        shader(tree, "BsdfGlossy", Color=(1.0,) * 3),
+    )
+    fresnel = shader(tree, "Fresnel", IOR=1.4)
+    show(mixed(tree, inside, outside, fresnel.outputs[0]))
+    expect(read(material), f0=0, f90=0, glass_reflection=1, glass_transmission=0.8, glass_ior=1.4, glass_fresnel=True)
+
+
+def test_window_pane_by_fresnel_is_its_mean():
+    material, tree, show = tree_of()
+    fresnel = shader(tree, "Fresnel", IOR=1.5)
+    pane = shader(tree, "BsdfGlossy", Color=(1.0,) * 3, Roughness=0.0)
+    show(mixed(tree, tree.nodes.new("ShaderNodeBsdfTransparent"), pane, fresnel.outputs[0]))
+    mean = mean_fresnel(1.5)
+    assert mean == pytest.approx(0.0918, abs=2e-4)
+    expect(read(material), coverage=mean, f0=1, f90=1, tint=1)
+
+
+@pytest.mark.parametrize(
+    ("output", "sees_first"), [("Is Shadow Ray", True), ("Is Camera Ray", True), ("Is Diffuse Ray", False)]
+)
+def test_light_path(output, sees_first):
+    material, tree, show = tree_of()
+    first, second = shader(tree, "BsdfDiffuse", Color=(0.1,) * 3), shader(tree, "BsdfDiffuse", Color=(0.9,) * 3)
+    path = tree.nodes.new("ShaderNodeLightPath")
+    show(mixed(tree, first, second, path.outputs[output]))
+    expect(read(material), diffuse=0.1 if sees_first else 0.9)
+
+
+def test_what_lets_the_light_of_lamps_through_lets_all_through():
+    material, tree, show = tree_of()
+    path = tree.nodes.new("ShaderNodeLightPath")
+    glass, nothing = tree.nodes.new("ShaderNodeBsdfGlass"), tree.nodes.new("ShaderNodeBsdfTransparent")
+    show(mixed(tree, glass, nothing, path.outputs["Is Shadow Ray"]))
+    expect(read(material), coverage=0, tint=1, glass_transmission=0)
+
+
+def test_two_roughnesses_merge():
+    material, tree, show = tree_of()
+    sharp, dull = (shader(tree, "BsdfGlossy", Color=(c,) * 3, Roughness=r) for c, r in ((0.9, 0.1), (0.3, 0.5)))
+    show(mixed(tree, sharp, dull))
+    expect(read(material), f0=0.6, roughness=(0.9 * 0.1 + 0.3 * 0.5) / 1.2)
+
+
+def test_shader_in_a_group_with_a_muted_node():
+    group_tree = bpy.data.node_groups.new("Group", "ShaderNodeTree")
+    group_tree.interface.new_socket("Paint", in_out="INPUT", socket_type="NodeSocketColor")
+    group_tree.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketShader")
+    start, end = group_tree.nodes.new("NodeGroupInput"), group_tree.nodes.new("NodeGroupOutput")
+    diffuse = group_tree.nodes.new("ShaderNodeBsdfDiffuse")
+    mix = mixed(group_tree, diffuse, shader(group_tree, "BsdfGlossy"))
+    mix.mute = True
+    group_tree.links.new(start.outputs[0], diffuse.inputs["Color"])
+    group_tree.links.new(mix.outputs[0], end.inputs[0])
+    material, tree, show = tree_of()
+    group = tree.nodes.new("ShaderNodeGroup")
+    group.node_tree = group_tree
+    group.inputs["Paint"].default_value = (0.4, 0.3, 0.2, 1)
+    show(group)
+    expect(read(material), diffuse=(0.4, 0.3, 0.2), f0=0)
+
+
+def test_empty_group_is_black():
+    material, tree, show = tree_of()
+    group = tree.nodes.new("ShaderNodeGroup")
+    group.node_tree = bpy.data.node_groups.new("Empty", "ShaderNodeTree")
+    group.node_tree.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketShader")
+    show(group)
+    expect(read(material), diffuse=0, coverage=1)
+
+
+def test_volume_alone_is_seen_through():
+    material, tree, _ = tree_of()
+    volume = tree.nodes.new("ShaderNodeVolumePrincipled")
+    tree.links.new(volume.outputs[0], tree.get_output_node("CYCLES").inputs["Volume"])
+    warnings = []
+    expect(read(material, warnings), coverage=0, tint=1)
+    assert warnings == ["Material 'Material': its volume is not baked."]
+
+
+def test_textured_factor():
+    material, tree, show = tree_of()
+    first, second = shader(tree, "BsdfDiffuse", Color=(0.2,) * 3), shader(tree, "BsdfGlossy", Color=(0.8,) * 3)
+    mix = mixed(tree, first, second)
+    pixels = np.ones((1, 2, 4))
+    pixels[0, 0, :3] = 0.25
+    scenes.add_image_node(material, mix.inputs[0], pixels, byte=False).image.colorspace_settings.name = "Non-Color"
+    show(mix)
+    materials = read(material)
+    textures = materials.textures
+
+    def texels(channel):
+        return textures.pixels[textures.offset[channel.texture[0]] :][:2, 0] * channel.value[0, 0]
+
+    np.testing.assert_allclose(texels(materials.diffuse), [0.15, 0], atol=1e-4)
+    np.testing.assert_allclose(texels(materials.f0), [0.2, 0.8], atol=1e-4)
+    assert materials.roughness.texture[0] < 0 or np.ptp(texels(materials.roughness)) < 1e-6
+
+
+SHORTCOMINGS = {
+    "Diffuse Roughness": "its diffuse roughness is not baked",
+    "Coat Weight": "its coat is not baked",
+    "Sheen Weight": "its sheen is not baked",
+    "Subsurface Weight": "its subsurface scattering is baked as diffuse",
+    "Anisotropic": "its anisotropy is not baked",
+    "Thin Film Thickness": "its thin film is not baked",
+}
+
+
+@pytest.mark.parametrize(("socket", "what"), SHORTCOMINGS.items())
+def test_says_what_is_not_baked(socket, what):
+    material, surface = scenes.add_material("Skin")
+    surface.inputs[socket].default_value = 0.5
+    warnings = []
+    read(material, warnings)
+    assert warnings == [f"Material 'Skin': {what}."]
+
+
+def test_says_that_unlike_lobes_are_merged():
+    material, tree, show = tree_of()
+    sharp, dull = (shader(tree, "BsdfGlossy", Color=(0.5,) * 3, Roughness=r) for r in (0.0, 0.9))
+    show(mixed(tree, sharp, dull))
+    warnings = []
+    read(material, warnings)
+    assert warnings == [
+        "Material 'Material': its lobes of different roughness are baked as one of their mean roughness."
+    ]
+
+
+def test_says_that_displacement_and_edge_tint_are_not_baked():
+    material, surface = scenes.add_material("Rock")
+    surface.inputs["Metallic"].default_value = 1
+    surface.inputs["Specular Tint"].default_value = (1, 0.5, 0.5, 1)
+    tree = material.node_tree
+    displacement = tree.nodes.new("ShaderNodeDisplacement")
+    tree.links.new(displacement.outputs[0], tree.get_output_node("CYCLES").inputs["Displacement"])
+    material.displacement_method = "DISPLACEMENT"
+    warnings = []
+    read(material, warnings)
+    assert warnings == [
+        "Material 'Rock': its displacement is not baked.",
+        "Material 'Rock': its edge tint is not baked.",
+    ]
+
+
+def test_says_that_both_sides_are_alike():
+    material, surface = scenes.add_material("Card")
+    geometry = material.node_tree.nodes.new("ShaderNodeNewGeometry")
+    material.node_tree.links.new(geometry.outputs["Backfacing"], surface.inputs["Metallic"])
+    warnings = []
+    expect(read(material, warnings), f0=0)
+    assert warnings == ["Material 'Card': its back is baked like its front."]
+
+
+def test_normal_map():
+    material, surface = scenes.add_material("Bumpy")
+    bump = material.node_tree.nodes.new("ShaderNodeBump")
+    material.node_tree.links.new(bump.outputs[0], surface.inputs["Normal"])
+    warnings = []
+    read(material, warnings)
+    assert warnings == ["Material 'Bumpy': its normal map is not baked."]
+
+
+def test_channels_never_give_more_than_they_get():
+    """Metal, glass and transparency in any proportion share one unit of light."""
+    rng = np.random.default_rng(3)
+    for i in range(20):
+        values = {
+            name: float(v)
+            for name, v in zip(("Metallic", "Transmission_Weight", "Alpha"), rng.uniform(0, 1, 3), strict=True)
+        }
+        scenes.add_plane(material=principled(Base_Color=(1.0, 1.0, 1.0), **values)).location.z = i
+    materials = extract_scene(scenes.depsgraph()).materials
+    diffuse, glass = materials.diffuse.value, materials.glass_transmission.value
+    np.testing.assert_array_less(diffuse + glass + materials.f90.value, 2)
+    metal = materials.f90.value - diffuse
+    np.testing.assert_allclose(diffuse + glass + metal, 1, atol=1e-4)
