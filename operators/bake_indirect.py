@@ -111,7 +111,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         properties = context.scene.photon_bake
         progress = bake_state.start(properties.gather)
         names = selected_meshes(context) if properties.selected_only else None
-        bake = VertexBake.prepare(context, properties.attribute, progress, names)
+        bake = VertexBake.prepare(context, properties.attribute, progress, names, properties.light_group)
         self._solver = Solver(bake, properties.settings(), progress)
 
     def _finish(self) -> set[str]:

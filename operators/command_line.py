@@ -59,7 +59,7 @@ def _bake(options: Options, progress: Progress, report: Report) -> None:
     for path in (options.save, options.report):
         if path is not None:
             check_writable(path)
-    bake = VertexBake.prepare(bpy.context, options.attribute, progress, options.objects)
+    bake = VertexBake.prepare(bpy.context, options.attribute, progress, options.objects, options.light_group)
     report.warnings = bake.warnings
     receivers, irradiance = bake.solve(options.settings, progress)
     bake.write(receivers, irradiance, progress)

@@ -42,7 +42,9 @@ class VertexBake:
     warnings: list[str]
 
     @classmethod
-    def prepare(cls, context: Any, attribute: str, progress: Progress, names: list[str] | None = None) -> "VertexBake":
+    def prepare(
+        cls, context: Any, attribute: str, progress: Progress, names: list[str] | None = None, light_group: str = ""
+    ) -> "VertexBake":
         """Read what the bake needs out of Blender's data; for the main thread.
 
         Parameters
@@ -52,6 +54,8 @@ class VertexBake:
         progress : Progress
         names : list of str, optional
             Objects to bake; without names every renderable mesh object.
+        light_group : str
+            Whose light is baked alone; empty for all light.
 
         Raises
         ------
@@ -63,7 +67,7 @@ class VertexBake:
         depsgraph = context.evaluated_depsgraph_get()
         objects = bake_objects(depsgraph, names, warnings)
         check_color_attribute(objects, attribute)
-        scene = extract_scene(depsgraph, warnings)
+        scene = extract_scene(depsgraph, warnings, light_group)
         meshes = receiver_meshes(objects, depsgraph)
         progress.update(READING, 1)
         return cls(scene, meshes, attribute, warnings)

@@ -1,7 +1,7 @@
 """Triangles cut into n² equal cells by lines parallel to their edges.
 
-Cell k lies in row i = ⌊nu⌋, column j = ⌊nv⌋ of the barycentric grid; a row holds 2(n−i)−1 cells, lower and upper ones in
-turn, so that k = i(2n−i) + 2j + [upper]. Finding a cell is arithmetic, not a search. An upper cell is a lower one
+Cell k lies in row i = ⌊nu⌋, column j = ⌊nv⌋ of the barycentric grid; a row holds 2(n−i)−1 cells, lower and upper ones
+in turn, so that k = i(2n−i) + 2j + [upper]. Finding a cell is arithmetic, not a search. An upper cell is a lower one
 turned by half a turn, so that either has barycentric coordinates (a, b) of its own.
 """
 

@@ -214,10 +214,10 @@ def _lit_points(
     Columns: ρE/π, τE/π, ρ and τ in colours, each times the coverage, the coverage, and the square of the sum of the
     first three.
     """
-    ends = np.cumsum(counts)
+    ends = np.concatenate([[0], np.cumsum(counts)])
 
     def estimate(chunk: slice, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-        side = np.searchsorted(ends, np.arange(chunk.start, chunk.stop), side="right")
+        side = np.searchsorted(ends, np.arange(chunk.start, chunk.stop), side="right") - 1
         at = _points_on(scene, elements, side, random)
         light = direct.irradiance(at.positions, at.shading_normals, at.objects, random) / np.float32(np.pi)
         albedo, through, coverage = (

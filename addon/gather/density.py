@@ -91,7 +91,7 @@ def density_estimate(
         behind = np.flatnonzero(blocked)
         within[behind] = _seen(tracer, photons.position, x[behind], normals[behind], within[behind], r[behind])
         power = np.where((within >= 0)[..., None], photons.power[within], 0)
-        area = np.pi * r**2 * share
+        area = np.maximum(np.pi * r**2 * share, np.float32(1e-30))  # where photons lie on the very receiver
         squares = (power.mean(axis=2) ** 2).sum(axis=1)
         return power.sum(axis=1) / area[:, None], np.sqrt(squares) / area
 

@@ -6,8 +6,8 @@ tracer would find them, by direct light at the point and a further ray for the r
 - What ends nearer than the cache can resolve (in a corner, under a cupboard), where it would read an element that is
   partly elsewhere (the secondary final gather of the π-engine, section 3.2.2).
 - What glossy and glass lobes reflect and transmit, which depends on the direction. Rays follow them in proportion to
-  their albedo. Light that lamps send over mirrors, glass and narrow gloss is left out: those are caustics, which photons
-  find far better.
+  their albedo. Light that lamps send over mirrors, glass and narrow gloss is left out: those are caustics, which
+  photons find far better.
 """
 
 from dataclasses import dataclass

@@ -65,6 +65,7 @@ class PHOTON_BAKE_PT_output(_Tab, bpy.types.Panel):
         properties = context.scene.photon_bake
         column = _settings_column(self.layout)
         column.prop(properties, "attribute")
+        column.prop_search(properties, "light_group", context.view_layer, "lightgroups")
         column.prop(properties, "add_direct")
 
 

@@ -76,6 +76,11 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
             description="Colour attribute that the light is written to, made if it is not there",
             default="Indirect",
         ),
+        "light_group": bpy.props.StringProperty(
+            name="Light Group",
+            description="Bake the light of this light group of the view layer alone; empty for all light",
+            default="",
+        ),
         "selected_only": bpy.props.BoolProperty(
             name="Selected Only",
             description="Write light to the selected objects only; all objects still scatter and block it",

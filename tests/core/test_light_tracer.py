@@ -111,7 +111,7 @@ def flown(scene, illuminates=None, blocked_by=None, n=20_000):
     rays = source.emit(random.random((n, 5), dtype=np.float32))
     power = rays.flux / np.float32(n)
     hits, power = first_flight(scene, light_tracer(scene), source, rays.origins, rays.directions, power, random)
-    of_object = scene.object_of_triangle[hits.triangle]
+    of_object = np.where(hits.hit, scene.object_of_triangle[hits.triangle], -1)
     return [float(power[of_object == i].sum()) for i in range(2)], float(3 * source.power[0])
 
 
