@@ -1,0 +1,176 @@
+"""Surfaces that emit, and worlds."""
+
+import numpy as np
+
+from .registry import case
+from .stage import glow, lamp, nodes, picture, probes, quad, room, shader, sky, world
+
+GROUP = "Emitting surfaces and worlds"
+
+
+def lit_by(material):
+    """The closed room with an emissive square under its ceiling, facing down."""
+    room()
+    probes()
+    return quad("Emitter", (0, 0, 1.5), (0, 0.8, 0), (0.8, 0, 0), material)
+
+
+def open_room(without="Front"):
+    """The room, open to the world on one side."""
+    room(without=[without])
+    sides = "Left Right Front Back Floor Ceiling"
+    probes(" ".join(side for side in sides.split() if side != without))
+
+
+def halves(left, right, height=8, width=8):
+    """An image of two colours side by side."""
+    pixels = np.zeros((height, width, 3))
+    pixels[:, : width // 2], pixels[:, width // 2 :] = left, right
+    return pixels
+
+
+@case("Emission shader", GROUP)
+def emissive():
+    lit_by(glow((1, 0.8, 0.5), 5))
+
+
+@case("Emission strength of the Principled BSDF", GROUP)
+def emissive_principled():
+    inputs = {"Base Color": (0.5, 0.5, 0.5), "Emission Color": (0.5, 0.8, 1), "Emission Strength": 5.0}
+    lit_by(shader("BsdfPrincipled", {**inputs, "Specular IOR Level": 0.0}))
+
+
+@case("Emission from a texture", GROUP)
+def emissive_textured():
+    # The part of the ceiling beside the green wall is bright.
+    pixels = np.full((6, 6, 3), 0.02)
+    pixels[:, :1] = (1, 0.6, 0.3)
+    tree = nodes()
+    image = tree.add("TexImage", image=picture(pixels), interpolation="Closest")
+    room(paint={"Ceiling": tree.done(tree.add("Emission", {"Color": image, "Strength": 10.0}))})
+    probes("Left Right Front Back Floor")
+
+
+@case("Emission strength from nodes", GROUP)
+def emissive_strength_nodes():
+    # Two thirds of the strength that stands in the first node.
+    tree = nodes()
+    strength = tree.add("Math", {0: 12.0, 1: 2 / 3}, operation="MULTIPLY")
+    lit_by(tree.done(tree.add("Emission", {"Strength": strength})))
+
+
+@case("Emission mixed with a matte surface", GROUP)
+def emissive_mixed():
+    # A quarter of the emission.
+    tree = nodes()
+    light, surface = tree.add("Emission", {"Strength": 20.0}), tree.add("BsdfDiffuse", {"Color": (0.6, 0.6, 0.6)})
+    lit_by(tree.done(tree.add("MixShader", {"Fac": 0.25, 1: surface, 2: light})))
+
+
+@case("Emission added to a matte surface", GROUP)
+def emissive_added():
+    # The emitter is the floor, and reflects what comes back to it.
+    tree = nodes()
+    light, surface = tree.add("Emission", {"Strength": 1.0}), tree.add("BsdfDiffuse", {"Color": (0.9, 0.9, 0.9)})
+    room(paint={"Floor": tree.done(tree.add("AddShader", {0: surface, 1: light}))})
+    probes()
+
+
+@case("Emission on one side (Backfacing)", GROUP)
+def emissive_one_side():
+    # Upright in the middle, it shines at the red wall alone.
+    tree = nodes()
+    back = tree.add("NewGeometry").outputs["Backfacing"]
+    light = tree.add("Emission", {"Strength": tree.add("Math", {0: 1.0, 1: back}, operation="SUBTRACT")})
+    room()
+    probes()
+    quad("Emitter", (0, 0, 0), (0, 0, 0.8), (0, 0.8, 0), tree.done(light))
+
+
+@case("Emission by a Blackbody node", GROUP)
+def emissive_blackbody():
+    tree = nodes()
+    lit_by(tree.done(tree.add("Emission", {"Color": tree.add("Blackbody", {"Temperature": 3000.0}), "Strength": 5.0})))
+
+
+@case("World of one colour", GROUP)
+def world_constant():
+    open_room()
+    world((0.4, 0.7, 1), 2)
+
+
+@case("World picture, turned, with a strength", GROUP)
+def world_picture():
+    # Unturned, the bright part of the picture would be behind the room's back.
+    open_room()
+    v, u = np.mgrid[0:32, 0:64] / 32
+    pixels = np.stack([0.2 + 0 * u, 0.3 + 0 * u, 0.2 + 0.5 * v], axis=-1)
+    pixels[14:26, 20:28] = (12, 10, 6)
+    tree = sky()
+    turned = tree.add("Mapping", {"Vector": tree.add("TexCoord"), "Rotation": (0, 0, 2.6)})
+    image = tree.add("TexEnvironment", {"Vector": turned}, image=picture(pixels, byte=False))
+    tree.done(tree.add("Background", {"Color": image, "Strength": 0.8}), "OutputWorld")
+
+
+@case("World by a Sky Texture", GROUP, since=(5, 0))
+def world_sky():
+    # The sun's disc is off: the sky's colours, and the dark ground, come in.
+    open_room()
+    tree = sky()
+    texture = tree.add("TexSky", sky_type="MULTIPLE_SCATTERING", sun_disc=False, sun_elevation=0.6)
+    tree.done(tree.add("Background", {"Color": texture, "Strength": 0.1}), "OutputWorld")
+
+
+@case("World by a Sky Texture with its sun", GROUP, since=(5, 0))
+def world_sky_sun():
+    # The sun shines onto the floor and the green wall.
+    open_room()
+    tree = sky()
+    texture = tree.add("TexSky", sky_type="MULTIPLE_SCATTERING", sun_elevation=0.5, sun_rotation=2.6, sun_size=0.1)
+    tree.done(tree.add("Background", {"Color": texture, "Strength": 0.02}), "OutputWorld")
+
+
+@case("World by a Hosek-Wilkie sky", GROUP)
+def world_sky_hosek():
+    open_room()
+    tree = sky()
+    texture = tree.add("TexSky", sky_type="HOSEK_WILKIE", turbidity=3, sun_direction=(0.3, -0.8, 0.5))
+    tree.done(tree.add("Background", {"Color": texture, "Strength": 0.3}), "OutputWorld")
+
+
+@case("World by a gradient", GROUP)
+def world_gradient():
+    # Dark below, bright above.
+    open_room()
+    tree = sky()
+    up = tree.add("SeparateXYZ", {"Vector": tree.add("TexCoord")}).outputs["Z"]
+    ramp = tree.add("ValToRGB", {"Fac": up})
+    ramp.color_ramp.elements[0].color, ramp.color_ramp.elements[1].color = (0.1, 0.02, 0, 1), (0.5, 3, 6, 1)
+    tree.done(tree.add("Background", {"Color": ramp}), "OutputWorld")
+
+
+@case("World mixed for camera rays (Light Path)", GROUP)
+def world_light_path():
+    # The camera would see red; light is blue.
+    open_room()
+    tree = sky()
+    camera = tree.add("LightPath").outputs["Is Camera Ray"]
+    seen = tree.add("Background", {"Color": (1, 0, 0), "Strength": 5.0})
+    real = tree.add("Background", {"Color": (0.2, 0.5, 1), "Strength": 2.0})
+    tree.done(tree.add("MixShader", {"Fac": camera, 1: real, 2: seen}), "OutputWorld")
+
+
+@case("World that diffuse rays do not see", GROUP)
+def world_not_diffuse():
+    # The lamp lights alone.
+    open_room()
+    world((0.2, 0.5, 1), 2).cycles_visibility.diffuse = False
+    lamp("POINT", energy=100, color=(1, 0.6, 0.3))
+
+
+@case("World and a sun", GROUP)
+def world_and_sun():
+    # Each has about half of the light.
+    open_room()
+    world((0.3, 0.5, 1), 1)
+    lamp("SUN", (0, -5, 3), (1, 0, -1), energy=5, angle=0.05)

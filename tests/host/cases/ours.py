@@ -1,0 +1,35 @@
+"""What the bake says of the light at the probes."""
+
+from dataclasses import replace
+
+import bpy
+import numpy as np
+from photon_bake.addon.progress import Progress
+from photon_bake.addon.settings import BakeSettings, settings_for
+from photon_bake.operators.vertex_bake import VertexBake
+
+from .means import Mean
+from .registry import Case
+
+SEEDS = (1, 2, 3, 4)
+SETTINGS = settings_for("draft", n_photons=50_000, n_gather_rays=512, n_cache_elements=5_000)
+"""Four small bakes tell their own noise, cache and all, which one large bake does not."""
+
+
+def our_bake(case: Case) -> tuple[Mean, list[str]]:
+    """Our bake of the probes of the scene as it is, and what it warns of."""
+    job = VertexBake.prepare(bpy.context, "Indirect", Progress(), ["Probes"], case.light_group)
+    settings = settings_of(case)
+    return Mean.of_runs([_at_probes(job, replace(settings, seed=seed)) for seed in SEEDS]), job.warnings
+
+
+def settings_of(case: Case) -> BakeSettings:
+    """The settings, with as much more work as the case needs."""
+    work = ("n_photons", "n_gather_rays", "n_cache_elements")
+    return replace(SETTINGS, **{knob: case.effort * getattr(SETTINGS, knob) for knob in work})
+
+
+def _at_probes(job: VertexBake, settings: BakeSettings) -> np.ndarray:
+    """One bake, (3,)."""
+    receivers, light = job.solve(settings, Progress())
+    return light.value[receivers.targets[0].receiver_of_element].mean(axis=0, dtype=np.float64) / np.pi
