@@ -62,10 +62,19 @@ class Factor:
 
 @dataclass(frozen=True)
 class Closure:
-    """One shader node and what the Mix Shaders on the way to it multiply it by."""
+    """One shader node and what the Mix Shaders on the way to it multiply it by.
+
+    Attributes
+    ----------
+    shader : Place
+    factors : tuple of Factor
+    for_shadows : bool
+        Whether in Cycles only shadow rays see it.
+    """
 
     shader: Place
     factors: tuple[Factor, ...] = ()
+    for_shadows: bool = False
 
     @property
     def node(self) -> "bpy.types.Node":
@@ -95,7 +104,7 @@ def _closures(place: Place, factors: tuple[Factor, ...]) -> list[Closure]:
         return [closure for shader in shaders for closure in _closures(shader, factors)]
     factor = origin.input("Fac")
     if _is_shadow_trick(factor, shaders):
-        return _closures(shaders[1], factors)
+        return [replace(closure, for_shadows=True) for closure in _closures(shaders[1], factors)]
     fixed = constant(factor)
     found = []
     for shader, inverted in zip(shaders, (True, False), strict=True):

@@ -32,8 +32,8 @@ LEAST_SUN = 0.02
 MARGIN = 4
 N_KEPT = 4
 _LOOKING_ALONG_X = (pi / 2, 0, -pi / 2)  # the middle of the picture, as in Cycles' Environment Texture
-_HANDLERS = ("frame_change_pre", "frame_change_post", "render_init", "render_pre", "render_post", "render_write")
-_HANDLERS += ("render_stats", "render_complete", "render_cancel")
+_HANDLERS = ["frame_change_pre", "frame_change_post", "render_init", "render_pre", "render_post", "render_write"]
+_HANDLERS += ["render_stats", "render_complete", "render_cancel"]
 
 _rendered: OrderedDict[tuple, np.ndarray] = OrderedDict()
 
@@ -164,7 +164,8 @@ def _copy(world: "bpy.types.World", temporary: list[Any]) -> "bpy.types.World":
     copy.cycles_visibility.camera = True
     copy.cycles.sampling_method = "NONE"  # saves the map that light would be sampled by
     _freeze(copy.node_tree, (), temporary)
-    for link in list(output_node(copy).inputs["Volume"].links):
+    output = output_node(copy)
+    for link in list(output.inputs["Volume"].links) if output else ():
         copy.node_tree.links.remove(link)
     return copy
 
@@ -178,10 +179,12 @@ def _freeze(tree: "bpy.types.NodeTree", groups: tuple, temporary: list[Any]) -> 
             _freeze(node.node_tree, (*groups, node), temporary)
         elif node.type == "LIGHT_PATH":
             for output in node.outputs:
-                fixed = constant(Place(output, groups)) if output.is_linked else None
-                for link in list(output.links) if fixed is not None else ():
+                fixed = constant(Place(output, groups))
+                if fixed is None:
+                    continue
+                for link in list(output.links):
                     value = tree.nodes.new("ShaderNodeValue").outputs[0]
-                    value.default_value = float(fixed.mean())
+                    value.default_value = float(fixed[0])
                     tree.links.new(value, link.to_socket)
 
 

@@ -13,7 +13,15 @@ from .lamps import in_light_group, read_lamp
 from .light_links import Placed, link_lights
 from .materials import MaterialTable
 from .meshes import LocalMesh, Model, Models, PlacedMeshes, count_triangles, read_mesh, used_slots
-from .visibility import RAYS, ObjectVisibility, RenderVisibility
+from .visibility import (
+    NOT_READ,
+    RAYS,
+    ObjectVisibility,
+    RenderVisibility,
+    has_hair,
+    warn_of_hair,
+    warn_of_modifiers,
+)
 from .warn import Warnings
 from .world import read_world
 
@@ -56,6 +64,9 @@ def extract_scene(depsgraph: "bpy.types.Depsgraph", warnings: list[str] | None =
     materials = MaterialTable(warn)
     found = _Found(visibility, materials, depsgraph.view_layer.material_override, light_group, warn)
     found.walk(depsgraph)
+    if depsgraph.mode == "VIEWPORT":
+        warn_of_modifiers(found.shown, depsgraph.scene, warn)
+    warn_of_hair(found.hairy, warn)
     placed = _place(found.sources, _matrices(depsgraph), materials)
     left = placed.drop_degenerate()
     objects = [placed_by for source in found.sources for placed_by in source.placed_by]
@@ -115,6 +126,7 @@ class _Look:
     kind: str
     name: str
     visibility: ObjectVisibility
+    shown: bool
     known: bool = False
     source: _Source | None = None
 
@@ -150,6 +162,17 @@ class _Found:
         """The sources of one mesh follow each other."""
         return [source for of_mesh in self._sources.values() for source in of_mesh.values()]
 
+    @property
+    def shown(self) -> list["bpy.types.Object"]:
+        """The original objects that renders show, or what they instance."""
+        return list(dict.fromkeys(look.visibility.original for look in self._looks.values() if look.shown))
+
+    @property
+    def hairy(self) -> list["bpy.types.Object"]:
+        """Those of them that have hair, points or a volume."""
+        unread = {look.visibility.original for look in self._looks.values() if look.shown and look.kind in NOT_READ}
+        return [obj for obj in self.shown if obj in unread or has_hair(obj)]
+
     def walk(self, depsgraph: "bpy.types.Depsgraph") -> None:
         """Find all there is."""
         for row, instance in enumerate(depsgraph.object_instances):
@@ -157,12 +180,14 @@ class _Found:
             key = (obj.original, obj.data)
             look = self._looks.get(key)
             if look is None:
-                look = self._looks[key] = _Look(obj.type, obj.name, self._visibility.of(obj))
-            if look.kind not in {"MESH", "LIGHT"}:
-                continue
+                visibility = self._visibility.of(obj)
+                look = self._looks[key] = _Look(obj.type, obj.name, visibility, visibility.shown)
             parent = self._of_parent(instance.parent)
             rays = look.visibility.rays_through(parent)
             if rays is None:
+                continue
+            look.shown = True
+            if look.kind not in {"MESH", "LIGHT"}:
                 continue
             placed_by = look.visibility.original, parent.original if parent else None
             if look.kind == "LIGHT":

@@ -23,6 +23,9 @@ NOT_BAKED = {
 }
 """What is said where an input is not zero."""
 
+NOT_GGX = {"BECKMANN": "Beckmann", "ASHIKHMIN_SHIRLEY": "Ashikhmin-Shirley"}
+"""Distributions of facets that Cycles has besides GGX."""
+
 
 def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Iterator[str]:
     """Half sentences about what cannot be baked as it is."""
@@ -33,6 +36,8 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Ite
         yield "its displacement is not baked"
     if _tells_sides_apart(material.node_tree):
         yield "its back is baked like its front"
+    if any(closure.for_shadows for closure in closures):
+        yield "what only shadow rays see of it is baked for all rays"
     for closure in closures:
         yield from _of_closure(closure)
 
@@ -53,6 +58,9 @@ def _of_closure(closure: Closure) -> Iterator[str]:
         yield f"its {node.bl_label} is baked as diffuse"
     if node.type == "BSDF_PRINCIPLED" and _has_edge_tint(closure):
         yield "its edge tint is not baked"
+    distribution = NOT_GGX.get(getattr(node, "distribution", ""))
+    if distribution and _counts(closure.shader.input("Roughness")):
+        yield f"its {distribution} distribution is baked as GGX"
     for one in node.inputs:
         place = Place(one, closure.shader.groups)
         what = NOT_BAKED.get((node.type, one.identifier))

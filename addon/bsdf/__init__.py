@@ -2,19 +2,21 @@
 
 from .albedo import base_share, glossy_albedo
 from .lobes import ALL, Lobe
-from .scattering import SMOOTH, Sample, evaluate_glossy, is_specular, pdf_glossy, sample_bsdf
+from .scattering import PEAK, SMOOTH, Sample, evaluate_glossy, evaluate_wide, is_focused, pdf_glossy, sample_bsdf
 from .surface import Surface, surface_at
 
 __all__ = [
     "ALL",
+    "PEAK",
     "SMOOTH",
     "Lobe",
     "Sample",
     "Surface",
     "base_share",
     "evaluate_glossy",
+    "evaluate_wide",
     "glossy_albedo",
-    "is_specular",
+    "is_focused",
     "pdf_glossy",
     "sample_bsdf",
     "surface_at",

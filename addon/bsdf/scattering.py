@@ -13,7 +13,7 @@ from itertools import accumulate
 
 import numpy as np
 
-from ..sampling.vectors import dot
+from ..sampling.vectors import dot, largest
 from ..sampling.warps import sample_cosine_hemisphere
 from .albedo import base_share, glass_scale, glossy_albedo, glossy_scale
 from .fresnel import fresnel_dielectric, grazing_share
@@ -21,8 +21,11 @@ from .lobes import ALL, Lobe
 from .microfacets import MIN_COS, distribution, masked, reflect, refract, sample_visible_normals, unshadowed
 from .surface import Surface
 
-SMOOTH = 0.25
-"""Roughness below which a glossy lobe is a mirror to those who look for light: photons find it, shadow rays do not."""
+SMOOTH = 0.1
+"""Roughness below which a glossy lobe is a mirror to those who look for lamps: only photons find them there."""
+
+PEAK = np.float32(10)
+"""Value of a glossy lobe, 1/sr, from which on light is left to photons in any case: few rays meet such highlights."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +46,30 @@ class Sample:
     lobe: np.ndarray
 
 
-def is_specular(surface: Surface, lobe: np.ndarray) -> np.ndarray:
-    """Whether light scattered by a lobe, (n,) each, is left to photons: all of glass, and gloss below `SMOOTH`."""
-    return (lobe == Lobe.GLASS) | ((lobe == Lobe.GLOSSY) & (surface.roughness < SMOOTH))
+def is_focused(surface: Surface, lobe: np.ndarray, view: np.ndarray, light: np.ndarray) -> np.ndarray:
+    """Whether lamplight from `light` to `view` over a lobe is left to photons, (n,) bool.
+
+    It is for glass and for the peaks of gloss. The rest, `evaluate_wide`, is for shadow rays: each way of the light is
+    found once, by those who find it better.
+
+    Parameters
+    ----------
+    lobe : (n,) uint8
+        `Lobe` that scattered.
+    view, light : (n, 3) float32
+        Local directions away from the surface.
+    """
+    glossy = lobe == Lobe.GLOSSY
+    focused = (lobe == Lobe.GLASS) | (glossy & (surface.roughness < SMOOTH))
+    k = np.flatnonzero(glossy & ~focused)
+    focused[k] = largest(evaluate_glossy(surface.where(k), view[k], light[k])) >= PEAK
+    return focused
+
+
+def evaluate_wide(surface: Surface, wo: np.ndarray, wi: np.ndarray) -> np.ndarray:
+    """As `evaluate_glossy`, and 0 where it is left to photons."""
+    f = evaluate_glossy(surface, wo, wi)
+    return np.where((largest(f) < PEAK)[:, None], f, np.float32(0))
 
 
 def evaluate_glossy(surface: Surface, wo: np.ndarray, wi: np.ndarray) -> np.ndarray:

@@ -24,21 +24,21 @@ from .radiance_cache import RadianceCache
 
 _PILOT, _DIRECT, _REFINE = 11, 12, 13  # streams of random numbers
 _N_PILOT_RAYS = 1 << 18
-_N_DIRECT_SEEN, _N_DIRECT_UNSEEN, _MAX_DIRECT = 16, 2, 4096
-_LEAST_ELEMENTS = 10_000
+_N_DIRECT_LOOK, _N_DIRECT_SEEN, _N_DIRECT_UNSEEN, _MAX_DIRECT = 6, 24, 2, 4096
+_LEAST_SHARE = 2  # of the elements asked for half are made in any case: fewer blur what few receivers see, too
 _LEAST_COVERAGE = np.float32(1e-3)  # where samples met nothing but holes
 _CHUNK = 1 << 15
 
 
 def worthwhile_elements(n_elements: int, n_rays: int, n_gather_rays: int) -> int:
-    """At most `n_elements`, and as many as cost no more rays than the gather of `n_gather_rays` that they are for.
+    """At most `n_elements`, half of them, or as many as cost no more rays than the `n_gather_rays` they are for.
 
     Parameters
     ----------
     n_rays : int
         Rays that each element gathers with.
     """
-    return min(n_elements, max(_LEAST_ELEMENTS, n_gather_rays // (_N_DIRECT_SEEN + n_rays)))
+    return min(n_elements, max(n_elements // _LEAST_SHARE, n_gather_rays // (_N_DIRECT_SEEN + n_rays)))
 
 
 def build_radiance_cache(
@@ -184,18 +184,20 @@ def _direct_radiance(
 ) -> _Sides:
     """Mean of ρE/π of direct light over points of each side, and what is to be known of the sides besides.
 
-    As many points again as all sides get evenly are shared out by the spread of what was found (Neyman's allocation):
-    beside a lamp the light of an element is that of a small spot on it.
+    Half of the points go to all sides evenly, half by the spread that a first look finds (Neyman's allocation): beside
+    a lamp the light of an element is that of a small spot on it. What the first look found is not used again, since
+    elements in which it missed the light get fewer points than others.
     """
-    counts = np.where(seen, _N_DIRECT_SEEN, _N_DIRECT_UNSEEN)
-    sums = _lit_points(scene, tracer, direct, elements, counts, workers, (_DIRECT, 0))
-    square = sums[:, 13] / counts
-    spread = np.sqrt(np.maximum(square - (sums[:, :3].sum(axis=1) / counts) ** 2, 0)) * seen
-    more = np.minimum(counts.sum() * spread / max(float(spread.sum()), 1e-30), _MAX_DIRECT).astype(np.int64)
-    sums += _lit_points(scene, tracer, direct, elements, more, workers, (_DIRECT, 1))
+    n_look = np.where(seen, _N_DIRECT_LOOK, 1)
+    look = _lit_points(scene, tracer, direct, elements, n_look, workers, (_DIRECT, 0))
+    spread = np.sqrt(np.maximum(look[:, 13] / n_look - (look[:, :3].sum(axis=1) / n_look) ** 2, 0)) * seen
+    even = np.where(seen, _N_DIRECT_SEEN, _N_DIRECT_UNSEEN) // 2
+    counts = even + np.minimum(even.sum() * spread / max(float(spread.sum()), 1e-30), _MAX_DIRECT).astype(np.int64)
+    sums = _lit_points(scene, tracer, direct, elements, counts, workers, (_DIRECT, 1))
     weight = sums[:, 12:13]
     reflected, transmitted, albedo, through = (sums[:, i : i + 3] / weight for i in range(0, 12, 3))
-    coverage = weight[:, 0] / (counts + more)
+    # Of an element that is nearly all hole the share is not known well: photons on the rest must not count for too much
+    coverage = np.maximum(weight[:, 0] / counts, 1 / counts)
     columns = (reflected + _swapped(transmitted), albedo, through, coverage)
     return _Sides(*(column.astype(np.float32) for column in columns))
 

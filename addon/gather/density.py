@@ -85,7 +85,8 @@ def density_estimate(
     photon_normals = photons.normal
 
     def estimate(chunk: slice, _: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-        x, normals = receivers.position[chunk], receivers.normal[chunk]
+        normals = receivers.normal[chunk]
+        x = _on_surface(tracer, receivers.position[chunk], normals, SLICE * r_max)
         within, r = _nearest_in_slice(tree, photons.position, photon_normals, x, normals, n_nearest, r_max)
         share, blocked = surface_share(scene, tracer, x, normals, r)
         behind = np.flatnonzero(blocked)
@@ -98,6 +99,16 @@ def density_estimate(
     for chunk, estimates in workers.chunks("Gathering photons", n, max(1, _PAIRS // n_nearest), estimate, (_DENSITY,)):
         irradiance[chunk], stderr[chunk] = estimates
     return Density(irradiance, stderr)
+
+
+def _on_surface(tracer: Tracer, x: np.ndarray, normals: np.ndarray, farthest: float) -> np.ndarray:
+    """Receivers moved down onto the surface that they hover above, if there is one within a distance, m.
+
+    Where photons are dense, the slice is thinner than what receivers may be lifted off their surface.
+    """
+    hits = tracer.closest_hit(x, -normals, farthest)
+    beneath = hits.hit & (np.abs(dot(hits.normal, normals)) > _SAME_SIDE)
+    return x - np.where(beneath, hits.distance, 0)[:, None] * normals
 
 
 def _nearest_in_slice(

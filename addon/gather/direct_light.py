@@ -77,7 +77,7 @@ class DirectLight:
         # Half by power, half evenly: a weak lamp close by must not be missed.
         chance = power / power.sum() / 2 + lit / lit.sum() / 2 if lit.any() else power
         self._lamps = LampChoice(scene, lit[:-2])
-        self._mesh_chance, self._world_chance = np.float32(chance[-2:])
+        self._mesh_chance, self._world_chance = np.float32(chance[-2]), np.float32(chance[-1])
         self._lamp_chance = np.float32(chance[:-2].sum())
         # Density by area with which a point of each triangle is drawn, 1/m²
         self._density = np.zeros(scene.n_triangles, np.float32)
@@ -256,7 +256,7 @@ class DirectLight:
         self, source: np.ndarray, positions: np.ndarray, normals: np.ndarray, u: np.ndarray, rays_own: bool
     ) -> tuple[np.ndarray, np.ndarray]:
         """A point on each source and the irradiance from it over its density: (n, 3) m, (n, 3) W/m²."""
-        kind = np.append(self._scene.lights.kind, np.int32([_MESH, _WORLD]))[source]
+        kind = np.append(self._scene.lights.kind, np.array([_MESH, _WORLD], np.int32))[source]
         targets, irradiance = np.zeros_like(positions), np.zeros_like(positions)
         for kinds, sample in (
             ((LightKind.POINT, LightKind.SPOT), self._from_points),

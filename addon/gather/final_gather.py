@@ -48,8 +48,8 @@ def final_gather(
     n_rays : int
         Rays of each receiver in a round; a multiple of the batches is used.
     noise : float
-        Rounds go on for the receivers whose standard error is above this share of the mean irradiance, as long as
-        there are any (at most 64 rounds); 0: one round.
+        Rounds go on for the receivers whose standard error is above this share of their own irradiance and of the mean
+        irradiance, as long as there are any (at most 64 rounds); 0: one round.
     """
     n = len(receivers)
     rays_a_batch = max(1, n_rays // _N_BATCHES)
@@ -74,7 +74,8 @@ def final_gather(
         mean = total / np.maximum(batches, 1)[:, None]
         variance = np.maximum(total_square / np.maximum(batches, 1) - mean.mean(axis=1) ** 2, 0)
         stderr = np.sqrt(variance / np.maximum(batches - 1, 1))
-        active = in_space[stderr[in_space] > noise * mean.mean()]
+        too_noisy = stderr > noise * np.maximum(mean.mean(axis=1), mean.mean())
+        active = in_space[too_noisy[in_space]]
         if len(active) == 0:
             break
     return Gathered((np.pi * mean).astype(np.float32), (np.pi * stderr).astype(np.float32), sent)

@@ -15,7 +15,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..bsdf import SMOOTH, Lobe, Surface, base_share, evaluate_glossy, glossy_albedo, surface_at
+from ..bsdf import SMOOTH, Lobe, Surface, base_share, evaluate_wide, glossy_albedo, surface_at
 from ..photons.scattering import ALL_LOBES, NARROW_LOBES, facing, local_axes, scatter
 from ..sampling.streams import below_one, sobol
 from ..sampling.vectors import dot, largest
@@ -29,8 +29,6 @@ _MAX_NEAR_HITS = 4
 _MAX_HITS = 32
 _FOLLOWED = np.float32(2)
 """Rays that follow a narrow lobe, over its albedo: more of them cost time, fewer make noise."""
-_LIT = np.float32(8)
-"""Shadow rays for a glossy lobe, over its albedo: its highlights are bright however little it reflects in the mean."""
 
 
 @dataclass
@@ -159,7 +157,7 @@ class GatherRays:
             surface, cosine = self._surface(paths.hits, paths.directions)
             reflected[k] *= base_share(surface, cosine)[:, None]
             glossy = largest(glossy_albedo(surface, cosine))
-            self._add_glossy(radiance, paths, surface, glossy, random)
+            self._add_glossy(radiance, paths, surface, random)
             albedo = glossy + largest(np.maximum(surface.glass_reflection, surface.glass_transmission))
             chance = np.minimum(_FOLLOWED * albedo * np.minimum(largest(paths.throughput), 1), 1)
             followed[k] |= random.random(len(k), dtype=np.float32) < chance
@@ -219,17 +217,9 @@ class GatherRays:
             reflected *= base_share(surface, cosine)[:, None]
         radiance[paths.ray] += paths.throughput * reflected
 
-    def _add_glossy(
-        self,
-        radiance: np.ndarray,
-        paths: _Paths,
-        surface: Surface,
-        albedo: np.ndarray,
-        random: np.random.Generator,
-    ) -> None:
-        """Direct light that rough glossy lobes reflect, asked for more often where their `albedo` (n,) is larger."""
-        chance = np.minimum(_LIT * albedo, 1) * (surface.roughness >= SMOOTH)
-        k = np.flatnonzero(random.random(len(chance), dtype=np.float32) < chance)
+    def _add_glossy(self, radiance: np.ndarray, paths: _Paths, surface: Surface, random: np.random.Generator) -> None:
+        """Direct light that rough glossy lobes reflect: highlights are bright, however little it is on average."""
+        k = np.flatnonzero((surface.roughness >= SMOOTH) & ((surface.f0 > 0) | (surface.f90 > 0)).any(axis=1))
         if len(k) == 0:
             return
         scene, paths, surface = self._scene, paths.where(k), surface.where(k)
@@ -240,8 +230,8 @@ class GatherRays:
         light = self._direct.sample(origins, normals, scene.object_of_triangle[hits.triangle], random, rays_own=False)
         axes = local_axes(normals)
         wo, wi = (np.einsum("nij,nj->ni", axes, d) for d in (-paths.directions, light.direction))
-        reflected = evaluate_glossy(surface, wo, wi) * light.irradiance
-        radiance[paths.ray] += paths.throughput * reflected / chance[k, None]
+        reflected = evaluate_wide(surface, wo, wi) * light.irradiance
+        radiance[paths.ray] += paths.throughput * reflected
 
 
 def _join(parts: list[_Paths]) -> _Paths:

@@ -50,11 +50,15 @@ def bounding_sphere(scene: Scene) -> Sphere:
 
 @dataclass(frozen=True)
 class Rays:
-    """Emitted light: origins (n, 3) m, unit directions (n, 3), flux (n, 3) W whose mean is the source's power."""
+    """Emitted light: origins (n, 3) m, unit directions (n, 3), flux (n, 3) W whose mean is the source's power.
+
+    Also the objects that emitted it, (n,) int32, unless it was none of the scene's.
+    """
 
     origins: np.ndarray
     directions: np.ndarray
     flux: np.ndarray
+    objects: np.ndarray | None = None
 
 
 class Source:
@@ -95,19 +99,21 @@ class PointSource(Source):
     """A point or spot lamp: an intensity I(ω) that leaves, in each direction, a disc of radius r that faces it.
 
     That is exact for lamps that are spheres, and how Cycles' lamps with soft falloff look from afar. So: a direction by
-    intensity, then a place on its disc.
+    intensity, then a place on its disc. Directions are drawn from the cone of a spot, or from the cone around the scene
+    if that is narrower; the power is what goes there.
     """
 
-    def __init__(self, lights: Lights, lamp: int) -> None:
+    def __init__(self, lights: Lights, lamp: int, whole: Sphere) -> None:
         self._be_lamp(lights, lamp)
         self._is_spot = lights.kind[lamp] == LightKind.SPOT
         self._cos_max = float(lights.cos_half_cone(lamp)) if self._is_spot else -1.0
-        # ∫ falloff dω = 2π(1 − c)(1 − b/2): the smoothstep's mean over the blend is one half.
-        mean_falloff = 1 - float(lights.blend[lamp]) / 2 if self._is_spot else 1.0
+        position = lights.position[lamp][None]
+        (cos_to_scene,), (self._to_scene,) = _cone_around(whole, position, float(lights.radius[lamp]))
+        self._aims = cos_to_scene > self._cos_max
+        self._cos_max = max(self._cos_max, float(cos_to_scene))
         self._solid_angle = 2 * np.pi * (1 - self._cos_max)
-        if (lights.stretch[lamp] != 1).any():
-            mean_falloff = float(self._directions(sobol(2, 0).random(1 << 14).astype(np.float32))[1].mean())
-        self.power = lights.emission[lamp].astype(np.float64) * self._solid_angle * mean_falloff
+        share = self._directions(sobol(2, 0).random(_N_FOR_POWER).astype(np.float32))[1].mean(dtype=np.float64)
+        self.power = lights.emission[lamp].astype(np.float64) * self._solid_angle * share
 
     def emit(self, u: np.ndarray) -> Rays:
         """Uniform directions in the cone, weighted by the falloff."""
@@ -120,42 +126,82 @@ class PointSource(Source):
         return Rays(origins, directions, flux)
 
     def _directions(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Directions (n, 3), and each one's share of the intensity over its density times the round cone's size (n,).
+        """Directions (n, 3), and each one's share of the intensity over its density times the cone's size (n,).
 
         A stretched cone's directions are (ax, by, z) / |(ax, by, z)| of a round one's, whose solid angles grow by
         ab / |(ax, by, z)|³.
         """
         lights, lamp = self._lights, self.lamp
         local = sample_uniform_cone(u, self._cos_max)
-        axis = np.broadcast_to(lights.direction[lamp], (len(u), 3))
-        if not self._is_spot:
-            return to_world(local, axis), np.ones(len(u), np.float32)
+        if self._aims or not self._is_spot:
+            directions = to_world(local, np.broadcast_to(self._to_scene, (len(u), 3)))
+            if not self._is_spot:
+                return directions, np.ones(len(u), np.float32)
+            every = np.full(len(u), lamp)
+            return directions, lights.spot_falloff(every, lights.in_cone(every, directions))
         share = lights.spot_falloff(lamp, local[:, 2])
-        if (lights.stretch[lamp] == 1).all():
-            return to_world(local, axis), share
         a, b = lights.stretch[lamp]
         local = local * np.array([a, b, 1], np.float32)
         length = np.linalg.norm(local, axis=1)
-        frame_of_lamp = np.stack([lights.axis_x[lamp], lights.axis_y[lamp], lights.direction[lamp]])
-        return (local / length[:, None]) @ frame_of_lamp, share * a * b / length**3
+        axes = np.stack([lights.axis_x[lamp], lights.axis_y[lamp], lights.direction[lamp]])
+        return (local / length[:, None]) @ axes, share * a * b / length**3
 
 
 class AreaSource(Source):
-    """An area lamp: a rectangle or ellipse of radiance L on its front, power πLA whatever its spread."""
+    """An area lamp: a rectangle or ellipse of radiance L on its front, power πLA whatever its spread.
 
-    def __init__(self, lights: Lights, lamp: int) -> None:
+    From far away it sends photons only to the scene; the power is what goes there then.
+    """
+
+    def __init__(self, lights: Lights, lamp: int, whole: Sphere) -> None:
         self._be_lamp(lights, lamp)
-        self.power = lights.emission[lamp].astype(np.float64) * np.pi * float(lights.area(np.array([lamp]))[0])
+        self._whole = whole
+        self._sin2 = np.float32(lights.sin2_half_spread(lamp))
+        self._full_power = lights.emission[lamp].astype(np.float64) * np.pi * float(lights.area(np.array([lamp]))[0])
+        reach = float(np.linalg.norm(lights.size[lamp])) / 2
+        (cos_to_scene,), _ = _cone_around(whole, lights.position[lamp][None], reach)
+        self._aims = 2 * (1 - cos_to_scene) < self._sin2
+        share = self._leaving(sobol(4, 0).random(_N_FOR_POWER).astype(np.float32))[2] if self._aims else np.ones(1)
+        self.power = self._full_power * share.mean(dtype=np.float64)
 
     def emit(self, u: np.ndarray) -> Rays:
-        """Uniform places, cosine-weighted directions within the spread, weighted by its falloff."""
+        """Uniform places, directions within the spread or the cone around the scene, weighted by cosine and falloff."""
+        origins, directions, share = self._leaving(u[:, :4])
+        return Rays(origins, directions, self._full_power.astype(np.float32) * share[:, None])
+
+    def _leaving(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Origins (n, 3), directions (n, 3), and the radiance and cosine over density and full power of each, (n,)."""
         lights, lamp = self._lights, np.full(len(u), self.lamp)
+        axis = lights.direction[lamp]
         origins = sample_area_lamp(lights, lamp, u[:, 2:4])
-        sin2 = lights.sin2_half_spread(self.lamp).astype(np.float32)
-        local = sample_cosine_hemisphere(u[:, :2] * np.stack([sin2, np.float32(1)]))
-        tan_theta = np.hypot(local[:, 0], local[:, 1]) / np.maximum(local[:, 2], np.float32(1e-6))
-        share = sin2 * lights.spread_falloff(lamp, tan_theta)
-        return Rays(origins, to_world(local, lights.direction[lamp]), self.power.astype(np.float32) * share[:, None])
+        if self._aims:
+            cos_max, to_scene = _cone_around(self._whole, origins, 0.0)
+            directions = to_world(sample_uniform_cone(u[:, :2], cos_max), to_scene)
+            cosine = np.maximum(np.einsum("ij,ij->i", directions, axis), 0)
+            share = (cosine * 2 * (1 - cos_max)).astype(np.float32)
+        else:
+            local = sample_cosine_hemisphere(u[:, :2] * np.stack([self._sin2, np.float32(1)]))
+            directions, cosine = to_world(local, axis), local[:, 2]
+            share = np.full(len(u), self._sin2)
+        aside = np.linalg.norm(directions - cosine[:, None] * axis, axis=1)
+        return origins, directions, share * lights.spread_falloff(lamp, aside / np.maximum(cosine, np.float32(1e-6)))
+
+
+_N_FOR_POWER = 1 << 14
+"""Photons by which the power is told that lamps send to the scene."""
+
+
+def _cone_around(sphere: Sphere, positions: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Cones that hold all lines to a ball from within `reach` of positions: cos of half the angle (n,), axes (n, 3).
+
+    The cosine (float64, since cones are narrow) is −1 where a position is too close for a cone.
+    """
+    way = sphere.centre - positions
+    distance = np.linalg.norm(way, axis=1).astype(np.float64)
+    sine = (sphere.radius + reach) / np.maximum(distance, 1e-30)
+    cosine = np.where(sine < 1, np.sqrt(np.maximum(1 - sine**2, 0)), -1)
+    axes = np.where((distance > 0)[:, None], way / np.maximum(distance, 1e-30)[:, None], [0, 0, 1])
+    return cosine, axes.astype(np.float32)
 
 
 def sample_area_lamp(lights: Lights, lamp: np.ndarray, u: np.ndarray) -> np.ndarray:
@@ -275,7 +321,8 @@ class MeshSource(Source):
         directions = to_world(sample_cosine_hemisphere(u[:, :2]), normals)
         area = 2 * np.pi * scene.areas[triangle] / np.maximum(self._chance[k], 1e-300)
         flux = (scene.emission(triangle, *place) * area[:, None]).astype(np.float32)
-        return Rays(origins + scene.ray_offset(origins) * normals, directions, flux)
+        origins = origins + scene.ray_offset(origins) * normals
+        return Rays(origins, directions, flux, scene.object_of_triangle[triangle])
 
 
 def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -336,15 +383,15 @@ def light_sources(scene: Scene, region: Sphere) -> list[Source]:
     BakeError
         If nothing emits light.
     """
-    lights = scene.lights
+    lights, whole = scene.lights, bounding_sphere(scene)
     sources: list[Source] = []
     for lamp, kind in enumerate(lights.kind):
         if kind in (LightKind.POINT, LightKind.SPOT):
-            sources.append(PointSource(lights, lamp))
+            sources.append(PointSource(lights, lamp, whole))
         elif kind == LightKind.SUN:
             sources.append(SunSource(lights, lamp, scene, region))
         else:
-            sources.append(AreaSource(lights, lamp))
+            sources.append(AreaSource(lights, lamp, whole))
     sources.append(MeshSource(scene))
     sources.append(WorldSource(scene, region))
     sources = [source for source in sources if source.power.sum() > 0]

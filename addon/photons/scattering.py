@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..bsdf import Lobe, is_specular, sample_bsdf, surface_at
+from ..bsdf import Lobe, is_focused, sample_bsdf, surface_at
 from ..sampling.vectors import dot
 from ..sampling.warps import frame, sample_cosine_hemisphere, to_world
 from ..scene import Scene
@@ -29,15 +29,15 @@ class Scattered:
         What the surface leaves of the light, over the probability of going on like this.
     lobe : (n,) uint8
         `Lobe`.
-    specular : (n,) bool
-        Whether the lobe is so narrow that its light has to be found by photons.
+    focused : (n,) bool
+        Of photons: whether those who gather leave to them what the lobe does to lamplight.
     """
 
     origins: np.ndarray
     directions: np.ndarray
     weight: np.ndarray
     lobe: np.ndarray
-    specular: np.ndarray
+    focused: np.ndarray
 
     @property
     def kind(self) -> np.ndarray:
@@ -70,15 +70,17 @@ def scatter(
     shading = scene.shading_normals(hits.triangle, hits.u, hits.v, normals)
     wi = sample_cosine_hemisphere(u[:, 1:])
     weight = scene.albedo(hits.triangle, hits.u, hits.v)
-    lobe, specular = np.zeros(len(u), np.uint8), np.zeros(len(u), bool)
+    lobe, focused = np.zeros(len(u), np.uint8), np.zeros(len(u), bool)
     k = np.flatnonzero(~scene.materials.matte[scene.material_of_triangle[hits.triangle]])
     if len(k):
         met = hits.where(k)
         surface = surface_at(scene, met.triangle, met.u, met.v, met.back(directions[k]))
         axes = local_axes(facing(shading[k], normals[k], directions[k]))
-        sample = sample_bsdf(surface, np.einsum("nij,nj->ni", axes, -directions[k]), u[k], lobes, from_light)
+        wo = np.einsum("nij,nj->ni", axes, -directions[k])
+        sample = sample_bsdf(surface, wo, u[k], lobes, from_light)
         wi[k], weight[k], lobe[k] = sample.wi, sample.weight, sample.lobe
-        specular[k] = is_specular(surface, sample.lobe)
+        if from_light:
+            focused[k] = is_focused(surface, sample.lobe, sample.wi, wo)
     onward = to_world(wi, normals if from_light else shading)
     if len(k):
         narrow = lobe[k] >= Lobe.GLOSSY
@@ -91,7 +93,7 @@ def scatter(
         wide = np.where(lobe < Lobe.GLOSSY, shading_ratio(shading, normals, directions), np.float32(1))
         weight *= wide[:, None]
     origins = positions + scene.ray_offset(positions) * side[:, None] * normals
-    return Scattered(origins, onward, weight, lobe, specular)
+    return Scattered(origins, onward, weight, lobe, focused)
 
 
 MAX_RATIO = np.float32(16)

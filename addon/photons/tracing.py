@@ -11,7 +11,7 @@ from ..sampling.octahedral import encode_octahedral
 from ..sampling.streams import sobol_chunks, stream
 from ..sampling.vectors import largest
 from ..scene import Scene
-from ..tracers import Hits, LightTracer
+from ..tracers import Hits, LightTracer, RayKind, seen_by
 from .emission import N_DIMENSIONS, Source
 from .first_flight import first_flight
 from .photons import PathKind, Photons
@@ -98,6 +98,9 @@ def _trace_batch(scene: Scene, tracer: LightTracer, batch: _Batch, max_bounces: 
     origins, directions = rays.origins, rays.directions
     path_density = np.ones(len(path), np.float32)
     focused = np.zeros(len(path), bool)
+    # What photons left last; −1 for lamps and the world
+    came_from = np.full(len(path), -1, np.int32) if rays.objects is None else rays.objects
+    seen = np.stack([np.append(seen_by(scene.objects, kind), True) for kind in RayKind])
     keeps = scene.materials.diffuse.nonzero | scene.materials.translucent.nonzero
     stored = [Photons.none()]
 
@@ -114,6 +117,7 @@ def _trace_batch(scene: Scene, tracer: LightTracer, batch: _Batch, max_bounces: 
         hits, directions = hits.where(hit), directions[hit]
         positions, normals = hits.points(origins[hit], directions)
         power, path, path_density, focused = power[hit], path[hit], path_density[hit], focused[hit]
+        came_from = came_from[hit]
 
         # Store them
         if bounce > 0 or not source.sampled_directly:
@@ -135,7 +139,8 @@ def _trace_batch(scene: Scene, tracer: LightTracer, batch: _Batch, max_bounces: 
 
         # Scatter them, and let Russian roulette absorb some, so that no photon gains power
         scattered = scatter(scene, hits, positions, directions, normals, random, from_light=True)
-        survival = np.minimum(largest(scattered.weight), 1)
+        # Seen from the receivers, a lobe is where a ray of its kind starts that has to see where the photon came from
+        survival = np.minimum(largest(scattered.weight), 1) * seen[scattered.kind, came_from]
         alive = np.flatnonzero(random.random(len(hit), dtype=np.float32) < survival)
         if len(alive) == 0:
             break
@@ -143,9 +148,10 @@ def _trace_batch(scene: Scene, tracer: LightTracer, batch: _Batch, max_bounces: 
         power = power[alive] * (scattered.weight[alive] / survival[:, None])
         path, path_density = path[alive], path_density[alive] * survival
         origins, directions = scattered.origins[alive], scattered.directions[alive]
+        came_from = scene.object_of_triangle[hits.triangle[alive]]
 
-        # A caustic starts at a narrow lobe and ends at the first wide one; light that is gathered by rays makes none
-        narrow = scattered.specular[alive] & source.sampled_directly if bounce == 0 else focused[alive]
+        # A caustic starts where photons find the light better, and ends after the first surface that scatters widely
+        narrow = scattered.focused[alive] & source.sampled_directly if bounce == 0 else focused[alive]
         focused = narrow & (scattered.lobe[alive] >= Lobe.GLOSSY)
     return Photons.join(stored)
 

@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 from photon_bake.addon.bsdf import (
     ALL,
+    PEAK,
     SMOOTH,
     Lobe,
     Surface,
     base_share,
     evaluate_glossy,
+    evaluate_wide,
     glossy_albedo,
-    is_specular,
+    is_focused,
     pdf_glossy,
     sample_bsdf,
     surface_at,
@@ -331,9 +333,25 @@ def _flip(d):
 
 def test_what_is_left_to_photons():
     s = surface(3, roughness=SMOOTH / 2)
-    assert is_specular(s, np.array([Lobe.DIFFUSE, Lobe.GLOSSY, Lobe.GLASS])).tolist() == [False, True, True]
-    assert not is_specular(surface(1, roughness=0.5), np.array([Lobe.GLOSSY]))[0]
+    up = direction(1.0, 3)
+    assert is_focused(s, np.array([Lobe.DIFFUSE, Lobe.GLOSSY, Lobe.GLASS]), up, up).tolist() == [False, True, True]
     assert (evaluate_glossy(replace(s, f0=s.f0 + 1), direction(0.5, 3), direction(0.5, 3)) == 0).all()
+
+
+def test_shadow_rays_and_photons_share_gloss_by_its_value():
+    """What one of them leaves out the other finds: the peak is the photons', the tail the shadow rays'."""
+    s = surface(200, f0=1, f90=1, roughness=0.25)
+    view, light = direction(0.8, 200, phi=0), _around(200)
+    f, wide = evaluate_glossy(s, view, light), evaluate_wide(s, view, light)
+    focused = is_focused(s, np.full(200, Lobe.GLOSSY), view, light)
+    assert 0 < focused.sum() < 200 and f[focused].min() >= PEAK > f[~focused].max()
+    assert (wide[focused] == 0).all() and np.array_equal(wide[~focused], f[~focused])
+
+
+def _around(n):
+    """Directions from one horizon over the zenith to the other, (n, 3), through the mirror direction of cos 0.8."""
+    angle = np.linspace(-1.4, 1.4, n)
+    return np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=1).astype(np.float32)
 
 
 # Surfaces of a scene

@@ -126,7 +126,7 @@ def test_spread(kind, spread):
 
 def test_area_lamps_shine_from_their_front_only():
     behind = lamp(LightKind.RECTANGLE, 2.0, position=(0, 0, 1), size=(1, 1), direction=(0, 0, 1))
-    assert irradiance((0, 0, 0), UP, behind)[0] == 0
+    assert irradiance((0, 0, 0), UP, behind, mesh=plane(2.0, z=-0.1))[0] == 0
 
 
 def test_emissive_mesh_is_an_area_lamp_with_two_sides():

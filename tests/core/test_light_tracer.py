@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.photons.emission import PointSource
+from photon_bake.addon.photons.emission import PointSource, bounding_sphere
 from photon_bake.addon.photons.first_flight import first_flight
 from photon_bake.addon.scene import Channel, LightKind, Materials, SceneObjects
 from photon_bake.addon.tracers import LightTracer, RayKind
@@ -105,7 +105,7 @@ def test_neighbours_that_share_an_edge_are_not_in_one_place():
 def flown(scene, illuminates=None, blocked_by=None, n=20_000):
     """Photons of a spot above two planes; where they end, by object, in watts."""
     light = lamp(LightKind.SPOT, 1.0, position=(0, 0, 3), angle=0.3)
-    source = PointSource(light, 0)
+    source = PointSource(light, 0, bounding_sphere(scene))
     source.illuminates, source.blocked_by = illuminates, blocked_by
     random = np.random.default_rng(2)
     rays = source.emit(random.random((n, 5), dtype=np.float32))

@@ -287,7 +287,9 @@ def test_what_lets_the_light_of_lamps_through_lets_all_through():
     path = tree.nodes.new("ShaderNodeLightPath")
     glass, nothing = tree.nodes.new("ShaderNodeBsdfGlass"), tree.nodes.new("ShaderNodeBsdfTransparent")
     show(mixed(tree, glass, nothing, path.outputs["Is Shadow Ray"]))
-    expect(read(material), coverage=0, tint=1, glass_transmission=0)
+    warnings = []
+    expect(read(material, warnings), coverage=0, tint=1, glass_transmission=0)
+    assert warnings == ["Material 'Material': what only shadow rays see of it is baked for all rays."]
 
 
 def test_two_roughnesses_merge():
@@ -380,6 +382,17 @@ def test_says_that_unlike_lobes_are_merged():
     assert warnings == [
         "Material 'Material': its lobes of different roughness are baked as one of their mean roughness."
     ]
+
+
+@pytest.mark.parametrize(("kind", "roughness", "n"), [("Glossy", 0.5, 1), ("Glossy", 0.0, 0), ("Refraction", 0.5, 1)])
+def test_says_that_other_distributions_are_baked_as_ggx(kind, roughness, n):
+    material, tree, show = tree_of()
+    surface = shader(tree, f"Bsdf{kind}", Roughness=roughness)
+    surface.distribution = "BECKMANN"
+    show(surface)
+    warnings = []
+    read(material, warnings)
+    assert warnings == ["Material 'Material': its Beckmann distribution is baked as GGX."] * n
 
 
 def test_says_that_displacement_and_edge_tint_are_not_baked():

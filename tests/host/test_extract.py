@@ -119,6 +119,72 @@ def test_hidden_in_the_viewport_is_named_in_a_warning():
     assert "'Eye'" in warnings[0]
 
 
+def test_modifiers_that_differ_in_renders_are_named_in_a_warning():
+    obj = scenes.add_cube("Shape")
+    obj.modifiers.new("Same", "SUBSURF").render_levels = 1
+    obj.modifiers.new("Finer", "SUBSURF").render_levels = 2
+    obj.modifiers.new("Off", "ARRAY").show_viewport = False
+    never = obj.modifiers.new("Never", "SUBSURF")
+    never.show_viewport = never.show_render = False
+    scenes.add_cube("Hidden").modifiers.new("Array", "ARRAY").show_render = False
+    bpy.data.objects["Hidden"].hide_render = True
+    warnings = []
+    extract_scene(scenes.depsgraph(), warnings)
+    assert warnings == [
+        "2 modifier(s) differ in renders and were baked as the viewport shows them ('Finer' of 'Shape', 'Off' of "
+        "'Shape'): give them the same visibility, levels and amounts in both."
+    ]
+
+
+@pytest.mark.parametrize(("levels", "render_levels", "n"), [(1, 1, 0), (0, 6, 1)])
+def test_levels_count_as_the_scene_simplifies_them(levels, render_levels, n):
+    modifier = scenes.add_cube().modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels, modifier.render_levels = 2, 3
+    render = bpy.context.scene.render
+    render.use_simplify = True
+    render.simplify_subdivision, render.simplify_subdivision_render = levels, render_levels
+    warnings = []
+    extract_scene(scenes.depsgraph(), warnings)
+    assert len(warnings) == n
+
+
+def fur(obj, render_type="PATH"):
+    """A particle system of hair; returns its settings."""
+    obj.modifiers.new("Fur", "PARTICLE_SYSTEM")
+    particles = obj.particle_systems[0].settings
+    particles.type, particles.render_type = "HAIR", render_type
+    return particles
+
+
+def test_hair_points_and_volumes_are_named_in_a_warning():
+    for name, data in (("Lawn", bpy.data.hair_curves), ("Dust", bpy.data.pointclouds), ("Smoke", bpy.data.volumes)):
+        bpy.context.scene.collection.objects.link(bpy.data.objects.new(name, data.new(name)))
+    group = bpy.data.node_groups.new("Cloud", "GeometryNodeTree")
+    group.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    points, end = group.nodes.new("GeometryNodePoints"), group.nodes.new("NodeGroupOutput")
+    group.links.new(points.outputs[0], end.inputs[0])
+    scenes.add_cube("Made").modifiers.new("Nodes", "NODES").node_group = group
+    fur(scenes.add_cube("Bear"))
+    fur(scenes.add_cube("Bald"), "NONE")
+    fur(scenes.add_cube("Shaved"))
+    bpy.data.objects["Shaved"].modifiers[0].show_viewport = bpy.data.objects["Shaved"].modifiers[0].show_render = False
+    warnings = []
+    extract_scene(scenes.depsgraph(), warnings)
+    assert len(warnings) == 1
+    assert warnings[0].startswith("5 object(s) have hair, points or a volume that is not baked (")
+    assert all(f"'{name}'" in warnings[0] for name in ("Lawn", "Dust", "Smoke", "Made", "Bear"))
+
+
+def test_particles_that_the_viewport_thins_out_are_named_in_a_warning():
+    leaf = scenes.add_plane("Leaf")
+    particles = fur(scenes.add_cube("Tree"), "OBJECT")
+    particles.instance_object, particles.display_percentage = leaf, 10
+    warnings = []
+    extract_scene(scenes.depsgraph(), warnings)
+    assert len(warnings) == 1
+    assert "'Fur' of 'Tree'" in warnings[0]
+
+
 def test_ray_visibility():
     rays = ("diffuse", "shadow", "glossy", "transmission")
     seen = {"All": (1, 1, 1, 1), "Gather": (1, 0, 0, 0), "Shadow": (0, 1, 0, 0), "Gloss": (0, 0, 1, 0)}
@@ -195,20 +261,43 @@ def test_nothing_in_the_file_changes():
     assert count() == before
 
 
-def instances_on_vertices(instanced):
-    """A square that shows an object at each of its corners, and is itself not shown in renders."""
+def instances_on_parts(instanced, kind="VERTS"):
+    """A square that shows an object at each of its corners or faces, and is itself not shown in renders."""
     plane = scenes.add_plane("Points", 100)
     instanced.parent = plane
-    plane.instance_type, plane.show_instancer_for_render = "VERTS", False
+    plane.instance_type, plane.show_instancer_for_render = kind, False
     return plane
 
 
-def test_instances_on_vertices():
-    instances_on_vertices(scenes.add_cube())
+@pytest.mark.parametrize(("kind", "n", "reach"), [("VERTS", 4, 51), ("FACES", 1, 1)])
+def test_instances_on_parts(kind, n, reach):
+    """Renders show the instances, and not the original child."""
+    instances_on_parts(scenes.add_cube(), kind)
+    scenes.add_lamp("POINT").parent = bpy.data.objects["Points"]
     scene = extract()
-    assert set(scene.objects.names) == {"Cube"}
-    assert scene.n_triangles == (4 + 1) * 12  # Blender and Cycles show the instanced child itself, too
-    np.testing.assert_allclose(scene.bounds[:, :2], [[-51, -51], [51, 51]])
+    assert scene.objects.names == ("Cube",) * n
+    assert len(scene.lights) == n
+    np.testing.assert_allclose(scene.bounds[:, :2], [[-reach] * 2, [reach] * 2])
+
+
+def test_grandchildren_are_shown_besides_their_instances():
+    child = scenes.add_cube()
+    scenes.add_plane("Grandchild").parent = child
+    instances_on_parts(child, "FACES")
+    assert sorted(extract().objects.names) == ["Cube", "Grandchild", "Grandchild"]
+
+
+def test_instances_on_parts_in_a_collection():
+    """An instance of the collection hides the original child as the scene does."""
+    kit = bpy.data.collections.new("Kit")
+    child = scenes.add_cube()
+    for obj in (child, instances_on_parts(child)):
+        bpy.context.scene.collection.objects.unlink(obj)
+        kit.objects.link(obj)
+    empty = bpy.data.objects.new("Empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", kit
+    bpy.context.scene.collection.objects.link(empty)
+    assert extract().objects.names == ("Cube",) * 4
 
 
 def test_instances_of_what_is_hidden_in_a_collection():

@@ -188,7 +188,7 @@ def displace():
     modified(box("Shape", (0, 0, -0.5), (0.3, 0.3, 0.3), red()), "DISPLACE", strength=0.7, mid_level=0)
 
 
-@case("A modifier that the viewport does not show", GROUP)
+@case("A modifier that the viewport does not show", GROUP, unsupported="Shape")
 def render_modifier():
     # In renders, five plates instead of one.
     shaded_room()
@@ -197,7 +197,7 @@ def render_modifier():
     modified(shape, "ARRAY", **settings, constant_offset_displace=(0.5, 0, 0), show_viewport=False)
 
 
-@case("More subdivisions in renders", GROUP)
+@case("More subdivisions in renders", GROUP, unsupported="Shape")
 def render_levels():
     # A box in the viewport, a ball in renders.
     shaded_room()

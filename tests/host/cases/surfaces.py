@@ -105,7 +105,7 @@ def metal_mirror():
     shiny_floor(principled(Base_Color=(0.9, 0.6, 0.3), Metallic=1.0, Roughness=0.0))
 
 
-@case("Metal, roughness 0.3", GROUP)
+@case("Metal, roughness 0.3", GROUP, effort=6)
 def metal_brushed():
     shiny_floor(principled(Base_Color=(0.9, 0.6, 0.3), Metallic=1.0, Roughness=0.3))
 
@@ -116,7 +116,7 @@ def metal_rough():
     shiny_floor(principled(Base_Color=(0.9, 0.6, 0.3), Metallic=1.0, Roughness=1.0))
 
 
-@case("Metal, half", GROUP)
+@case("Metal, half", GROUP, effort=4)
 def metal_half():
     shiny_floor(principled(Base_Color=(0.8, 0.5, 0.2), Metallic=0.5, Roughness=0.3, Specular_IOR_Level=0.0))
 
@@ -139,17 +139,17 @@ def roughness_textured():
     shiny_floor(tree.done(tree.add("BsdfPrincipled", inputs)))
 
 
-@case("Glossy BSDF", GROUP)
+@case("Glossy BSDF", GROUP, effort=4)
 def glossy():
     shiny_floor(shader("BsdfAnisotropic", {"Color": (0.3, 0.6, 0.9), "Roughness": 0.4}))
 
 
-@case("Glossy BSDF, Beckmann", GROUP)
+@case("Glossy BSDF, Beckmann", GROUP, unsupported="Feature", effort=4)
 def glossy_beckmann():
     shiny_floor(shader("BsdfAnisotropic", {"Color": (0.3, 0.6, 0.9), "Roughness": 0.5}, distribution="BECKMANN"))
 
 
-@case("Metallic BSDF", GROUP)
+@case("Metallic BSDF", GROUP, effort=6)
 def metallic():
     inputs = {"Base Color": (0.6, 0.5, 0.2), "Edge Tint": (0.9, 0.9, 0.9), "Roughness": 0.3}
     shiny_floor(shader("BsdfMetallic", inputs))
@@ -247,7 +247,7 @@ def diffuse_bsdf():
     painted_floor(matte((0.2, 0.5, 0.8)))
 
 
-@case("Diffuse BSDF, roughness 1 (Oren-Nayar)", GROUP)
+@case("Diffuse BSDF, roughness 1 (Oren-Nayar)", GROUP, unsupported="Feature")
 def oren_nayar():
     # The lamp grazes the floor, which throws more light back towards it than a Lambertian one.
     room(paint={"Floor": shader("BsdfDiffuse", {"Color": (0.8, 0.8, 0.8), "Roughness": 1.0})}, dim=0.4)
@@ -255,7 +255,7 @@ def oren_nayar():
     lamp("AREA", (-1.8, 0, -1.4), (0.5, 0, -2), size=0.5, energy=100)
 
 
-@case("Principled BSDF, diffuse roughness", GROUP, since=(5, 0))
+@case("Principled BSDF, diffuse roughness", GROUP, unsupported="Feature", since=(5, 0))
 def principled_diffuse_roughness():
     floor = principled(Base_Color=(0.8, 0.8, 0.8), Diffuse_Roughness=1.0, Specular_IOR_Level=0.0)
     room(paint={"Floor": floor}, dim=0.4)
@@ -328,7 +328,7 @@ def shader_group():
     painted_floor(tree.done(node))
 
 
-@case("Backfacing", GROUP)
+@case("Backfacing", GROUP, unsupported="Feature")
 def backfacing():
     # A screen that is dark blue on the lamp's side (its back), and white on the other.
     tree = nodes()
@@ -343,7 +343,7 @@ def backfacing():
     lamp("AREA", (-1.8, 0, 0), (0, 0, 0), size=1, energy=200)
 
 
-@case("Light Path: transparent for shadow rays", GROUP)
+@case("Light Path: transparent for shadow rays", GROUP, unsupported="Feature")
 def light_path_shadow():
     # An old trick: the screen lets a lamp's light through, and blocks all else.
     tree = nodes()
