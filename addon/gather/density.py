@@ -86,7 +86,7 @@ def density_estimate(
 
     def estimate(chunk: slice, _: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         normals = receivers.normal[chunk]
-        x = _on_surface(tracer, receivers.position[chunk], normals, SLICE * r_max)
+        x = _on_surface(tracer, receivers.position[chunk], normals, float(SLICE * r_max))
         within, r = _nearest_in_slice(tree, photons.position, photon_normals, x, normals, n_nearest, r_max)
         share, blocked = surface_share(scene, tracer, x, normals, r)
         behind = np.flatnonzero(blocked)

@@ -73,8 +73,15 @@ class _Paths:
         return _Paths(ray[k], throughput[k], flown, positions, normals, met, near[k])
 
     def where(self, k: np.ndarray) -> "_Paths":
-        arrays = (self.ray, self.throughput, self.directions, self.positions, self.normals)
-        return _Paths(*(a[k] for a in arrays), self.hits.where(k), self.near[k])
+        return _Paths(
+            self.ray[k],
+            self.throughput[k],
+            self.directions[k],
+            self.positions[k],
+            self.normals[k],
+            self.hits.where(k),
+            self.near[k],
+        )
 
 
 class GatherRays:

@@ -63,7 +63,7 @@ class _Tree:
         n = len(origins)
         if self._empty or n == 0:
             return Hits.none(n)
-        limit = None if np.isscalar(t_max) and np.isinf(t_max) else np.full(n, t_max, np.float32)
+        limit = None if isinstance(t_max, float) and t_max == np.inf else np.full(n, t_max, np.float32)
         found = self._embree.run(origins, directions, dists=limit, output=True)
         primitive = found["primID"]
         miss = primitive < 0

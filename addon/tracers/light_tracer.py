@@ -5,6 +5,8 @@ photons where they are opaque. Whether it does is drawn from the ray itself (a h
 makes it the same whichever thread asks.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..scene import Scene
@@ -45,10 +47,10 @@ class LightTracer:
             return self._stopped(origins, directions, kind if isinstance(kind, RayKind) else RayKind.DIFFUSE)
         hits = Hits.none(len(origins))
         if self._tints:
-            hits = replace_tint(hits)
+            hits = _with_tint(hits)
         for one in np.unique(kind):
             k = np.flatnonzero(kind == one)
-            put(hits, k, self._stopped(origins[k], directions[k], RayKind(one)))
+            _put(hits, k, self._stopped(origins[k], directions[k], RayKind(one)))
         return hits
 
     def _stopped(self, origins: np.ndarray, directions: np.ndarray, kind: RayKind) -> Hits:
@@ -56,9 +58,10 @@ class LightTracer:
         hits = self._tracer.closest_hit(origins, directions, kind=kind)
         if not self._tints:
             return hits
-        hits = replace_tint(hits)
+        hits = _with_tint(hits)
         if self._any_see_through:
             self._pass_through(hits, origins, directions, kind)
+        assert hits.tint is not None
         hits.tint[self.smothered(hits.triangle, hits.u, hits.v)] = 0
         return hits
 
@@ -85,7 +88,7 @@ class LightTracer:
             gap = scene.ray_offset(start)
             onward = self._tracer.closest_hit(start + gap * directions[k], directions[k], kind=kind)
             distance = onward.distance + met.distance + gap[:, 0]
-            put(hits, k, Hits(onward.triangle, distance, onward.u, onward.v, onward.normal, tint))
+            _put(hits, k, Hits(onward.triangle, distance, onward.u, onward.v, onward.normal, tint))
             open_ = k[self._see_through[onward.triangle]]
 
     def visibility(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
@@ -134,13 +137,13 @@ class LightTracer:
         return passes
 
 
-def replace_tint(hits: Hits) -> Hits:
+def _with_tint(hits: Hits) -> Hits:
     """Hits with a white tint, in arrays that may be written to."""
-    arrays = (np.array(value) for value in (hits.triangle, hits.distance, hits.u, hits.v, hits.normal))
-    return Hits(*arrays, np.ones((len(hits.triangle), 3), np.float32))
+    copy = hits.where(np.arange(len(hits.triangle)))
+    return replace(copy, tint=np.ones((len(copy.triangle), 3), np.float32))
 
 
-def put(hits: Hits, k: np.ndarray, others: Hits) -> None:
+def _put(hits: Hits, k: np.ndarray, others: Hits) -> None:
     """Write `others` to the rows `k` of `hits`."""
     for name in ("triangle", "distance", "u", "v", "normal", "tint"):
         into, values = getattr(hits, name), getattr(others, name)

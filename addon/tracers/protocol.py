@@ -1,6 +1,6 @@
 """What every tracer promises."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import IntEnum
 from typing import Protocol
 
@@ -46,18 +46,27 @@ class Hits:
 
     def where(self, chosen: np.ndarray) -> "Hits":
         """The hits of the rays that a mask or an index array chooses."""
-        values = (getattr(self, f.name) for f in fields(self))
-        return Hits(*(None if value is None else value[chosen] for value in values))
+        tint = None if self.tint is None else self.tint[chosen]
+        return Hits(
+            self.triangle[chosen], self.distance[chosen], self.u[chosen], self.v[chosen], self.normal[chosen], tint
+        )
 
     @staticmethod
     def join(parts: "list[Hits]") -> "Hits":
         """All hits of several `Hits`, in order; all have a tint, or none has."""
         tints = [part.tint for part in parts if part.tint is not None]
-        arrays = (
-            np.concatenate([getattr(part, name) for part in parts])
-            for name in ("triangle", "distance", "u", "v", "normal")
+
+        def joined(name: str) -> np.ndarray:
+            return np.concatenate([getattr(part, name) for part in parts])
+
+        return Hits(
+            triangle=joined("triangle"),
+            distance=joined("distance"),
+            u=joined("u"),
+            v=joined("v"),
+            normal=joined("normal"),
+            tint=np.concatenate(tints) if tints else None,
         )
-        return Hits(*arrays, np.concatenate(tints) if tints else None)
 
     @staticmethod
     def none(n: int) -> "Hits":
