@@ -48,7 +48,7 @@ def bake(
     indirect, stderr, counts = gather(scene, receivers, settings, tracer, photons, direct, workers)
     passes = {"indirect": indirect}
     if settings.add_direct:
-        passes["direct"] = direct_irradiance(direct, receivers, workers)
+        passes["direct"] = direct_irradiance(scene, direct, receivers, workers)
     value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
     return Irradiance(value, stderr, passes, {"receivers": len(value), "stored_photons": len(photons), **counts})
 

@@ -91,6 +91,7 @@ def _begin(options: Options) -> Report:
     return Report(
         scene=bpy.data.filepath,
         attribute=options.attribute,
+        light_group=options.light_group,
         settings=asdict(options.settings),
         versions=versions(),
     )

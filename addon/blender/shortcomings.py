@@ -34,18 +34,21 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Ite
         yield "its volume is not baked"
     if output and source(output.inputs["Displacement"]) and material.displacement_method != "BUMP":
         yield "its displacement is not baked"
-    if _tells_sides_apart(material.node_tree):
+    if _uses(material.node_tree, "NEW_GEOMETRY", "Backfacing"):
         yield "its back is baked like its front"
+    if _uses(material.node_tree, "LAYER_WEIGHT", "Facing"):
+        yield "what it mixes by how much it faces the viewer is baked as the mean over all angles"
     if any(closure.for_shadows for closure in closures):
         yield "what only shadow rays see of it is baked for all rays"
     for closure in closures:
         yield from _of_closure(closure)
 
 
-def _tells_sides_apart(tree: "bpy.types.NodeTree") -> bool:
+def _uses(tree: "bpy.types.NodeTree", kind: str, output: str) -> bool:
+    """Whether an output of a kind of node is linked to anything, groups included."""
     return any(
-        (node.type == "NEW_GEOMETRY" and node.outputs["Backfacing"].is_linked)
-        or (node.type == "GROUP" and node.node_tree is not None and _tells_sides_apart(node.node_tree))
+        (node.type == kind and node.outputs[output].is_linked)
+        or (node.type == "GROUP" and node.node_tree is not None and _uses(node.node_tree, kind, output))
         for node in tree.nodes
     )
 

@@ -85,6 +85,9 @@ class DirectLight:
         self._n_candidates = 1 if lit.sum() == 1 and lit[:-2].any() else MAX_CANDIDATES
         self._any = bool(lit.any())
         self._rays_own_some = bool(lit[-2:].any())
+        # Meshes, the world, and what is no object of the scene (−1) are linked to everything
+        linked = scene.lights.illuminates
+        self._illuminates = None if linked is None else np.pad(linked, ((0, 2), (0, 1)), constant_values=True)
 
     def irradiance(
         self, positions: np.ndarray, normals: np.ndarray, objects: np.ndarray | None, random: np.random.Generator
@@ -137,8 +140,8 @@ class DirectLight:
         source, chance, u = self._draw(positions, random)
         every = np.repeat(np.arange(n), m)
         targets, unshadowed = self._incident(source, positions[every], normals[every], u, rays_own)
-        if objects is not None and self._scene.lights.illuminates is not None:
-            unshadowed[~self._lights_up(source, objects[every])] = 0
+        if objects is not None and self._illuminates is not None:
+            unshadowed[~self._illuminates[source, objects[every]]] = 0
         estimates = unshadowed / np.maximum(chance, np.float32(1e-30))[:, None]
 
         # Keep one in proportion to its brightness
@@ -212,13 +215,6 @@ class DirectLight:
     def _rays_see_more(self, directions: np.ndarray, cosine: np.ndarray) -> np.ndarray:
         """Whether a cosine-weighted ray has the higher density by solid angle, cos θ/π, than the world's, (n,) bool."""
         return pdf_cosine_hemisphere(cosine) > self._world_chance * self._scene.world.pdf(directions)
-
-    def _lights_up(self, source: np.ndarray, objects: np.ndarray) -> np.ndarray:
-        """Whether sources light objects, (n,) bool."""
-        lights = self._scene.lights
-        assert lights.illuminates is not None
-        others = np.ones((2, lights.illuminates.shape[1]), bool)
-        return np.concatenate([lights.illuminates, others])[source, objects]
 
     def _visibility(self, positions: np.ndarray, targets: np.ndarray, source: np.ndarray) -> np.ndarray:
         """Share of the light of sources that reaches positions from targets, (n, 3) or (n, 1) float32."""
@@ -394,14 +390,27 @@ def _tinted(radiance: np.ndarray, hits: Hits) -> np.ndarray:
     return radiance if hits.tint is None else radiance * hits.tint
 
 
-def direct_irradiance(direct: DirectLight, receivers: Receivers, workers: Workers) -> np.ndarray:
+def direct_irradiance(scene: Scene, direct: DirectLight, receivers: Receivers, workers: Workers) -> np.ndarray:
     """Direct irradiance of receivers, the world's among it, mean of `N_SAMPLES` estimates, (n, 3) float32, W/m²."""
+    of_receiver = _objects(scene, receivers)
 
     def estimate(chunk: slice, random: np.random.Generator) -> np.ndarray:
-        positions, normals = (np.repeat(of[chunk], N_SAMPLES, 0) for of in (receivers.position, receivers.normal))
-        return direct.irradiance_with_sky(positions, normals, None, random).reshape(-1, N_SAMPLES, 3).mean(axis=1)
+        positions, normals, objects = (
+            np.repeat(of[chunk], N_SAMPLES, 0) for of in (receivers.position, receivers.normal, of_receiver)
+        )
+        return direct.irradiance_with_sky(positions, normals, objects, random).reshape(-1, N_SAMPLES, 3).mean(axis=1)
 
     irradiance = np.zeros((len(receivers), 3), np.float32)
     for chunk, value in workers.chunks("Adding direct light", len(receivers), 1024, estimate, (_AT_RECEIVERS,)):
         irradiance[chunk] = value
     return irradiance
+
+
+def _objects(scene: Scene, receivers: Receivers) -> np.ndarray:
+    """The scene's object that each receiver is on, (n,) int; −1 where there is none, as for what no rays see."""
+    objects = np.full(len(receivers), -1)
+    for target in receivers.targets:
+        if target.object_name in scene.objects.names:
+            on = target.receiver_of_element[target.receiver_of_element >= 0]
+            objects[on] = scene.objects.names.index(target.object_name)
+    return objects

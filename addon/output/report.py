@@ -26,6 +26,8 @@ class Report:
         Path of the .blend file that the light was saved to, empty if it was not.
     attribute : str
         Name of the colour attribute.
+    light_group : str
+        Whose light alone was baked; empty for all light.
     objects : list of str
         Objects that got light.
     settings : dict
@@ -48,6 +50,7 @@ class Report:
     scene: str = ""
     saved: str = ""
     attribute: str = ""
+    light_group: str = ""
     objects: list[str] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)
     stage_seconds: dict[str, float] = field(default_factory=dict)

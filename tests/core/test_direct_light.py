@@ -256,5 +256,5 @@ def test_receivers_get_the_same_for_any_threads():
     )
     direct = direct_of(scene)
     at = receivers_at(np.random.default_rng(1).uniform(-1, 1, (3000, 3)) * [1, 1, 0] + [0, 0, 1e-3], UP)
-    one, two = (direct_irradiance(direct, at, Workers(5, n_threads)) for n_threads in (1, 3))
+    one, two = (direct_irradiance(scene, direct, at, Workers(5, n_threads)) for n_threads in (1, 3))
     assert np.array_equal(one, two) and one.max() > 0

@@ -273,7 +273,7 @@ def far_lamp():
     lamp("POINT", (-60, -100, 40), energy=2e6, shadow_soft_size=0.2)
 
 
-@case("A lamp outside, and a small window", GROUP)
+@case("A lamp outside, and a small window", GROUP, effort=4)
 def through_window():
     # The front wall has a hole of 80 cm.
     room(without=["Front"])

@@ -77,7 +77,7 @@ def principled_matte():
     painted_floor(principled(Base_Color=(0.7, 0.5, 0.2), Roughness=1.0, Specular_IOR_Level=0.0))
 
 
-@case("Principled BSDF, roughness 0.1", GROUP)
+@case("Principled BSDF, roughness 0.1", GROUP, effort=3)
 def principled_glossy():
     shiny_floor(principled(Base_Color=(0.05, 0.05, 0.05), Roughness=0.1))
 
@@ -189,7 +189,7 @@ def glass_rough():
     divided(shader("BsdfGlass", {"Color": (0.7, 0.8, 0.95), "Roughness": 0.5, "IOR": 1.5}), 0.2)
 
 
-@case("Glass ball (a caustic)", GROUP, effort=3)
+@case("Glass ball (a caustic)", GROUP, effort=9)
 def glass_ball():
     # The ball gathers the light of a lamp above into a bright spot.
     room(dim=0.6)
@@ -198,12 +198,12 @@ def glass_ball():
     ball = bpy.context.object
     ball.data.shade_smooth()
     ball.data.materials.append(shader("BsdfGlass", {"Roughness": 0.0, "IOR": 1.5}))
-    lamp("AREA", (0, 0, 1.9), size=1.2, energy=200)
+    lamp("AREA", (0, 0, 1.9), size=3.0, energy=200)
 
 
-@case("Refraction BSDF", GROUP, effort=3)
+@case("Refraction BSDF", GROUP, effort=8)
 def refraction():
-    divided(shader("BsdfRefraction", {"Color": (0.9, 0.7, 0.5), "Roughness": 0.2, "IOR": 1.4}), 0.2)
+    divided(shader("BsdfRefraction", {"Color": (0.9, 0.7, 0.5), "Roughness": 0.2, "IOR": 1.4}, distribution="GGX"), 0.2)
 
 
 @case("Translucent BSDF", GROUP)
@@ -277,19 +277,19 @@ def mix_shader_textured():
     painted_floor(mixed(mask, diffuse((0.1, 0.2, 0.9)), diffuse((0.9, 0.2, 0.1))))
 
 
-@case("Mix Shader by Fresnel", GROUP)
+@case("Mix Shader by Fresnel", GROUP, effort=3)
 def mix_shader_fresnel():
     # Lacquer: a mirror coat on a dark floor, strong where light grazes.
     def fresnel(tree):
         return tree.add("Fresnel", {"IOR": 1.8})
 
     def gloss(tree):
-        return tree.add("BsdfAnisotropic", {"Color": (1, 1, 1), "Roughness": 0.2})
+        return tree.add("BsdfAnisotropic", {"Color": (1, 1, 1), "Roughness": 0.4})
 
     shiny_floor(mixed(fresnel, diffuse((0.05, 0.02, 0.02)), gloss), at=(-1.8, 0, -1.5), size=0.6)
 
 
-@case("Mix Shader by Layer Weight", GROUP)
+@case("Mix Shader by Layer Weight", GROUP, unsupported="Feature")
 def mix_shader_facing():
     # Blue where seen from above, red at grazing angles.
     def facing(tree):
