@@ -92,7 +92,7 @@ class Lobes:
     def unlike(self) -> bool:
         """Whether lobes of very different roughness were merged."""
         both = [lobe for lobe in self.glossy + self.glass if lobe.mean_weight > 0.05]
-        return bool(both) and np.ptp([float(lobe.roughness.mean()) for lobe in both]) > 0.4
+        return bool(both) and float(np.ptp([float(lobe.roughness.mean()) for lobe in both])) > 0.4
 
     @property
     def coverage(self) -> np.ndarray:

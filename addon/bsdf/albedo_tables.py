@@ -138,7 +138,8 @@ def interpolate(table: np.ndarray, *at: np.ndarray) -> np.ndarray:
 
 def _corner_offsets(shape: tuple[int, ...]) -> np.ndarray:
     """Flat offsets of a cell's corners from its lowest, the last axis fastest."""
-    return np.ravel_multi_index(tuple(np.indices((2,) * len(shape)).reshape(len(shape), -1)), shape)
+    corners = np.indices((2,) * len(shape)).reshape(len(shape), -1)
+    return np.asarray(np.ravel_multi_index(tuple(corners), shape))
 
 
 def _ior_nodes() -> np.ndarray:

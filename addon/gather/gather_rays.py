@@ -126,9 +126,9 @@ class GatherRays:
         """
         directions = to_world(sample_cosine_hemisphere(_stratified(len(origins) // n_rays, n_rays, random)), normals)
         hits = self._tracer.closest_hit(origins, directions)
-        sky = self._direct.unsampled_sky(hits, directions)
-        reflected = np.zeros_like(directions)
         throughput = np.ones((len(origins), 1), np.float32) if hits.tint is None else hits.tint
+        sky = throughput * self._direct.unsampled_sky(hits, directions)
+        reflected = np.zeros_like(directions)
         paths = self._look_up(reflected, np.arange(len(origins)), throughput, origins, directions, hits, True, random)
         for step in range(_MAX_HITS):
             if len(paths.ray) == 0:
