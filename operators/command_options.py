@@ -75,7 +75,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         settings=settings,
         objects=given.objects,
         attribute=given.attribute,
-        light_group=given.light_group,
+        light_group=given.light_group or "",
         save=None if given.save is None else Path(given.save or loaded_file).absolute(),
         report=None if given.report is None else Path(given.report).absolute(),
     )
@@ -99,7 +99,7 @@ def _parser() -> ArgumentParser:
     add("--target", type=_one_of("vertex"), action="append", metavar="vertex", help="where the light goes")
     add("--objects", type=_names, metavar="NAME[,NAME…]", help="objects to bake; default: every renderable mesh object")
     add("--attribute", type=_name, default="Indirect", metavar="NAME", help="colour attribute; default %(default)s")
-    add("--light-group", type=_name, default="", metavar="NAME", help="bake the light of one light group alone")
+    add("--light-group", type=_name, metavar="NAME", help="bake the light of one light group alone")
     add("--tracer", type=_one_of("embree"), metavar="embree", help="what finds where rays meet the scene")
     gathers, qualities = get_args(Gather), get_args(Quality)
     add("--gather", type=_one_of(*gathers), metavar="|".join(gathers), help="how photons become light")
