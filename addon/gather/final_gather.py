@@ -10,7 +10,7 @@ from ..scene.z_curve import z_curve
 from .gather_rays import GatherRays
 
 _GATHER = 21  # stream of random numbers
-_CHUNK = 1 << 16
+_CHUNK = 1 << 17
 _N_BATCHES = 4
 _MAX_ROUNDS = 64
 

@@ -27,6 +27,7 @@ from .radiance_cache import RadianceCache
 
 _MAX_NEAR_HITS = 4
 _MAX_HITS = 32
+_LATE_SURVIVAL = 0.5  # after the first few hits: a long tail of few paths costs as many calls as many paths
 _FOLLOWED = np.float32(2)
 """Rays that follow a narrow lobe, over its albedo: more of them cost time, fewer make noise."""
 
@@ -133,7 +134,7 @@ class GatherRays:
         for step in range(_MAX_HITS):
             if len(paths.ray) == 0:
                 break
-            paths = self._follow(reflected, paths, step < _MAX_NEAR_HITS - 1, random)
+            paths = self._follow(reflected, paths, step, random)
         if facets is not None:
             above = (dot(directions, facets) > 0)[:, None]
             return reflected * above, sky * above
@@ -177,9 +178,11 @@ class GatherRays:
         surface = surface_at(self._scene, hits.triangle, hits.u, hits.v, hits.back(directions))
         return surface, np.abs(dot(hits.normal, directions))
 
-    def _follow(self, radiance: np.ndarray, paths: _Paths, near_allowed: bool, random: np.random.Generator) -> _Paths:
-        """Add direct light where paths have come to, and send them on."""
+    def _follow(self, radiance: np.ndarray, paths: _Paths, step: int, random: np.random.Generator) -> _Paths:
+        """Add direct light where paths have come to in `step` steps, and send them on."""
         scene = self._scene
+        near_allowed = step < _MAX_NEAR_HITS - 1
+        most = np.float32(1 if step < _MAX_NEAR_HITS else _LATE_SURVIVAL)
         if paths.near.any():
             self._add_diffuse(radiance, paths.where(np.flatnonzero(paths.near)), random)
 
@@ -192,7 +195,7 @@ class GatherRays:
             part = paths.where(k)
             on = scatter(scene, part.hits, part.positions, part.directions, part.normals, random, lobes)
             throughput = part.throughput * on.weight
-            survival = np.minimum(largest(throughput), 1)
+            survival = np.minimum(largest(throughput), most)
             alive = np.flatnonzero(random.random(len(k), dtype=np.float32) < survival)
             throughput = throughput[alive] / survival[alive, None]
             hits = self._tracer.closest_hit(on.origins[alive], on.directions[alive], on.kind[alive])
