@@ -124,6 +124,12 @@ def test_a_wrong_name_fails_with_a_sentence_and_a_report(tmp_path, capfd):
     assert read["status"] == "failed" and "Bx" in read["message"]
 
 
+def test_a_wrong_light_group_fails_with_a_sentence(capfd):
+    assert run([*QUICK, "--light-group", "Key"]) == 1
+    said = capfd.readouterr().err
+    assert "no light group 'Key'" in said and "Traceback" not in said
+
+
 @pytest.mark.parametrize("option", ["--save", "--report"])
 def test_an_unwritable_place_is_found_before_the_bake(tmp_path, option, capfd, monkeypatch):
     monkeypatch.setattr(VertexBake, "solve", lambda *_: pytest.fail("it baked"))
