@@ -169,7 +169,7 @@ def principled_glass():
     divided(principled(Transmission_Weight=1.0, Roughness=0.0, Base_Color=(0.6, 0.9, 0.7)), 0.2)
 
 
-@case("Rough glass pane (Principled transmission)", GROUP, effort=3)
+@case("Rough glass pane (Principled transmission)", GROUP, effort=9)
 def principled_rough_glass():
     divided(principled(Transmission_Weight=1.0, Roughness=0.4, Base_Color=(0.6, 0.9, 0.7)), 0.2)
 
