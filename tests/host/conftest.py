@@ -1,8 +1,13 @@
 """The host tests run in Blender or in the bpy module; each starts from an empty file with the checkout registered."""
 
+import os
+import sys
+
 import bpy
 import photon_bake
 import pytest
+
+STATUS = pytest.StashKey[int]()
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -18,3 +23,18 @@ def empty_scene(registered):
     """A new file with one scene and nothing in it."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     return bpy.context.scene
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session, exitstatus):
+    """Remember the status for the end."""
+    session.config.stash[STATUS] = int(exitstatus)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_unconfigure(config):
+    """Leave without the bpy module's own end, in which version 4.5 may hang for ever once tests have run."""
+    if bpy.app.binary_path == "" and STATUS in config.stash:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(config.stash[STATUS])
