@@ -45,7 +45,7 @@ def bake(
     photons = trace_photons(scene, light_tracer, sources, settings.n_photons, settings.max_bounces, workers)
     direct = DirectLight(scene, light_tracer, sources)
     gather = _by_density if settings.gather == "density" else _by_final_gather
-    indirect, stderr, counts = gather(scene, receivers, settings, tracer, photons, direct, workers)
+    indirect, stderr, counts = gather(scene, receivers, settings, light_tracer, photons, direct, workers)
     passes = {"indirect": indirect}
     if settings.add_direct:
         passes["direct"] = direct_irradiance(scene, direct, receivers, workers)
@@ -57,7 +57,7 @@ def _by_final_gather(
     scene: Scene,
     receivers: Receivers,
     settings: BakeSettings,
-    tracer: Tracer,
+    tracer: LightTracer,
     photons: Photons,
     direct: DirectLight,
     workers: Workers,
@@ -65,16 +65,15 @@ def _by_final_gather(
     """Photons and direct light make a radiance cache; rays from the receivers gather from it."""
     n_rays, n_gather_rays = settings.n_cache_rays, settings.n_gather_rays
     n_elements = worthwhile_elements(settings.n_cache_elements, n_rays, len(receivers) * n_gather_rays)
-    light_tracer = LightTracer(scene, tracer)
-    cache = build_radiance_cache(scene, light_tracer, photons, direct, receivers, n_elements, n_rays, workers)
-    rays = GatherRays(scene, light_tracer, direct, cache)
+    cache = build_radiance_cache(scene, tracer, photons, direct, receivers, n_elements, n_rays, workers)
+    rays = GatherRays(scene, tracer, direct, cache)
     gathered = final_gather(rays, receivers, n_gather_rays, settings.noise, workers)
     counts = {"cache_elements": len(cache.elements), "gather_rays": gathered.n_rays}
 
     # What lamps send over mirrors and glass, photons find far better than rays do
     focused = photons.where(photons.kind == PathKind.CAUSTIC)
     caustic = density_estimate(
-        scene, tracer, focused, receivers, settings.n_nearest // _CAUSTIC_SHARE, settings.max_radius, workers
+        scene, tracer.surfaces, focused, receivers, settings.n_nearest // _CAUSTIC_SHARE, settings.max_radius, workers
     )
     stderr = np.hypot(gathered.stderr, caustic.stderr)
     return gathered.irradiance + caustic.irradiance, stderr, {**counts, "caustic_photons": len(focused)}
@@ -84,7 +83,7 @@ def _by_density(
     scene: Scene,
     receivers: Receivers,
     settings: BakeSettings,
-    tracer: Tracer,
+    tracer: LightTracer,
     photons: Photons,
     direct: DirectLight,
     workers: Workers,
@@ -92,5 +91,5 @@ def _by_density(
     """Receivers gather the photons around them."""
     scattered = photons.where(photons.kind != PathKind.DIRECT)
     n_nearest, max_radius = settings.n_nearest, settings.max_radius
-    density = density_estimate(scene, tracer, scattered, receivers, n_nearest, max_radius, workers)
+    density = density_estimate(scene, tracer.surfaces, scattered, receivers, n_nearest, max_radius, workers)
     return density.irradiance, density.stderr, {}

@@ -24,10 +24,15 @@ class LightTracer:
     ----------
     scene : Scene
     tracer : Tracer
+
+    Attributes
+    ----------
+    surfaces : Tracer
+        `tracer`: where any surface is, see-through or not.
     """
 
     def __init__(self, scene: Scene, tracer: Tracer) -> None:
-        self._scene, self._tracer = scene, tracer
+        self._scene, self.surfaces = scene, tracer
         # One more entry for triangle −1
         self._see_through = np.append(scene.materials.see_through[scene.material_of_triangle], False)
         self._any_see_through = bool(self._see_through.any())
@@ -55,7 +60,7 @@ class LightTracer:
 
     def _stopped(self, origins: np.ndarray, directions: np.ndarray, kind: RayKind) -> Hits:
         """Hits of rays of one kind, see-through surfaces passed with the probability that they let light through."""
-        hits = self._tracer.closest_hit(origins, directions, kind=kind)
+        hits = self.surfaces.closest_hit(origins, directions, kind=kind)
         if not self._tints:
             return hits
         hits = _with_tint(hits)
@@ -86,14 +91,14 @@ class LightTracer:
             tint = met.tint * scene.look_up(materials.tint, met.triangle, met.u, met.v)
             start = origins[k] + met.distance[:, None] * directions[k]
             gap = scene.ray_offset(start)
-            onward = self._tracer.closest_hit(start + gap * directions[k], directions[k], kind=kind)
+            onward = self.surfaces.closest_hit(start + gap * directions[k], directions[k], kind=kind)
             distance = onward.distance + met.distance + gap[:, 0]
             _put(hits, k, Hits(onward.triangle, distance, onward.u, onward.v, onward.normal, tint))
             open_ = k[self._see_through[onward.triangle]]
 
     def visibility(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """Share of the light that passes from each origin to its target, (n, 3) or (n, 1) float32."""
-        blocked = self._tracer.occluded(origins, targets)
+        blocked = self.surfaces.occluded(origins, targets)
         passes = (~blocked)[:, None].astype(np.float32)
         if not self._any_see_through or not blocked.any():
             return passes
@@ -118,7 +123,7 @@ class LightTracer:
         passes = np.ones((len(origins), 3), np.float32)
         ray, left = np.arange(len(origins)), np.asarray(t_max, np.float32)
         for _ in range(_MAX_SURFACES):
-            hits = self._tracer.closest_hit(origins, directions, left, kind=RayKind.SHADOW)
+            hits = self.surfaces.closest_hit(origins, directions, left, kind=RayKind.SHADOW)
             k = np.flatnonzero(hits.hit)
             hits, ray, origins, directions, left = hits.where(k), ray[k], origins[k], directions[k], left[k]
             if len(ray) == 0:
