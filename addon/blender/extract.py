@@ -12,7 +12,8 @@ from ..scene import Lights, Scene, SceneObjects
 from .lamps import in_light_group, read_lamp
 from .light_links import Placed, link_lights
 from .materials import MaterialTable
-from .meshes import LocalMesh, Model, Models, PlacedMeshes, count_triangles, read_mesh, used_slots
+from .meshes import LocalMesh, count_triangles, read_mesh, used_slots
+from .placing import Model, Models, PlacedMeshes
 from .visibility import (
     NOT_READ,
     RAYS,

@@ -19,7 +19,8 @@ import numpy as np
 from ..errors import BakeError
 from ..receivers import ReceiverMesh
 from .color_attribute import check_editable
-from .meshes import attribute, place_normals, to_world
+from .meshes import attribute
+from .transforms import place_normals, to_world
 
 FIRST_VERTICES: dict[str, Callable[["bpy.types.Modifier"], bool]] = {
     "ARRAY": lambda _: True,
