@@ -9,7 +9,7 @@ import numpy as np
 from mathutils.bvhtree import BVHTree
 
 from ..scene import Scene
-from ..tracers.protocol import Hits, RayKind, seen_by
+from ..tracers.protocol import Hits, RayKind, tree_of_each_kind
 
 FARTHEST = 1e18
 """Stands for an infinite distance, m; `BVHTree` takes none."""
@@ -25,13 +25,7 @@ class BVHTracer:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        trees: dict[bytes, _Tree] = {}
-        self._trees = []
-        for kind in RayKind:
-            seen = seen_by(scene.objects, kind)
-            if seen.tobytes() not in trees:
-                trees[seen.tobytes()] = _Tree(scene, np.flatnonzero(seen[scene.object_of_triangle]))
-            self._trees.append(trees[seen.tobytes()])
+        self._trees = tree_of_each_kind(scene.objects, lambda seen: _Tree(scene, seen[scene.object_of_triangle]))
 
     def closest_hit(
         self,
@@ -60,9 +54,10 @@ class BVHTracer:
 
 
 class _Tree:
-    """A BVH of some of a scene's triangles."""
+    """A BVH of those triangles of a scene that a mask includes."""
 
-    def __init__(self, scene: Scene, triangles: np.ndarray) -> None:
+    def __init__(self, scene: Scene, included: np.ndarray) -> None:
+        triangles = np.flatnonzero(included)
         self._triangle = np.append(triangles, -1).astype(np.int32)
         # An epsilon of 0 makes the test of a ray against a triangle watertight.
         self._tree = BVHTree.FromPolygons(

@@ -6,26 +6,17 @@ from embreex.rtcore_scene import EmbreeScene
 
 from ..sampling.vectors import dot
 from ..scene import Scene
-from .protocol import Hits, RayKind, seen_by
+from .protocol import Hits, RayKind, tree_of_each_kind
 
 _SHORT_OF_TARGET = np.float32(1 - 1e-4)
 
 
 class EmbreeTracer:
-    """A `Tracer` on Embree's tree over the scene's triangles.
-
-    Kinds of rays that see the same objects share a tree.
-    """
+    """A `Tracer` on Embree's trees over the scene's triangles."""
 
     def __init__(self, scene: Scene) -> None:
         self._normals = scene.normals
-        trees: dict[bytes, _Tree] = {}
-        self._trees = []
-        for kind in RayKind:
-            seen = seen_by(scene.objects, kind)
-            if seen.tobytes() not in trees:
-                trees[seen.tobytes()] = _Tree(scene, seen)
-            self._trees.append(trees[seen.tobytes()])
+        self._trees = tree_of_each_kind(scene.objects, lambda seen: _Tree(scene, seen[scene.object_of_triangle]))
 
     def closest_hit(
         self,
@@ -43,10 +34,9 @@ class EmbreeTracer:
 
 
 class _Tree:
-    """Embree's tree over the triangles of some of the scene's objects."""
+    """Embree's tree over those triangles of a scene that a mask includes."""
 
-    def __init__(self, scene: Scene, included_objects: np.ndarray) -> None:
-        included = included_objects[scene.object_of_triangle]
+    def __init__(self, scene: Scene, included: np.ndarray) -> None:
         self._triangle = None if included.all() else np.flatnonzero(included).astype(np.int32)
         triangles = scene.triangles[included]
         self._empty = len(triangles) == 0

@@ -1,13 +1,16 @@
 """What every tracer promises."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 
 from ..sampling.vectors import dot
 from ..scene import SceneObjects
+
+Tree = TypeVar("Tree")
 
 
 @dataclass(frozen=True)
@@ -94,6 +97,19 @@ class RayKind(IntEnum):
 def seen_by(objects: SceneObjects, kind: RayKind) -> np.ndarray:
     """Which objects rays of a kind see, (o,) bool."""
     return (objects.scatters, objects.seen_in_gloss, objects.seen_through_glass, objects.casts_shadow)[kind]
+
+
+def tree_of_each_kind(objects: SceneObjects, build: Callable[[np.ndarray], Tree]) -> list[Tree]:
+    """What `build` makes of the objects that rays of a kind see, (o,) bool, for each `RayKind`.
+
+    Kinds of rays that see the same objects share a tree.
+    """
+    trees: dict[bytes, Tree] = {}
+    seen_by_kind = [seen_by(objects, kind) for kind in RayKind]
+    for seen in seen_by_kind:
+        if seen.tobytes() not in trees:
+            trees[seen.tobytes()] = build(seen)
+    return [trees[seen.tobytes()] for seen in seen_by_kind]
 
 
 class Tracer(Protocol):
