@@ -74,10 +74,8 @@ class Hits:
     @staticmethod
     def none(n: int) -> "Hits":
         """As many rays that meet nothing."""
-        zeros = np.zeros(n, np.float32)
-        return Hits(
-            np.full(n, -1, np.int32), np.full(n, np.inf, np.float32), zeros, zeros, np.zeros((n, 3), np.float32)
-        )
+        u, v = np.zeros((2, n), np.float32)
+        return Hits(np.full(n, -1, np.int32), np.full(n, np.inf, np.float32), u, v, np.zeros((n, 3), np.float32))
 
     @property
     def hit(self) -> np.ndarray:
