@@ -8,10 +8,13 @@ import bpy
 import numpy as np
 
 from .node_math import BLEND, COMBINE, MATH, SEPARATE, VECTOR_MATH, lerp, map_range, mean_fresnel, saturate
-from .nodes import LUMINANCE, Place
+from .nodes import Place
 
 Sampler = Callable[[Place], np.ndarray]
 """Colour and alpha of an image node at each texel of a grid, (h, w, 4); told one of the node's outputs."""
+
+LUMINANCE = np.array([0.2126729, 0.7151522, 0.0721750], np.float32)
+"""What Cycles weighs the three colours with where a colour feeds a number."""
 
 TABLE_SIZE = 256
 """Cycles evaluates ramps and curves at this many points and interpolates between them."""

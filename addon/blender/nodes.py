@@ -1,12 +1,9 @@
 """What can be read from a node tree without evaluating it."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import bpy
-import numpy as np
-
-LUMINANCE = np.array([0.2126729, 0.7151522, 0.0721750], np.float32)
-"""What Cycles weighs the three colours with where a colour feeds a number."""
 
 
 @dataclass(frozen=True)
@@ -84,13 +81,6 @@ def uses_nodes(block: "bpy.types.ID") -> bool:
     return bpy.app.version >= always_since or bool(block.use_nodes)
 
 
-def surface_node(block: "bpy.types.ID") -> "bpy.types.Node | None":
-    """The node that feeds the surface of the output that Cycles uses, or None."""
-    output = output_node(block)
-    upstream = source(output.inputs["Surface"]) if output else None
-    return upstream.node if upstream else None
-
-
 def output_node(block: "bpy.types.ID") -> "bpy.types.Node | None":
     """The output node that Cycles uses."""
     return block.node_tree.get_output_node("CYCLES")
@@ -108,21 +98,11 @@ def source(socket: "bpy.types.NodeSocket") -> "bpy.types.NodeSocket | None":
         socket = upstream.node.inputs[0]
 
 
-def number(socket: "bpy.types.NodeSocket") -> float | None:
-    """The value of a socket, or None where nodes that cannot be read make it."""
-    value = _value(socket)
-    return float(value @ LUMINANCE) if isinstance(value, np.ndarray) else value
-
-
-def vector(socket: "bpy.types.NodeSocket") -> np.ndarray | None:
-    """The colour or vector of a socket, (3,) float64, or None where nodes that cannot be read make it."""
-    value = _value(socket)
-    return value if value is None or isinstance(value, np.ndarray) else np.full(3, value)
-
-
-def _value(socket: "bpy.types.NodeSocket") -> np.ndarray | float | None:
-    upstream = source(socket)
-    if upstream is not None and upstream.node.type not in {"RGB", "VALUE"}:
-        return None
-    value = (upstream or socket).default_value
-    return np.array(value[:3], np.float64) if hasattr(value, "__len__") else float(value)
+def all_nodes(tree: "bpy.types.NodeTree") -> "Iterator[bpy.types.Node]":
+    """The nodes of a tree and of the groups in it, each group once."""
+    trees = [tree]
+    for one in trees:  # grows as groups are found
+        for node in one.nodes:
+            yield node
+            if node.type == "GROUP" and node.node_tree and node.node_tree not in trees:
+                trees.append(node.node_tree)

@@ -6,7 +6,7 @@ import bpy
 
 from .closures import ADDERS, Closure
 from .expressions import constant
-from .nodes import Place, output_node, source
+from .nodes import Place, all_nodes, output_node, source
 
 NOT_BAKED = {
     ("BSDF_DIFFUSE", "Roughness"): "its diffuse roughness is not baked",
@@ -46,11 +46,7 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Ite
 
 def _uses(tree: "bpy.types.NodeTree", kind: str, output: str) -> bool:
     """Whether an output of a kind of node is linked to anything, groups included."""
-    return any(
-        (node.type == kind and node.outputs[output].is_linked)
-        or (node.type == "GROUP" and node.node_tree is not None and _uses(node.node_tree, kind, output))
-        for node in tree.nodes
-    )
+    return any(node.type == kind and node.outputs[output].is_linked for node in all_nodes(tree))
 
 
 def _of_closure(closure: Closure) -> Iterator[str]:
