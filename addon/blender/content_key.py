@@ -1,4 +1,4 @@
-"""Keys by which equal contents are found again: what a material's nodes and a mesh look like to Cycles."""
+"""Keys by which equal contents are found again: what nodes and a mesh look like to Cycles, and at which frame."""
 
 import os
 from collections.abc import Iterator
@@ -7,6 +7,8 @@ from typing import Any
 
 import bpy
 import numpy as np
+
+from .nodes import all_nodes
 
 SAYS_NOTHING = {
     *("rna_type", "location", "location_absolute", "width", "height", "dimensions", "select", "show_options"),
@@ -26,6 +28,15 @@ def tree_key(tree: "bpy.types.NodeTree") -> bytes:
     for word in _words_of_tree(tree):
         digest.update(word.encode() + b"\0")
     return digest.digest()
+
+
+def frame_key(block: "bpy.types.ID", scene: "bpy.types.Scene") -> tuple:
+    """The frame of a scene, if a material or world may look different at another one; otherwise empty."""
+    nodes = list(all_nodes(block.node_tree))
+    blocks = {block, block.node_tree, *(node.id_data for node in nodes)}
+    sources = {node.image.source for node in nodes if getattr(node, "image", None)}
+    moves = bool(sources & {"SEQUENCE", "MOVIE"}) or any(one.animation_data is not None for one in blocks)
+    return (scene.frame_current, scene.frame_subframe) if moves else ()
 
 
 def mesh_key(mesh: "bpy.types.Mesh") -> bytes:

@@ -5,8 +5,6 @@ all of it is removed afterwards.
 """
 
 from collections import OrderedDict
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from math import prod
 from typing import Any
@@ -15,9 +13,9 @@ import bpy
 import numpy as np
 
 from .atlas import Atlas
-from .content_key import mesh_key, tree_key
-from .expressions import constant
-from .nodes import Place, output_node, socket, source
+from .content_key import frame_key, mesh_key, tree_key
+from .nodes import Place, all_nodes, output_node, socket, source
+from .temporary import CyclesError, Temporary, cycles_scene, frozen_copy
 
 N_SAMPLES = 1
 """A texel holds the value at one point in it: many look-ups average them, as light does."""
@@ -31,10 +29,6 @@ VIEW_DEPENDENT = {"LIGHT_PATH", "NEW_GEOMETRY", "FRESNEL", "LAYER_WEIGHT"}
 OF_THE_OBJECT = {"OBJECT_INFO", "NEW_GEOMETRY", "TEX_COORD", "CAMERA", "VECT_TRANSFORM", "AMBIENT_OCCLUSION", "BEVEL"}
 OF_THE_OBJECT |= {"ATTRIBUTE", "PARTICLE_INFO", "SCRIPT", "NORMAL_MAP", "DISPLACEMENT", "VECTOR_DISPLACEMENT"}
 """Nodes that may see where an object is, or what it is called; other trees look the same on every instance."""
-
-
-class CyclesError(Exception):
-    """Cycles could not bake; says why."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +64,9 @@ class BakeRequest:
             looks = (tuple(self.obj.color), self.obj.pass_index, sorted(_own_values(self.obj).items()))
             where = (self.obj.name_full, self.matrix.tobytes(), repr(looks))
         names = tuple(_names(place) for place in self.places)
-        return tree_key(self.material.node_tree), mesh_key(self.mesh), self.atlas.uvs.tobytes(), names, where
+        tree = tree_key(self.material.node_tree)
+        frame = frame_key(self.material, bpy.context.scene)
+        return tree, frame, mesh_key(self.mesh), self.atlas.uvs.tobytes(), names, where
 
 
 _baked: OrderedDict[tuple, list[np.ndarray]] = OrderedDict()
@@ -96,10 +92,7 @@ def bake_values(request: BakeRequest) -> list[np.ndarray]:
 
 def sees_object(tree: "bpy.types.NodeTree") -> bool:
     """Whether a material may look different on two objects with the same mesh."""
-    return any(
-        node.type in OF_THE_OBJECT or (node.type == "GROUP" and node.node_tree and sees_object(node.node_tree))
-        for node in tree.nodes
-    )
+    return any(node.type in OF_THE_OBJECT for node in all_nodes(tree))
 
 
 def _own_values(obj: "bpy.types.Object") -> dict[str, Any]:
@@ -115,11 +108,9 @@ def _names(place: Place) -> tuple[str, ...]:
 
 
 def _bake(request: BakeRequest) -> list[np.ndarray]:
-    if not hasattr(bpy.types.Scene, "cycles"):
-        raise CyclesError("Cycles is not enabled")
     passes = _passes(request.places)
-    with _removed_afterwards() as temporary:
-        material = _material(request.material, temporary)
+    with Temporary() as temporary:
+        material = frozen_copy(request.material, VIEW_DEPENDENT, temporary)
         sources = {place: _exposed(material.node_tree, place) for place in request.places}
         stage = _Stage.build(request, material, temporary)
         pictures: dict[Place, np.ndarray] = {}
@@ -146,45 +137,6 @@ def _passes(places: list[Place]) -> list[list[Place]]:
     numbers = [place for place in places if not _is_color(place)]
     threes = [numbers[i : i + 3] for i in range(0, len(numbers), 3)]
     return [[place] for place in places if _is_color(place)] + threes
-
-
-@contextmanager
-def _removed_afterwards() -> Iterator[list[Any]]:
-    """A list for data-blocks that are removed at the end, the last first."""
-    blocks: list[Any] = []
-    try:
-        yield blocks
-    finally:
-        bpy.data.batch_remove(blocks[::-1])
-
-
-def _material(original: "bpy.types.Material", temporary: list[Any]) -> "bpy.types.Material":
-    """A copy of a material with groups of its own, in which what depends on the ray is constant."""
-    material = original.copy()
-    temporary.append(material)
-    _own_groups(material.node_tree, (), temporary)
-    return material
-
-
-def _own_groups(tree: "bpy.types.NodeTree", groups: tuple, temporary: list[Any]) -> None:
-    for node in list(tree.nodes):
-        if node.type == "GROUP" and node.node_tree:
-            node.node_tree = node.node_tree.copy()
-            temporary.append(node.node_tree)
-            _own_groups(node.node_tree, (*groups, node), temporary)
-        elif node.type in VIEW_DEPENDENT:
-            _freeze(tree, node, groups)
-
-
-def _freeze(tree: "bpy.types.NodeTree", node: "bpy.types.Node", groups: tuple) -> None:
-    """Put constants where a node's outputs depend on the ray."""
-    for output in node.outputs:
-        fixed = constant(Place(output, groups)) if output.is_linked else None
-        if fixed is not None:
-            value = tree.nodes.new("ShaderNodeValue")
-            value.outputs[0].default_value = float(fixed.mean())
-            for link in list(output.links):
-                tree.links.new(value.outputs[0], link.to_socket)
 
 
 def _exposed(tree: "bpy.types.NodeTree", place: Place) -> "bpy.types.NodeSocket":
@@ -218,14 +170,13 @@ class _Stage:
     uv_map: str
 
     @staticmethod
-    def build(request: BakeRequest, material: "bpy.types.Material", temporary: list[Any]) -> "_Stage":
+    def build(request: BakeRequest, material: "bpy.types.Material", temporary: Temporary) -> "_Stage":
         tree, side = material.node_tree, request.atlas.side
         mesh = _mesh(request, temporary)
         mesh.materials.append(material)
         image = bpy.data.images.new("Photon Bake", side, side, alpha=True, float_buffer=True, is_data=True)
-        temporary.append(image)
-        obj = bpy.data.objects.new(request.obj.name, mesh)
-        temporary.append(obj)
+        temporary.add(image)
+        obj = temporary.add(bpy.data.objects.new(request.obj.name, mesh))
         obj.matrix_world = request.matrix.T.tolist()
         obj.color, obj.pass_index = request.obj.color, request.obj.pass_index
         for key, value in _own_values(request.obj).items():
@@ -277,10 +228,9 @@ class _Stage:
         return color
 
 
-def _mesh(request: BakeRequest, temporary: list[Any]) -> "bpy.types.Mesh":
+def _mesh(request: BakeRequest, temporary: Temporary) -> "bpy.types.Mesh":
     """A copy of the evaluated mesh whose last UV map is the atlas."""
-    mesh = request.mesh.copy()
-    temporary.append(mesh)
+    mesh = temporary.add(request.mesh.copy())
     mesh.use_auto_texspace = False
     mesh.texspace_location, mesh.texspace_size = request.mesh.texspace_location, request.mesh.texspace_size
     mesh.materials.clear()
@@ -291,16 +241,11 @@ def _mesh(request: BakeRequest, temporary: list[Any]) -> "bpy.types.Mesh":
     return mesh
 
 
-def _scene(obj: "bpy.types.Object", temporary: list[Any]) -> "bpy.types.Scene":
+def _scene(obj: "bpy.types.Object", temporary: Temporary) -> "bpy.types.Scene":
     """A scene that holds only `obj`, selected and active, at the frame of the user's."""
-    current = bpy.context.scene
-    scene = bpy.data.scenes.new("Photon Bake")
-    temporary.append(scene)
+    scene = cycles_scene(bpy.context.scene, temporary)
+    scene.cycles.samples = N_SAMPLES
     scene.collection.objects.link(obj)
-    scene.frame_current, scene.frame_subframe = current.frame_current, current.frame_subframe
-    scene.render.engine = "CYCLES"
-    scene.render.threads_mode, scene.render.threads = current.render.threads_mode, current.render.threads
-    scene.cycles.device, scene.cycles.samples, scene.cycles.use_adaptive_sampling = "CPU", N_SAMPLES, False
     layer = scene.view_layers[0]
     obj.select_set(True, view_layer=layer)
     layer.objects.active = obj

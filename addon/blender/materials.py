@@ -9,13 +9,14 @@ import numpy as np
 from ..scene import Channel, Materials
 from .atlas import make_atlas
 from .closures import Closure, combine, read_closures
-from .cycles_bake import BakeRequest, CyclesError, bake_values, sees_object
+from .cycles_bake import BakeRequest, bake_values, sees_object
 from .expressions import Evaluator, UnreadableError, default_value, no_images
 from .images import ImageTable
 from .lobes import Lobe, Lobes
 from .meshes import attribute
 from .nodes import Place, output_node, source, uses_nodes
 from .shortcomings import shortcomings
+from .temporary import CyclesError
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of, interpolated
 from .warn import Warnings
 

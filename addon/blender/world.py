@@ -4,9 +4,10 @@ import bpy
 import numpy as np
 
 from ..scene import World
-from .cycles_world import WorldRenderError, picture_of_world
+from .cycles_world import picture_of_world
 from .light_shader import constant_emission
 from .nodes import Place, output_node, uses_nodes
+from .temporary import CyclesError
 from .warn import Warnings
 
 
@@ -36,7 +37,7 @@ def read_world(depsgraph: "bpy.types.Depsgraph", warnings: Warnings, light_group
         return World.constant(color)
     try:
         return _compact(picture_of_world(world.original, depsgraph.scene))
-    except WorldRenderError as error:
+    except CyclesError as error:
         warnings.add(
             f"World '{world.name}': Cycles could not render it ({error}), so the Background node's own colour and "
             "strength are baked: enable Cycles, or give the world one colour."

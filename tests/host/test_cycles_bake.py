@@ -6,6 +6,7 @@ import pytest
 from photon_bake.addon.blender import cycles_bake, extract_scene
 from photon_bake.addon.blender.atlas import make_atlas
 from photon_bake.addon.blender.materials import DEFAULT_GREY
+from photon_bake.addon.blender.temporary import CyclesError
 from photon_bake.tests.host import scenes
 
 
@@ -121,6 +122,34 @@ def test_same_content_is_baked_once(monkeypatch):
     first.data.vertices[0].co.z += 1
     extract_scene(scenes.depsgraph())
     assert len(baked) == 3
+
+
+def sequence(folder, material, socket):
+    """Frame 1 of a picture is dark, frame 2 bright; noise tells where on it a point looks."""
+    tree = material.node_tree
+    for frame, value in ((1, 0.25), (2, 0.75)):
+        image = bpy.data.images.new("Frame", 4, 4, float_buffer=True)
+        image.pixels.foreach_set(np.full(64, value, np.float32))
+        image.file_format, image.filepath_raw = "OPEN_EXR", str(folder / f"frame{frame:04}.exr")
+        image.save()
+    node, noise = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeTexNoise")
+    node.image = bpy.data.images.load(str(folder / "frame0001.exr"))
+    node.image.source = "SEQUENCE"
+    node.image_user.frame_duration, node.image_user.use_auto_refresh = 2, True
+    tree.links.new(noise.outputs["Color"], node.inputs["Vector"])
+    tree.links.new(node.outputs["Color"], socket)
+
+
+def test_image_sequences_are_baked_at_each_frame(tmp_path, monkeypatch):
+    baked = count_bakes(monkeypatch)
+    material, surface = scenes.add_material()
+    sequence(tmp_path, material, surface.inputs["Base Color"])
+    tiles(material)
+    for frame, value in ((1, 0.25), (2, 0.75), (1, 0.25)):
+        bpy.context.scene.frame_set(frame)
+        materials = extract_scene(scenes.depsgraph()).materials
+        np.testing.assert_allclose(materials.diffuse.value, value, atol=1e-3)
+    assert len(baked) == 2
 
 
 def test_objects_that_a_material_tells_apart_are_baked_each(monkeypatch):
@@ -276,7 +305,7 @@ def test_failing_bake_warns_and_takes_the_sockets_own_value(monkeypatch):
     tiles(material)
 
     def fail(request):
-        raise cycles_bake.CyclesError("no Cycles here")
+        raise CyclesError("no Cycles here")
 
     monkeypatch.setattr(cycles_bake, "_bake", fail)
     warnings = []

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from mathutils import Vector
 from photon_bake.addon.blender import cycles_world, extract_scene
+from photon_bake.addon.blender.temporary import CyclesError
 from photon_bake.addon.blender.warn import Warnings
 from photon_bake.addon.blender.world import read_world
 from photon_bake.addon.gather import DirectLight
@@ -217,6 +218,19 @@ def test_pictures_are_kept_until_the_world_changes(monkeypatch):
     assert len(renders) == 3
 
 
+@pytest.mark.parametrize("animated", [False, True])
+def test_animated_worlds_are_rendered_at_each_frame(animated, monkeypatch):
+    renders = []
+    monkeypatch.setattr(cycles_world, "_render", lambda *_: renders.append(1) or np.ones((4, 8, 3), np.float32))
+    tree = hdri()
+    if animated:
+        tree.background.inputs["Strength"].keyframe_insert("default_value", frame=1)
+    for frame in (1, 2, 1):
+        bpy.context.scene.frame_set(frame)
+        read()
+    assert len(renders) == (2 if animated else 1)
+
+
 def test_one_color():
     scenes.set_world((0.5, 0.25, 0.125), 2)
     world = read()
@@ -246,7 +260,7 @@ def test_black_worlds():
 
 def test_without_cycles(monkeypatch):
     def no_cycles(*_):
-        raise cycles_world.WorldRenderError("Cycles is not enabled")
+        raise CyclesError("Cycles is not enabled")
 
     monkeypatch.setattr(cycles_world, "_render", no_cycles)
     hdri().background.inputs["Color"].default_value = (1, 0.5, 0, 1)

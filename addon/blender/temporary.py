@@ -1,0 +1,82 @@
+"""What Cycles works on for a moment: data-blocks of our own, which are removed again."""
+
+from typing import Any
+
+import bpy
+
+from .expressions import constant
+from .nodes import Place
+
+
+class CyclesError(Exception):
+    """Cycles could not bake or render; says why."""
+
+
+class Temporary:
+    """Data-blocks that are removed at the end of a ``with`` statement, the last first."""
+
+    def __init__(self) -> None:
+        self._blocks: list[Any] = []
+
+    def __enter__(self) -> "Temporary":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        bpy.data.batch_remove(self._blocks[::-1])
+
+    def add(self, block: Any) -> Any:
+        """Take a data-block, and give it back to work on."""
+        self._blocks.append(block)
+        return block
+
+
+def cycles_scene(like: "bpy.types.Scene", temporary: Temporary) -> "bpy.types.Scene":
+    """An empty scene at the frame of another one, for Cycles on the CPU with as many threads.
+
+    Raises
+    ------
+    CyclesError
+        If Cycles is not enabled.
+    """
+    if not hasattr(bpy.types.Scene, "cycles"):
+        raise CyclesError("Cycles is not enabled")
+    scene = temporary.add(bpy.data.scenes.new("Photon Bake"))
+    scene.frame_current, scene.frame_subframe = like.frame_current, like.frame_subframe
+    scene.render.engine = "CYCLES"
+    scene.render.threads_mode, scene.render.threads = like.render.threads_mode, like.render.threads
+    scene.cycles.device, scene.cycles.use_adaptive_sampling = "CPU", False
+    return scene
+
+
+def frozen_copy(block: "bpy.types.ID", kinds: set[str], temporary: Temporary) -> "bpy.types.ID":
+    """A copy of a material or world with groups of its own, in which what depends on the ray is constant.
+
+    Parameters
+    ----------
+    block : bpy.types.Material or bpy.types.World
+    kinds : set of str
+        Types of the nodes whose outputs become constants where light sees them as such.
+    temporary : Temporary
+    """
+    copy = temporary.add(block.copy())
+    _freeze_tree(copy.node_tree, (), kinds, temporary)
+    return copy
+
+
+def _freeze_tree(tree: "bpy.types.NodeTree", groups: tuple, kinds: set[str], temporary: Temporary) -> None:
+    for node in list(tree.nodes):
+        if node.type == "GROUP" and node.node_tree:
+            node.node_tree = temporary.add(node.node_tree.copy())
+            _freeze_tree(node.node_tree, (*groups, node), kinds, temporary)
+        elif node.type in kinds:
+            _freeze_node(tree, node, groups)
+
+
+def _freeze_node(tree: "bpy.types.NodeTree", node: "bpy.types.Node", groups: tuple) -> None:
+    for output in node.outputs:
+        fixed = constant(Place(output, groups)) if output.is_linked else None
+        if fixed is not None:
+            value = tree.nodes.new("ShaderNodeValue").outputs[0]
+            value.default_value = float(fixed.mean())
+            for link in list(output.links):
+                tree.links.new(value, link.to_socket)
