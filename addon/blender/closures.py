@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import reduce
+from math import log
 
 import bpy
 import numpy as np
@@ -16,8 +17,12 @@ Value = Callable[[Place], np.ndarray]
 """Evaluates a socket, (h, w, 1 or 3) float32; h = w = 1 where it is constant."""
 
 
-BECKMANN_AS_GGX = 0.88
-"""A GGX lobe of this share of the roughness scatters about like a Beckmann lobe, which has no long tails."""
+BECKMANN_AS_GGX = log(2) ** 0.25
+"""A GGX lobe of this share of the roughness, 0.91, stands for a Beckmann lobe: facets have the same median slope.
+
+P(tan θ < t) is 1 − exp(−t²/α²) for Beckmann's facets and t²/(α² + t²) for GGX's, with the medians α √ln 2 and α. The
+width α is the square of the roughness.
+"""
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.blender import extract_scene
+from photon_bake.addon.blender.closures import BECKMANN_AS_GGX
 from photon_bake.addon.blender.node_math import mean_fresnel
 from photon_bake.tests.host import scenes
 
@@ -393,6 +394,23 @@ def test_says_that_other_distributions_are_baked_as_ggx(kind, roughness, n):
     warnings = []
     read(material, warnings)
     assert warnings == ["Material 'Material': its Beckmann distribution is baked as GGX."] * n
+
+
+def test_beckmann_has_the_median_slope_of_ggx():
+    """Half of the facets are less steep than t, where P(tan θ < t) = 1 − exp(−t²/α²), or t²/(α² + t²) for GGX."""
+    roughness = 0.5
+    beckmann, ggx = roughness**2, (BECKMANN_AS_GGX * roughness) ** 2
+    t = np.linspace(0, 2, 200_001)
+    medians = [np.interp(0.5, share, t) for share in (1 - np.exp(-(t**2) / beckmann**2), t**2 / (ggx**2 + t**2))]
+    assert medians[0] == pytest.approx(medians[1], rel=1e-5)
+
+
+def test_beckmann_roughness():
+    material, tree, show = tree_of()
+    surface = shader(tree, "BsdfGlossy", Roughness=0.5)
+    surface.distribution = "BECKMANN"
+    show(surface)
+    expect(read(material), roughness=0.5 * BECKMANN_AS_GGX)
 
 
 def test_says_that_displacement_and_edge_tint_are_not_baked():
