@@ -41,6 +41,15 @@ def modified(obj, kind, **settings):
     return modifier
 
 
+def in_collection(obj):
+    """An object moved into a collection of its own; returns what the view layer says of that."""
+    collection, scene = bpy.data.collections.new("Collection"), bpy.context.scene
+    scene.collection.children.link(collection)
+    scene.collection.objects.unlink(obj)
+    collection.objects.link(obj)
+    return bpy.context.view_layer.layer_collection.children[collection.name]
+
+
 def zigzag_room():
     """A room whose floor is a zigzag of steep slopes; returns the floor."""
     room(without=["Floor", "Ceiling"], dim=0.5)
@@ -435,24 +444,14 @@ def hidden():
 @case("An excluded collection", GROUP)
 def excluded():
     shaded_room()
-    shape = plate(0.8)
-    collection = bpy.data.collections.new("Off")
-    bpy.context.scene.collection.children.link(collection)
-    bpy.context.scene.collection.objects.unlink(shape)
-    collection.objects.link(shape)
-    bpy.context.view_layer.layer_collection.children["Off"].exclude = True
+    in_collection(plate(0.8)).exclude = True
 
 
 @case("An indirect-only collection", GROUP)
 def indirect_only():
     # The camera does not see it; light does.
     shaded_room()
-    shape = plate(0.8)
-    collection = bpy.data.collections.new("Indirect")
-    bpy.context.scene.collection.children.link(collection)
-    bpy.context.scene.collection.objects.unlink(shape)
-    collection.objects.link(shape)
-    bpy.context.view_layer.layer_collection.children["Indirect"].indirect_only = True
+    in_collection(plate(0.8)).indirect_only = True
 
 
 @case("A holdout object", GROUP)
