@@ -127,13 +127,18 @@ class Scene:
 
     def barycentrics(self, triangle: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Barycentric weights (u, v) of points on triangles, clipped to the triangles, (n,) float32 each."""
+        u, v = self.plane_coordinates(triangle, positions)
+        u = np.clip(u, 0, 1)
+        v = np.clip(v, 0, 1 - u)
+        return u.astype(np.float32), v.astype(np.float32)
+
+    def plane_coordinates(self, triangle: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Barycentric weights (u, v) of where points (n, 3) lie over the planes of triangles, (n,) float64 each."""
         corners = self.vertices[self.triangles[triangle]].astype(np.float64)  # slivers need the digits
         e1, e2, p = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], positions - corners[:, 0]
         d11, d12, d22, p1, p2 = dot(e1, e1), dot(e1, e2), dot(e2, e2), dot(p, e1), dot(p, e2)
         scale = 1 / np.maximum(d11 * d22 - d12 * d12, 1e-300)
-        u = np.clip((d22 * p1 - d12 * p2) * scale, 0, 1)
-        v = np.clip((d11 * p2 - d12 * p1) * scale, 0, 1 - u)
-        return u.astype(np.float32), v.astype(np.float32)
+        return (d22 * p1 - d12 * p2) * scale, (d11 * p2 - d12 * p1) * scale
 
     def uvs(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Texture coordinates of barycentric coordinates (1−u−v, u, v) on triangles, (n, 2) float32."""

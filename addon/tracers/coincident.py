@@ -80,11 +80,8 @@ class CoincidentSurfaces:
 
 def _inside(scene: Scene, triangle: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Whether points (n, 3) lie on triangles (n,), (n,) bool."""
-    corners = scene.vertices[scene.triangles[triangle]].astype(np.float64)
-    e1, e2, p = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], x - corners[:, 0]
-    d11, d12, d22, p1, p2 = dot(e1, e1), dot(e1, e2), dot(e2, e2), dot(p, e1), dot(p, e2)
-    scale = 1 / np.maximum(d11 * d22 - d12 * d12, 1e-300)
-    u, v = (d22 * p1 - d12 * p2) * scale, (d11 * p2 - d12 * p1) * scale
-    height = np.abs(dot(p, scene.normals[triangle].astype(np.float64)))
+    u, v = scene.plane_coordinates(triangle, x)
+    above = x - scene.vertices[scene.triangles[triangle, 0]].astype(np.float64)
+    height = np.abs(dot(above, scene.normals[triangle].astype(np.float64)))
     near = height <= _ONE_PLACE * np.maximum(largest(np.abs(x)), 1e-6)
     return near & (u >= 0) & (v >= 0) & (u + v <= 1)
