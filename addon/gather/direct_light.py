@@ -103,7 +103,7 @@ class DirectLight:
         if self._rays_own_some:
             hits, directions = self._rays(positions, normals, random)
             met = self._emission_met(hits, directions, normals) + self._sampled_sky_met(hits, directions, normals)
-            result += np.float32(np.pi) * _tinted(met, hits)
+            result += np.float32(np.pi) * hits.tinted(met)
         return result
 
     def irradiance_with_sky(
@@ -111,7 +111,7 @@ class DirectLight:
     ) -> np.ndarray:
         """One estimate of all direct irradiance at each point, (n, 3) float32, W/m²; see `irradiance`."""
         hits, directions = self._rays(positions, normals, random)
-        own = np.float32(np.pi) * _tinted(self.met(hits, directions, normals), hits)
+        own = np.float32(np.pi) * hits.tinted(self.met(hits, directions, normals))
         return self.sample(positions, normals, objects, random).irradiance + own
 
     def sample(
@@ -383,11 +383,6 @@ def _direction(positions: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, 
     way = targets - positions
     distance = np.maximum(np.sqrt(dot(way, way)), np.float32(1e-6))
     return way / distance[:, None], distance
-
-
-def _tinted(radiance: np.ndarray, hits: Hits) -> np.ndarray:
-    """What see-through surfaces on the way to hits leave of radiance, (n, 3) float32."""
-    return radiance if hits.tint is None else radiance * hits.tint
 
 
 def direct_irradiance(scene: Scene, direct: DirectLight, receivers: Receivers, workers: Workers) -> np.ndarray:

@@ -1,5 +1,7 @@
 """A photon's way from its source to the first surface, which is the only one that light linking has a say in."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..scene import Scene
@@ -22,7 +24,7 @@ def first_flight(
 
     Objects that do not block the source let its light through, yet are lit where the source illuminates them: there
     half of the photons stop and half go on, with twice the power. Objects that block it without being illuminated
-    take the photons' power.
+    take the photons' power. What see-through surfaces leave of it is in the power, too.
 
     Parameters
     ----------
@@ -33,35 +35,29 @@ def first_flight(
     lit = np.ones(len(objects.names), bool) if source.illuminates is None else source.illuminates
     blocks = objects.casts_shadow if source.blocked_by is None else objects.casts_shadow & source.blocked_by
     hits = tracer.closest_hit(origins, directions)
-    power = power if hits.tint is None else power * hits.tint
+    power = hits.tinted(power)
     if (lit & blocks)[objects.scatters].all():
         return hits, _unless_shadowed(scene, tracer, blocks, origins, hits, directions, power)
 
-    start, power = origins.copy(), power.copy()
-    triangle, distance, u, v, normal = (
-        np.array(a) for a in (hits.triangle, hits.distance, hits.u, hits.v, hits.normal)
-    )
+    hits, power = hits.with_tint(), power.copy()
     flying = np.flatnonzero(hits.hit)
-    for step in range(_MAX_PASSED):
-        of_object = scene.object_of_triangle[triangle[flying]]
+    for _ in range(_MAX_PASSED):
+        of_object = scene.object_of_triangle[hits.triangle[flying]]
         either = lit[of_object] & ~blocks[of_object]
         power[flying[blocks[of_object] & ~lit[of_object]]] = 0
         power[flying[either]] *= 2
-        onward = ~blocks[of_object] & ~(either & (random.random(len(flying), dtype=np.float32) < np.float32(0.5)))
-        flying = flying[onward]
+        stops = blocks[of_object] | (either & (random.random(len(flying), dtype=np.float32) < np.float32(0.5)))
+        flying = flying[~stops]
         if len(flying) == 0:
             break
-        if step == _MAX_PASSED - 1:
-            power[flying] = 0
-        start[flying] = origins[flying] + distance[flying, None] * directions[flying]
-        gap = scene.ray_offset(start[flying])
-        start[flying] += gap * directions[flying]
-        next_ = tracer.closest_hit(start[flying], directions[flying])
-        power[flying] *= 1 if next_.tint is None else next_.tint
-        distance[flying] += next_.distance + gap[:, 0]
-        triangle[flying], u[flying], v[flying], normal[flying] = next_.triangle, next_.u, next_.v, next_.normal
-        flying = flying[next_.hit]
-    hits = Hits(triangle, distance, u, v, normal)
+        start = origins[flying] + hits.distance[flying, None] * directions[flying]
+        gap = scene.ray_offset(start)
+        onward = tracer.closest_hit(start + gap * directions[flying], directions[flying])
+        power[flying] = onward.tinted(power[flying])
+        distance = hits.distance[flying] + (onward.distance + gap[:, 0])
+        hits.put(flying, replace(onward, distance=distance))
+        flying = flying[onward.hit]
+    power[flying] = 0  # lost after too many objects
     return hits, _unless_shadowed(scene, tracer, blocks, origins, hits, directions, power)
 
 

@@ -110,7 +110,7 @@ def _trace_batch(scene: Scene, tracer: LightTracer, batch: _Batch, max_bounces: 
             hits, power = first_flight(scene, tracer, source, origins, directions, power, random)
         else:
             hits = tracer.closest_hit(origins, directions)
-            power = power if hits.tint is None else power * hits.tint
+            power = hits.tinted(power)
         hit = np.flatnonzero(hits.hit & (power > 0).any(axis=1))
         if len(hit) == 0:
             break

@@ -52,10 +52,10 @@ class LightTracer:
             return self._stopped(origins, directions, kind if isinstance(kind, RayKind) else RayKind.DIFFUSE)
         hits = Hits.none(len(origins))
         if self._tints:
-            hits = _with_tint(hits)
+            hits = hits.with_tint()
         for one in np.unique(kind):
             k = np.flatnonzero(kind == one)
-            _put(hits, k, self._stopped(origins[k], directions[k], RayKind(one)))
+            hits.put(k, self._stopped(origins[k], directions[k], RayKind(one)))
         return hits
 
     def _stopped(self, origins: np.ndarray, directions: np.ndarray, kind: RayKind) -> Hits:
@@ -63,7 +63,7 @@ class LightTracer:
         hits = self.surfaces.closest_hit(origins, directions, kind=kind)
         if not self._tints:
             return hits
-        hits = _with_tint(hits)
+        hits = hits.with_tint()
         if self._any_see_through:
             self._pass_through(hits, origins, directions, kind)
         assert hits.tint is not None
@@ -93,7 +93,7 @@ class LightTracer:
             gap = scene.ray_offset(start)
             onward = self.surfaces.closest_hit(start + gap * directions[k], directions[k], kind=kind)
             distance = onward.distance + met.distance + gap[:, 0]
-            _put(hits, k, Hits(onward.triangle, distance, onward.u, onward.v, onward.normal, tint))
+            hits.put(k, replace(onward, distance=distance, tint=tint))
             open_ = k[self._see_through[onward.triangle]]
 
     def visibility(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
@@ -140,20 +140,6 @@ class LightTracer:
             origins, directions, left, ray = start[k] + gap[k] * directions[k], directions[k], left[k], ray[k]
         passes[ray] = 0
         return passes
-
-
-def _with_tint(hits: Hits) -> Hits:
-    """Hits with a white tint, in arrays that may be written to."""
-    copy = hits.where(np.arange(len(hits.triangle)))
-    return replace(copy, tint=np.ones((len(copy.triangle), 3), np.float32))
-
-
-def _put(hits: Hits, k: np.ndarray, others: Hits) -> None:
-    """Write `others` to the rows `k` of `hits`."""
-    for name in ("triangle", "distance", "u", "v", "normal", "tint"):
-        into, values = getattr(hits, name), getattr(others, name)
-        if into is not None:
-            into[k] = 1 if values is None else values
 
 
 def _hash(origins: np.ndarray, directions: np.ndarray, step: int) -> np.ndarray:

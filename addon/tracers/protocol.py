@@ -1,7 +1,7 @@
 """What every tracer promises."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Protocol, TypeVar
 
@@ -53,6 +53,22 @@ class Hits:
         return Hits(
             self.triangle[chosen], self.distance[chosen], self.u[chosen], self.v[chosen], self.normal[chosen], tint
         )
+
+    def with_tint(self) -> "Hits":
+        """A copy that may be written to, with a tint: white where there was none."""
+        copy = self.where(np.arange(len(self.triangle)))
+        return replace(copy, tint=copy.tinted(np.ones((len(copy.triangle), 3), np.float32)))
+
+    def put(self, k: np.ndarray, others: "Hits") -> None:
+        """Write `others` to the rows `k`; a tint only if these have one."""
+        for name in ("triangle", "distance", "u", "v", "normal"):
+            getattr(self, name)[k] = getattr(others, name)
+        if self.tint is not None:
+            self.tint[k] = 1 if others.tint is None else others.tint
+
+    def tinted(self, light: np.ndarray) -> np.ndarray:
+        """What see-through surfaces on the way leave of light (n, 3)."""
+        return light if self.tint is None else light * self.tint
 
     @staticmethod
     def join(parts: "list[Hits]") -> "Hits":
