@@ -127,7 +127,7 @@ class GatherRays:
         """
         directions = to_world(sample_cosine_hemisphere(_stratified(len(origins) // n_rays, n_rays, random)), normals)
         hits = self._tracer.closest_hit(origins, directions)
-        throughput = np.ones((len(origins), 1), np.float32) if hits.tint is None else hits.tint
+        throughput = hits.tinted(np.ones((len(origins), 3), np.float32))
         sky = throughput * self._direct.unsampled_sky(hits, directions)
         reflected = np.zeros_like(directions)
         paths = self._look_up(reflected, np.arange(len(origins)), throughput, origins, directions, hits, True, random)
@@ -152,7 +152,6 @@ class GatherRays:
         random: np.random.Generator,
     ) -> _Paths:
         """Add what the cache says to the rays' `radiance`; return the paths that have to be followed."""
-        throughput = np.broadcast_to(throughput, directions.shape)
         reflected, near = self._cache.look_up(hits, directions)
         # What shines through a leaf is lit from its other side: only the cache knows both
         near &= near_allowed & ~self._translucent[hits.triangle]
@@ -199,14 +198,15 @@ class GatherRays:
             alive = np.flatnonzero(random.random(len(k), dtype=np.float32) < survival)
             throughput = throughput[alive] / survival[alive, None]
             hits = self._tracer.closest_hit(on.origins[alive], on.directions[alive], on.kind[alive])
-            if hits.tint is not None:
-                throughput = throughput * hits.tint
-            ray, onward, wide = part.ray[alive], on.directions[alive], on.lobe[alive] < Lobe.GLOSSY
-            side = np.where(on.lobe[alive] == Lobe.TRANSLUCENT, np.float32(-1), np.float32(1))[:, None]
+            throughput = hits.tinted(throughput)
+            ray, onward = part.ray[alive], on.directions[alive]
             light = self._direct.unsampled_sky(hits, onward)
-            k = np.flatnonzero(wide)
-            shading = scene.shading_normals(part.hits.triangle, part.hits.u, part.hits.v, part.normals)
-            light[k] = self._direct.met(hits.where(k), onward[k], (side * shading[alive])[k])
+            wide = np.flatnonzero(on.lobe[alive] < Lobe.GLOSSY)
+            k = alive[wide]
+            left = part.hits.where(k)
+            side = np.where(on.lobe[k] == Lobe.TRANSLUCENT, np.float32(-1), np.float32(1))[:, None]
+            shading = side * scene.shading_normals(left.triangle, left.u, left.v, part.normals[k])
+            light[wide] = self._direct.met(hits.where(wide), onward[wide], shading)
             radiance[ray] += throughput * light
             parts.append(
                 self._look_up(radiance, ray, throughput, on.origins[alive], onward, hits, near_allowed, random)
