@@ -2,7 +2,8 @@
 
 from .build_cache import build_radiance_cache, worthwhile_elements
 from .density import density_estimate
-from .direct_light import DirectLight, direct_irradiance
+from .direct_irradiance import direct_irradiance
+from .direct_light import DirectLight
 from .final_gather import final_gather
 from .gather_rays import GatherRays
 from .irradiance import Irradiance

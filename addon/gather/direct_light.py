@@ -14,27 +14,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..parallel import Workers
 from ..photons import Source
-from ..photons.emission import emissive_triangles, sample_area_lamp
-from ..receivers import Receivers
+from ..photons.emission import emissive_triangles
 from ..sampling.vectors import dot
 from ..sampling.warps import (
     pdf_cosine_hemisphere,
     sample_cosine_hemisphere,
-    sample_uniform_cone,
-    sample_uniform_disk,
     sample_uniform_triangle,
     to_world,
 )
-from ..scene import LightKind, Scene
+from ..scene import Scene
 from ..tracers import Hits, LightTracer
 from .lamp_choice import LampChoice
+from .light_samples import directions_to, light_samples
 
 MAX_CANDIDATES = 8
-N_SAMPLES = 64
-_MESH, _WORLD = -1, -2  # kinds of the sources that stand for all emissive triangles, and for the world
-_AT_RECEIVERS = 31  # stream of random numbers
 
 
 @dataclass(frozen=True)
@@ -68,6 +62,7 @@ class DirectLight:
         self._scene, self._tracer = scene, tracer
         self._emissive, self._emissive_chance, _ = emissive_triangles(scene)
         self._emissive_cumulative = np.cumsum(self._emissive_chance)
+        self._far_away = np.float32(2 * scene.diagonal)
         # After the lamps come all emissive triangles, and the world (whose index is −1)
         power = np.zeros(len(scene.lights) + 2)
         for source in sources:
@@ -158,7 +153,7 @@ class DirectLight:
         passes = self._visibility(positions[lit], targets[k[lit]], source[k[lit]])
         irradiance = np.zeros((n, 3), np.float32)
         irradiance[lit] = estimates[k[lit]] * scale[:, None].astype(np.float32) * passes
-        return Incident(irradiance, _direction(positions, targets[k])[0])
+        return Incident(irradiance, directions_to(positions, targets[k])[0])
 
     def met(self, hits: Hits, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Radiance that cosine-weighted rays meet and that is their own, (n, 3) float32: of emissive triangles, and of
@@ -230,7 +225,7 @@ class DirectLight:
             if not (blocked_by[lamp] & objects.casts_shadow).any():
                 continue
             k = np.flatnonzero(source == lamp)
-            directions, distance = _direction(positions[k], targets[k])
+            directions, distance = directions_to(positions[k], targets[k])
             near = distance * np.float32(1 - 1e-4)
             passes[k] = self._tracer.transmittance(positions[k], directions, near, blocks=blocked_by[lamp])
         return passes
@@ -252,96 +247,19 @@ class DirectLight:
         self, source: np.ndarray, positions: np.ndarray, normals: np.ndarray, u: np.ndarray, rays_own: bool
     ) -> tuple[np.ndarray, np.ndarray]:
         """A point on each source and the irradiance from it over its density: (n, 3) m, (n, 3) W/m²."""
-        kind = np.append(self._scene.lights.kind, np.array([_MESH, _WORLD], np.int32))[source]
+        lights = self._scene.lights
         targets, irradiance = np.zeros_like(positions), np.zeros_like(positions)
-        for kinds, sample in (
-            ((LightKind.POINT, LightKind.SPOT), self._from_points),
-            ((LightKind.RECTANGLE, LightKind.ELLIPSE), self._from_areas),
-            ((LightKind.SUN,), self._from_suns),
-        ):
-            k = np.flatnonzero(np.isin(kind, kinds))
+        k = np.flatnonzero(source < len(lights))
+        if len(k):
+            targets[k], irradiance[k] = light_samples(
+                lights, source[k], positions[k], normals[k], u[k, :2], self._far_away
+            )
+        # After the lamps come all emissive triangles, and the world
+        for one, sample in ((len(lights), self._from_meshes), (len(lights) + 1, self._from_world)):
+            k = np.flatnonzero(source == one)
             if len(k):
-                targets[k], irradiance[k] = sample(source[k], positions[k], normals[k], u[k])
-        for one, sample_all in ((_MESH, self._from_meshes), (_WORLD, self._from_world)):
-            k = np.flatnonzero(kind == one)
-            if len(k):
-                targets[k], irradiance[k] = sample_all(positions[k], normals[k], u[k], rays_own)
+                targets[k], irradiance[k] = sample(positions[k], normals[k], u[k], rays_own)
         return targets, irradiance
-
-    def _from_points(
-        self, lamp: np.ndarray, positions: np.ndarray, normals: np.ndarray, u: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Point and spot lamps: points of the disc of radius r that faces the position, of radiance L = I/(πr²).
-
-        E = L A cos θ cos θ' / d² = I cos θ cos θ' / d², which on the axis adds up to I/(d² + r²), as in Cycles. Of a
-        sphere a position sees the cap within the half angle arcsin(r/d) instead: E = L cos θ Ω.
-        """
-        lights = self._scene.lights
-        axis, _ = _direction(lights.position[lamp], positions)
-        disc = np.concatenate([sample_uniform_disk(u[:, :2]), np.zeros((len(u), 1), np.float32)], axis=1)
-        targets = lights.position[lamp] + lights.radius[lamp, None] * to_world(disc, axis)
-        directions, distance = _direction(positions, targets)
-        share = -dot(directions, axis) / distance**2
-        spot = lights.kind[lamp] == LightKind.SPOT
-        k = np.flatnonzero(lights.sphere[lamp] & (lights.radius[lamp] > 0))
-        if len(k):
-            targets[k], directions[k], share[k], outside = self._on_spheres(lamp[k], positions[k], u[k])
-            spot[k] &= outside
-        falloff = np.where(spot, lights.spot_falloff(lamp, lights.in_cone(lamp, -directions)), 1)
-        share = share * falloff * np.maximum(dot(directions, normals), 0)
-        return targets, lights.emission[lamp] * share[:, None]
-
-    def _on_spheres(
-        self, lamp: np.ndarray, positions: np.ndarray, u: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Points (n, 3) of spheres uniform by the solid angle Ω seen, directions to them (n, 3), and Ω/(πr²) (n,).
-
-        From inside all directions are seen, and no cone, as in Cycles; last is who is outside, (n,) bool.
-        """
-        lights = self._scene.lights
-        axis, distance = _direction(positions, lights.position[lamp])
-        d, r = distance.astype(np.float64), lights.radius[lamp].astype(np.float64)
-        outside = d > r
-        cos_max = np.where(outside, np.sqrt(np.maximum(1 - (r / d) ** 2, 0)), -1)
-        local = sample_uniform_cone(u[:, :2], cos_max)
-        chord = np.sqrt(np.maximum(r**2 - d**2 * (1 - local[:, 2].astype(np.float64) ** 2), 0))
-        distance = (d * local[:, 2] - np.where(outside, chord, -chord)).astype(np.float32)
-        directions = to_world(local, axis)
-        share = (2 * (1 - cos_max) / r**2).astype(np.float32)
-        return positions + distance[:, None] * directions, directions, share, outside
-
-    def _from_areas(
-        self, lamp: np.ndarray, positions: np.ndarray, normals: np.ndarray, u: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Area lamps: points uniform by area; E = L A cos θ cos θ' / d², from the front only and within the spread."""
-        lights = self._scene.lights
-        targets, area = sample_area_lamp(lights, lamp, u[:, :2]), lights.area(lamp)
-        height = np.maximum(dot(positions - lights.position[lamp], lights.direction[lamp]), 0)
-        radius = lights.spread_radius(lamp, height)
-        k = np.flatnonzero(np.float32(np.pi) * radius**2 < area)
-        if len(k):
-            # Little of the lamp shines at these positions: points of that part
-            foot = positions[k] - height[k, None] * lights.direction[lamp[k]]
-            place = sample_uniform_disk(u[k, :2]) * radius[k, None]
-            targets[k] = foot + place[:, :1] * lights.axis_x[lamp[k]] + place[:, 1:] * lights.axis_y[lamp[k]]
-            area[k] = np.pi * radius[k] ** 2 * lights.contain(lamp[k], targets[k])
-        directions, distance = _direction(positions, targets)
-        cos_lamp = np.maximum(-dot(directions, lights.direction[lamp]), 0)
-        cosines = np.maximum(dot(directions, normals), 0) * cos_lamp
-        aside = directions + cos_lamp[:, None] * lights.direction[lamp]
-        tan_lamp = np.sqrt(dot(aside, aside)) / np.maximum(cos_lamp, np.float32(1e-6))
-        share = area * cosines / distance**2 * lights.spread_falloff(lamp, tan_lamp)
-        return targets, lights.emission[lamp] * share[:, None]
-
-    def _from_suns(
-        self, lamp: np.ndarray, positions: np.ndarray, normals: np.ndarray, u: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Suns: directions uniform over the disc; E = E₀ cos θ · 2/(1 + cos(α/2)), see `SunSource`."""
-        lights = self._scene.lights
-        cos_max = lights.cos_half_cone(lamp)
-        directions = -to_world(sample_uniform_cone(u[:, :2], cos_max), lights.direction[lamp])
-        cosine = np.maximum(dot(directions, normals), 0)
-        return self._far_away(positions, directions), lights.emission[lamp] * (cosine * 2 / (1 + cos_max))[:, None]
 
     def _from_meshes(
         self, positions: np.ndarray, normals: np.ndarray, u: np.ndarray, rays_own: bool
@@ -353,7 +271,7 @@ class DirectLight:
         triangle = self._emissive[k]
         place = sample_uniform_triangle(u[:, :2])
         targets = scene.points(triangle, *place)
-        directions, distance = _direction(positions, targets)
+        directions, distance = directions_to(positions, targets)
         cosines = np.maximum(dot(directions, normals), 0) * np.abs(dot(directions, scene.normals[triangle]))
         weight = scene.areas[triangle] / self._emissive_chance[k] * cosines / distance.astype(np.float64) ** 2
         if rays_own:
@@ -371,41 +289,4 @@ class DirectLight:
         weight = cosine / np.maximum(world.pdf(directions), np.float32(1e-30))
         if rays_own:
             weight[self._rays_see_more(directions, cosine)] = 0
-        return self._far_away(positions, directions), world.radiance(directions) * weight[:, None]
-
-    def _far_away(self, positions: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Points outside the scene, (n, 3) m."""
-        return positions + np.float32(2 * self._scene.diagonal) * directions
-
-
-def _direction(positions: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Unit directions from positions to targets, and the distances (at least 1e-6 m: nothing is infinitely close)."""
-    way = targets - positions
-    distance = np.maximum(np.sqrt(dot(way, way)), np.float32(1e-6))
-    return way / distance[:, None], distance
-
-
-def direct_irradiance(scene: Scene, direct: DirectLight, receivers: Receivers, workers: Workers) -> np.ndarray:
-    """Direct irradiance of receivers, the world's among it, mean of `N_SAMPLES` estimates, (n, 3) float32, W/m²."""
-    of_receiver = _objects(scene, receivers)
-
-    def estimate(chunk: slice, random: np.random.Generator) -> np.ndarray:
-        positions, normals, objects = (
-            np.repeat(of[chunk], N_SAMPLES, 0) for of in (receivers.position, receivers.normal, of_receiver)
-        )
-        return direct.irradiance_with_sky(positions, normals, objects, random).reshape(-1, N_SAMPLES, 3).mean(axis=1)
-
-    irradiance = np.zeros((len(receivers), 3), np.float32)
-    for chunk, value in workers.chunks("Adding direct light", len(receivers), 1024, estimate, (_AT_RECEIVERS,)):
-        irradiance[chunk] = value
-    return irradiance
-
-
-def _objects(scene: Scene, receivers: Receivers) -> np.ndarray:
-    """The scene's object that each receiver is on, (n,) int; −1 where there is none, as for what no rays see."""
-    objects = np.full(len(receivers), -1)
-    for target in receivers.targets:
-        if target.object_name in scene.objects.names:
-            on = target.receiver_of_element[target.receiver_of_element >= 0]
-            objects[on] = scene.objects.names.index(target.object_name)
-    return objects
+        return positions + self._far_away * directions, world.radiance(directions) * weight[:, None]
