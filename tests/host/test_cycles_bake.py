@@ -128,7 +128,7 @@ def sequence(folder, material, socket):
     """Frame 1 of a picture is dark, frame 2 bright; noise tells where on it a point looks."""
     tree = material.node_tree
     for frame, value in ((1, 0.25), (2, 0.75)):
-        image = bpy.data.images.new("Frame", 4, 4, float_buffer=True)
+        image = bpy.data.images.new("Frame", 4, 4, float_buffer=True, is_data=True)
         image.pixels.foreach_set(np.full(64, value, np.float32))
         image.file_format, image.filepath_raw = "OPEN_EXR", str(folder / f"frame{frame:04}.exr")
         image.save()
