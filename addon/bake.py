@@ -3,6 +3,8 @@
 import numpy as np
 
 from .gather import (
+    Cascade,
+    Density,
     DirectLight,
     GatherRays,
     Irradiance,
@@ -44,7 +46,7 @@ def bake(
     light_tracer = LightTracer(scene, tracer)
     photons = trace_photons(scene, light_tracer, sources, settings.n_photons, settings.max_bounces, workers)
     direct = DirectLight(scene, light_tracer, sources)
-    gather = _by_density if settings.gather == "density" else _by_final_gather
+    gather = {"final": _by_final_gather, "density": _by_density, "light_volume": _by_light_volume}[settings.gather]
     indirect, stderr, counts = gather(scene, receivers, settings, light_tracer, photons, direct, workers)
     passes = {"indirect": indirect}
     if settings.add_direct:
@@ -71,12 +73,43 @@ def _by_final_gather(
     counts = {"cache_elements": len(cache.elements), "gather_rays": gathered.n_rays}
 
     # What lamps send over mirrors and glass, photons find far better than rays do
-    focused = photons.where(photons.kind == PathKind.CAUSTIC)
-    caustic = density_estimate(
-        scene, tracer.surfaces, focused, receivers, settings.n_nearest // _CAUSTIC_SHARE, settings.max_radius, workers
-    )
+    focused, caustic = _caustics(scene, receivers, settings, tracer, photons, workers)
     stderr = np.hypot(gathered.stderr, caustic.stderr)
-    return gathered.irradiance + caustic.irradiance, stderr, {**counts, "caustic_photons": len(focused)}
+    return gathered.irradiance + caustic.irradiance, stderr, {**counts, "caustic_photons": focused}
+
+
+def _caustics(
+    scene: Scene,
+    receivers: Receivers,
+    settings: BakeSettings,
+    tracer: LightTracer,
+    photons: Photons,
+    workers: Workers,
+) -> tuple[int, Density]:
+    """How many photons are focused, and their light."""
+    focused = photons.where(photons.kind == PathKind.CAUSTIC)
+    n_nearest = settings.n_nearest // _CAUSTIC_SHARE
+    surfaces, radius = tracer.surfaces, settings.max_radius
+    return len(focused), density_estimate(scene, surfaces, focused, receivers, n_nearest, radius, workers)
+
+
+def _by_light_volume(
+    scene: Scene,
+    receivers: Receivers,
+    settings: BakeSettings,
+    tracer: LightTracer,
+    photons: Photons,
+    direct: DirectLight,
+    workers: Workers,
+) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
+    """Photons fill a grid that is coarse but smooth; caustics, which are sharp, stay out of it."""
+    scattered = photons.where(photons.kind == PathKind.INDIRECT)
+    volumes = Cascade.build(scene, tracer, scattered, receivers.position, settings.n_grid_cells, workers)
+    irradiance, stderr = volumes.irradiance(receivers.position, receivers.normal, workers)
+    focused, caustic = _caustics(scene, receivers, settings, tracer, photons, workers)
+    n_cells = sum(volume.grid.n_cells for volume in volumes.volumes)
+    counts = {"volume_cells": n_cells, "caustic_photons": focused}
+    return irradiance + caustic.irradiance, np.hypot(stderr, caustic.stderr), counts
 
 
 def _by_density(

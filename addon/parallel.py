@@ -4,7 +4,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
@@ -35,6 +35,10 @@ class Workers:
     def map(self, function: Callable[[A], B], items: Iterable[A]) -> Iterator[B]:
         """`ordered_map` on these threads."""
         return ordered_map(function, items, self.n_threads)
+
+    def part(self, start: float, end: float) -> "Workers":
+        """The same workers, whose stages are a part of the stages."""
+        return replace(self, progress=self.progress.part(start, end))
 
     def chunks(
         self,

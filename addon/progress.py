@@ -51,7 +51,22 @@ class Progress:
         if self._listener is not None:
             self._listener(stage, fraction)
 
+    def part(self, start: float, end: float) -> "Progress":
+        """A progress whose stages are the part of this one's from `start` to `end`."""
+        return _Part(self, start, end)
+
     @property
     def stage_seconds(self) -> dict[str, float]:
         """Seconds from the first update of each stage to the first of the next, in the stages' order."""
         return dict(self._seconds)
+
+
+class _Part(Progress):
+    """Stages that are done several times over, as parts of one."""
+
+    def __init__(self, whole: Progress, start: float, end: float) -> None:
+        super().__init__()
+        self._whole, self._start, self._end = whole, start, end
+
+    def update(self, stage: str, fraction: float) -> None:
+        self._whole.update(stage, self._start + (self._end - self._start) * fraction)

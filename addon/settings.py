@@ -5,8 +5,12 @@ from typing import Any, Literal, get_args
 
 from .errors import BakeError
 
-Gather = Literal["final", "density"]
+Gather = Literal["final", "density", "light_volume"]
+TracerName = Literal["embree", "multi_image"]
 Quality = Literal["draft", "medium", "high"]
+
+CHOICES: dict[str, tuple[str, ...]] = {"gather": get_args(Gather), "tracer": get_args(TracerName)}
+"""The knobs that are one of several names."""
 
 
 def _knob(default: Any, low: float, high: float, meaning: str) -> Any:
@@ -24,6 +28,7 @@ class BakeSettings:
     """
 
     gather: Gather = "final"
+    tracer: TracerName = "embree"
     n_photons: int = _knob(1_000_000, 1_000, 1_000_000_000, "Photons emitted by all lights together")
     max_bounces: int = _knob(32, 1, 1024, "Surfaces a photon may hit before it is dropped")
     n_gather_rays: int = _knob(512, 4, 65_536, "Rays that a receiver sends out in a final gather")
@@ -37,6 +42,9 @@ class BakeSettings:
     max_radius: float = _knob(
         0.0, 0.0, 1e6, "Farthest that a density estimate looks, in metres; 0 finds it from the photons' density"
     )
+    n_grid_cells: int = _knob(48, 4, 256, "Cells of the light volume along its longest side")
+    n_maps: int = _knob(27, 1, 1000, "Cube maps that rays are traced through with Multi-Image")
+    map_size: int = _knob(64, 8, 1024, "Texels along a side of a cube map's faces")
     noise: float = _knob(
         0.0, 0.0, 1.0, "Relative noise at which the final gather stops adding rays; 0 sends Gather Rays and no more"
     )
@@ -45,8 +53,9 @@ class BakeSettings:
     n_threads: int = _knob(0, 0, 1024, "Threads; 0 takes every core")
 
     def __post_init__(self) -> None:
-        if self.gather not in get_args(Gather):
-            raise BakeError(f"gather is {self.gather!r}; choose one of {', '.join(get_args(Gather))}.")
+        for name, choices in CHOICES.items():
+            if getattr(self, name) not in choices:
+                raise BakeError(f"{name} is {getattr(self, name)!r}; choose one of {', '.join(choices)}.")
         for knob in fields(self):
             value = getattr(self, knob.name)
             if "low" in knob.metadata and not knob.metadata["low"] <= value <= knob.metadata["high"]:
@@ -54,9 +63,10 @@ class BakeSettings:
                 raise BakeError(f"{knob.name} is {value}; choose a value from {low:g} to {high:g}.")
 
 
-_QUALITIES: dict[str, dict[str, int]] = {
+_QUALITIES: dict[str, dict[str, Any]] = {
     "draft": {
-        "n_photons": 200_000,
+        "gather": "light_volume",
+        "n_photons": 600_000,
         "n_gather_rays": 128,
         "n_cache_elements": 30_000,
         "n_cache_rays": 4,

@@ -1,15 +1,18 @@
-"""Photons to irradiance: a density estimate, or a final gather into a radiance cache."""
+"""Photons to irradiance: a final gather into a radiance cache, a density estimate, or a volume of cells."""
 
 from .build_cache import build_radiance_cache, worthwhile_elements
-from .density import density_estimate
+from .density import Density, density_estimate
 from .direct_irradiance import direct_irradiance
 from .direct_light import DirectLight
 from .final_gather import final_gather
 from .gather_rays import GatherRays
 from .irradiance import Irradiance
+from .light_volume import Cascade
 from .radiance_cache import RadianceCache
 
 __all__ = [
+    "Cascade",
+    "Density",
     "DirectLight",
     "GatherRays",
     "Irradiance",

@@ -10,7 +10,7 @@ from photon_bake.addon.settings import settings_for
 from photon_bake.addon.tracers.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, receivers_at, receivers_in_box, scene_of
 
-GATHERS = ["final", "density"]
+GATHERS = ["final", "density", "light_volume"]
 
 
 def baked(scene, receivers, gather="final", quality="draft", **settings):

@@ -1,0 +1,84 @@
+"""Volumes one in another: the finer, the more receivers there are (after Kaplanyan and Dachsbacher's cascades)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...parallel import Workers
+from ...photons import Photons
+from ...sampling.spherical_harmonics import sh_cosine_lobe
+from ...scene import Scene
+from ...tracers import LightTracer
+from .grid import Grid
+from .volume import LightVolume
+
+_LEFT_OUT = (0, 2, 10)  # per cent of the receivers at each end of each axis, from the coarser volumes to the finest
+_LEAST_GAIN = 2  # a volume whose cells are not so many times smaller than the one's around it is not built
+_CHUNK = 1 << 13  # receivers
+
+_READING = 63  # the chunks draw no random numbers
+
+
+@dataclass(frozen=True)
+class Cascade:
+    """Volumes from the coarsest, which covers the scene, to the finest."""
+
+    volumes: tuple[LightVolume, ...]
+
+    @staticmethod
+    def build(
+        scene: Scene,
+        tracer: LightTracer,
+        photons: Photons,
+        positions: np.ndarray,
+        n_cells: int,
+        workers: Workers,
+    ) -> "Cascade":
+        """A volume over the scene, and finer ones around most of the receivers' positions (n, 3).
+
+        Each has `n_cells` cells along its longest side. A finer one is built where there are photons for it: n_cells²,
+        which is one for several cells of surface, and several for all that a reading takes its light from.
+        """
+        grids = [Grid.over(scene.bounds, n_cells)]
+        inside = [photons]
+        for left_out in _LEFT_OUT:
+            grid = Grid.over(np.percentile(positions, [left_out, 100 - left_out], axis=0), n_cells)
+            part = photons.where(grid.contains(photons.position))
+            if grid.length * _LEAST_GAIN <= grids[-1].length and len(part) >= n_cells**2:
+                grids.append(grid)
+                inside.append(part)
+        n, n_iterations = len(grids), n_cells // 4
+        return Cascade(
+            tuple(
+                LightVolume.build(scene, tracer, part, grid, n_iterations, workers.part(i / n, (i + 1) / n))
+                for i, (grid, part) in enumerate(zip(grids, inside, strict=True))
+            )
+        )
+
+    def irradiance(self, positions: np.ndarray, normals: np.ndarray, workers: Workers) -> tuple[np.ndarray, np.ndarray]:
+        """Irradiance E = ∫ (ω·n)⁺ L dω at points, each read from the finest volume around it (Eq. 7).
+
+        Returns
+        -------
+        irradiance : (n, 3) float32, W/m²
+        stderr : (n,) float32, W/m²
+            Of its mean over colours: what photons of random signs add up to.
+        """
+        irradiance, stderr = np.zeros((len(positions), 3), np.float32), np.zeros(len(positions), np.float32)
+
+        def read(chunk: slice, _: np.random.Generator) -> np.ndarray:
+            radiance = self.radiance(positions[chunk], normals[chunk])
+            return np.einsum("nfk,nk->nf", radiance, sh_cosine_lobe(normals[chunk]))
+
+        for chunk, light in workers.chunks("Reading the volume", len(positions), _CHUNK, read, (_READING,)):
+            irradiance[chunk] = np.maximum(light[:, :3], 0)
+            stderr[chunk] = np.sqrt(np.mean(light[:, 3:] ** 2, axis=1))
+        return irradiance, stderr
+
+    def radiance(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """See `LightVolume.radiance`."""
+        radiance = self.volumes[0].radiance(points, normals)
+        for volume in self.volumes[1:]:
+            k = np.flatnonzero(volume.grid.contains(points + np.float32(volume.grid.length / 2) * normals))
+            radiance[k] = volume.radiance(points[k], normals[k])
+        return radiance

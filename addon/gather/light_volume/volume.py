@@ -1,0 +1,108 @@
+"""The light-gathering volume: built of photons and surfaces, read at points."""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ...parallel import Workers
+from ...photons import Photons
+from ...scene import Scene
+from ...tracers import LightTracer, Tracer
+from .grid import Grid
+from .injection import N_FIELDS, N_LIGHT, inject_photons, inject_response
+from .occlusion import transmittance
+from .propagation import propagate
+
+_PRIOR = 0.01
+"""What speaks against light that comes more from one side than another: this share of the response's trace."""
+
+
+@dataclass(frozen=True)
+class LightVolume:
+    """Radiance in two bands of spherical harmonics, all over a grid.
+
+    Attributes
+    ----------
+    grid : Grid
+    fields : (cells, N_FIELDS, 4) float32
+        Light (W) and the columns of its response (m²), of every cell.
+    tracer : Tracer
+        Says what a point sees of the cells.
+    """
+
+    grid: Grid
+    fields: np.ndarray
+    tracer: Tracer
+
+    @staticmethod
+    def build(
+        scene: Scene, tracer: LightTracer, photons: Photons, grid: Grid, n_iterations: int, workers: Workers
+    ) -> "LightVolume":
+        """Inject photons and response, and gather both from cell to cell.
+
+        Parameters
+        ----------
+        photons : Photons
+            Those whose light is wanted.
+        n_iterations : int
+            How many cells far light is gathered; section 4.2 takes a quarter of the grid's longest side.
+        """
+        response, cut = inject_response(scene, tracer, grid, workers)
+        light = inject_photons(scene, tracer, grid, photons, cut, workers)
+        passes = transmittance(tracer.surfaces, grid, response, workers)
+        injected = np.concatenate([light, response]).reshape(N_FIELDS, 4, *grid.shape)
+        fields = np.empty((grid.n_cells, N_FIELDS, 4), np.float32)
+        gather = partial(_gather, transmittance=passes, n_iterations=n_iterations)
+        for i, field in enumerate(workers.map(gather, injected)):
+            fields[:, i] = field.reshape(4, -1).T
+            workers.progress.update("Gathering in the volume", (i + 1) / N_FIELDS)
+        return LightVolume(grid, fields, tracer.surfaces)
+
+    def radiance(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Radiance L in front of surfaces, from R L = c.
+
+        Read half a cell off the surface, where light was injected, from those of the eight cells around whose centres
+        the point sees: each counts with its trilinear weight times its height over the surface, so that nothing bleeds
+        through a wall. The prior keeps L's linear band small where the surfaces around say nothing of it; light that is
+        the same from everywhere, and irradiance at the normal of the only surface around, are exact whatever the prior.
+
+        Parameters
+        ----------
+        points : (n, 3) float32, m
+            Lifted off their surfaces.
+        normals : (n, 3) float32
+            Of the sides that are read.
+
+        Returns
+        -------
+        (n, N_LIGHT, 4) float32, W/(m² sr)
+            Coefficients of red, green, blue and the signed fields; 0 where no surface is near.
+        """
+        cells, weights = self.grid.around(points + np.float32(self.grid.length / 2) * normals)
+        ways = self.grid.centres(cells) - points[:, None]
+        height = np.einsum("nki,ni->nk", ways, normals) / np.float32(self.grid.length)
+        weights = (weights * np.clip(height, 0, 1)).reshape(-1)
+        counts = np.flatnonzero(weights)
+        point = counts // 8
+        hidden = self.tracer.occluded(points[point], points[point] + ways.reshape(-1, 3)[counts])
+        weights[counts[hidden]] = 0
+
+        fields = np.zeros((len(points), N_FIELDS, 4), np.float32)
+        for cell, weight in zip(cells.T, weights.reshape(-1, 8).T, strict=True):
+            fields += weight[:, None, None] * self.fields[cell]
+        response = fields[:, N_LIGHT:].transpose(0, 2, 1).astype(np.float64)
+        trace = np.trace(response, axis1=1, axis2=2)
+        response += trace[:, None, None] * np.diag([0, _PRIOR, _PRIOR, _PRIOR])
+        response[trace <= 0] = np.eye(4)
+        light = fields[:, :N_LIGHT].transpose(0, 2, 1)
+        return np.linalg.solve(response, light).transpose(0, 2, 1).astype(np.float32)
+
+
+def _gather(field: np.ndarray, transmittance: np.ndarray, n_iterations: int) -> np.ndarray:
+    """A field and what its cells gather in all iterations, (4, nx, ny, nz) float32."""
+    gathered = field.copy()
+    for _ in range(n_iterations):
+        field = propagate(field, transmittance)
+        gathered += field
+    return gathered
