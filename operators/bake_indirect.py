@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from ..addon.errors import BakeError, Cancelled
+from ..addon.inspector import Inspector
 from ..addon.progress import Progress
 from ..addon.receivers import Receivers
 from ..addon.settings import BakeSettings
+from ..addon.ui.debug_views import debug_views
+from ..addon.ui.redraw import redraw_view3d
 from ..addon.ui.state import bake_state, duration
 from .vertex_bake import VertexBake
 
@@ -26,16 +29,16 @@ class Solver(Thread):
     It knows nothing of the operator, which Blender takes away when a file is opened or the extension is turned off.
     """
 
-    def __init__(self, bake: VertexBake, settings: BakeSettings, progress: Progress) -> None:
+    def __init__(self, bake: VertexBake, settings: BakeSettings, progress: Progress, inspector: Inspector) -> None:
         super().__init__(name="Photon Bake")
         self.bake, self.progress = bake, progress
-        self._settings = settings
+        self._settings, self._inspector = settings, inspector
         self._light: tuple[Receivers, Irradiance] | None = None
         self._error: Exception | None = None
 
     def run(self) -> None:
         try:
-            self._light = self.bake.solve(self._settings, self.progress)
+            self._light = self.bake.solve(self._settings, self.progress, self._inspector)
         except Exception as error:
             self._error = error
 
@@ -91,7 +94,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
-        redraw_panels(context)
+        redraw_view3d(context, "UI")
         if self._solver.is_alive():
             return {"PASS_THROUGH"}
         context.window_manager.event_timer_remove(self._timer)
@@ -112,7 +115,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         progress = bake_state.start(properties.gather)
         names = selected_meshes(context) if properties.selected_only else None
         bake = VertexBake.prepare(context, properties.attribute, progress, names, properties.light_group)
-        self._solver = Solver(bake, properties.settings(), progress)
+        self._solver = Solver(bake, properties.settings(), progress, debug_views.start())
 
     def _finish(self) -> set[str]:
         bake = self._solver.bake
@@ -152,13 +155,3 @@ def describe(error: Exception) -> str:
         return str(error)
     traceback.print_exception(error)
     return f"The bake failed unexpectedly ({type(error).__name__}: {error}); the console has the details."
-
-
-def redraw_panels(context: Any) -> None:
-    """Redraw the sidebars, where the progress is shown."""
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                for region in area.regions:
-                    if region.type == "UI":
-                        region.tag_redraw()

@@ -7,16 +7,20 @@ from pathlib import Path
 from typing import Any, get_args
 
 from ..addon.errors import BakeError
-from ..addon.settings import BakeSettings, Gather, Quality, settings_for
+from ..addon.settings import CHOICES, BakeSettings, Quality, settings_for
+from ..addon.ui.properties import CHOICE_MEANINGS
 
 COMMAND = "photon_bake"
-PLANNED = ("lightmap", "camera", "multi_image", "light_volume")
+PLANNED = ("lightmap", "camera")
 
 KNOB_OPTIONS = {
     "--photons": "n_photons",
     "--bounces": "max_bounces",
     "--gather-rays": "n_gather_rays",
     "--noise": "noise",
+    "--grid-cells": "n_grid_cells",
+    "--maps": "n_maps",
+    "--map-size": "map_size",
     "--seed": "seed",
     "--threads": "n_threads",
 }
@@ -83,7 +87,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
 
 def _changes(given: Namespace) -> dict[str, Any]:
     """What the options change in the quality's settings."""
-    names = [*KNOB_OPTIONS.values(), "gather", "add_direct"]
+    names = [*KNOB_OPTIONS.values(), *CHOICES, "add_direct"]
     return {name: getattr(given, name) for name in names if getattr(given, name) is not None}
 
 
@@ -100,9 +104,9 @@ def _parser() -> ArgumentParser:
     add("--objects", type=_names, metavar="NAME[,NAME…]", help="objects to bake; default: every renderable mesh object")
     add("--attribute", type=_name, default="Indirect", metavar="NAME", help="colour attribute; default %(default)s")
     add("--light-group", type=_name, metavar="NAME", help="bake the light of one light group alone")
-    add("--tracer", type=_one_of("embree"), metavar="embree", help="what finds where rays meet the scene")
-    gathers, qualities = get_args(Gather), get_args(Quality)
-    add("--gather", type=_one_of(*gathers), metavar="|".join(gathers), help="how photons become light")
+    for name, choices in CHOICES.items():
+        add(f"--{name}", type=_one_of(*choices), metavar="|".join(choices), help=_sentence(CHOICE_MEANINGS[name]))
+    qualities = get_args(Quality)
     add("--quality", choices=qualities, default="medium", metavar="|".join(qualities), help="default %(default)s")
     knobs = {knob.name: knob for knob in fields(BakeSettings)}
     for option, name in KNOB_OPTIONS.items():

@@ -10,6 +10,8 @@ from ..addon.blender import (
     receiver_meshes,
     write_color_attribute,
 )
+from ..addon.inspector import Inspector
+from ..addon.parallel import Workers
 from ..addon.progress import Progress
 from ..addon.receivers import ReceiverMesh, Receivers, vertex_receivers
 from ..addon.scene import Scene
@@ -19,7 +21,7 @@ from ..addon.tracers import Tracer
 if TYPE_CHECKING:
     from ..addon.gather import Irradiance
 
-READING, WRITING = "Reading the scene", "Writing the light"
+READING, TAKING_MAPS, WRITING = "Reading the scene", "Taking cube maps", "Writing the light"
 
 
 @dataclass
@@ -72,13 +74,18 @@ class VertexBake:
         progress.update(READING, 1)
         return cls(scene, meshes, attribute, warnings)
 
-    def solve(self, settings: BakeSettings, progress: Progress) -> "tuple[Receivers, Irradiance]":
-        """Bake; touches none of Blender's data, so any thread may call it."""
+    def solve(
+        self, settings: BakeSettings, progress: Progress, inspector: Inspector | None = None
+    ) -> "tuple[Receivers, Irradiance]":
+        """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it."""
         from ..addon.bake import bake  # here, as Blender's start should not wait for SciPy
 
+        inspector = inspector or Inspector()
         receivers = vertex_receivers(self.meshes)
         self.warnings += too_coarse(receivers)
         tracer = make_tracer(self.scene, self.warnings)
+        if settings.tracer == "multi_image" and len(receivers):
+            tracer = take_cube_maps(self.scene, tracer, receivers, settings, progress, inspector)
         return receivers, bake(self.scene, receivers, settings, tracer, progress)
 
     def write(self, receivers: Receivers, irradiance: "Irradiance", progress: Progress) -> None:
@@ -112,3 +119,23 @@ def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:
         warnings.append("embreex is not installed, so Blender's slower BVH traces rays: install the extension's zip.")
         return BVHTracer(scene)
     return EmbreeTracer(scene)
+
+
+def take_cube_maps(
+    scene: Scene,
+    tracer: Tracer,
+    receivers: Receivers,
+    settings: BakeSettings,
+    progress: Progress,
+    inspector: Inspector,
+) -> Tracer:
+    """A tracer through cube maps, which `tracer` takes around the receivers."""
+    from ..addon.tracers.multi_image import MultiImageTracer, lit_region
+
+    progress.update(TAKING_MAPS, 0)
+    workers = Workers(settings.seed, settings.n_threads, progress)
+    region = lit_region(receivers.position)
+    images = MultiImageTracer.build(scene, tracer, region, settings.n_maps, settings.map_size, workers=workers)
+    inspector.see("maps", lambda: (images.maps.centres, None))
+    progress.update(TAKING_MAPS, 1)
+    return images

@@ -5,7 +5,17 @@ from typing import Any
 
 import bpy
 
+from ..inspector import VIEWS, View
+from ..settings import Gather, TracerName
+from .debug_views import debug_views
 from .state import bake_state, duration
+
+_GATHER_KNOBS: dict[Gather, list[str]] = {
+    "final": ["n_gather_rays", "noise", "n_cache_elements", "n_cache_rays"],
+    "density": ["n_nearest", "max_radius"],
+    "light_volume": ["n_grid_cells"],
+}
+_TRACER_KNOBS: dict[TracerName, list[str]] = {"embree": [], "multi_image": ["n_maps", "map_size"]}
 
 
 class _Tab:
@@ -40,18 +50,16 @@ class PHOTON_BAKE_PT_sampling(_Tab, bpy.types.Panel):
     def draw(self, context: Any) -> None:
         properties = context.scene.photon_bake
         column = _settings_column(self.layout)
-        column.prop(properties, "gather")
-        column.prop(properties, "n_photons")
-        column.prop(properties, "max_bounces")
-        if properties.gather == "final":
-            names = ["n_gather_rays", "noise", "n_cache_elements", "n_cache_rays"]
-        else:
-            names = ["n_nearest", "max_radius"]
-        for name in names:
-            column.prop(properties, name)
-        column.separator()
-        column.prop(properties, "seed")
-        column.prop(properties, "n_threads")
+        groups = (
+            ["gather", "n_photons", "max_bounces", *_GATHER_KNOBS[properties.gather]],
+            ["tracer", *_TRACER_KNOBS[properties.tracer]],
+            ["seed", "n_threads"],
+        )
+        for i, names in enumerate(groups):
+            if i:
+                column.separator()
+            for name in names:
+                column.prop(properties, name)
 
 
 class PHOTON_BAKE_PT_output(_Tab, bpy.types.Panel):
@@ -67,6 +75,29 @@ class PHOTON_BAKE_PT_output(_Tab, bpy.types.Panel):
         column.prop(properties, "attribute")
         column.prop_search(properties, "light_group", context.view_layer, "lightgroups")
         column.prop(properties, "add_direct")
+
+
+class PHOTON_BAKE_PT_debug_views(_Tab, bpy.types.Panel):
+    """What of the last bake the viewport shows."""
+
+    bl_label = "Debug Views"
+    bl_parent_id = "PHOTON_BAKE_PT_bake"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Any) -> None:
+        column = self.layout.column()
+        for view in VIEWS:
+            column.prop(context.window_manager.photon_bake_views, view)
+            if view in debug_views.shown:
+                column.label(text=_what_is_seen(view), icon="BLANK1")
+
+
+def _what_is_seen(view: View) -> str:
+    points = debug_views.inspector.seen.get(view)
+    if points is None:
+        return "Nothing yet: bake to see it"
+    n = len(points.position)
+    return f"{n:,}" if n == points.n_all else f"{n:,} of {points.n_all:,}"
 
 
 def _settings_column(layout: Any) -> Any:
@@ -112,7 +143,7 @@ def characters_in(context: Any) -> int:
     return max(16, int(context.region.width / context.preferences.system.ui_scale / 6.5) - 8)
 
 
-CLASSES = (PHOTON_BAKE_PT_bake, PHOTON_BAKE_PT_sampling, PHOTON_BAKE_PT_output)
+CLASSES = (PHOTON_BAKE_PT_bake, PHOTON_BAKE_PT_sampling, PHOTON_BAKE_PT_output, PHOTON_BAKE_PT_debug_views)
 
 
 def register() -> None:

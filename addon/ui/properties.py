@@ -5,17 +5,23 @@ from typing import Any, get_args, get_type_hints
 
 import bpy
 
-from ..settings import BakeSettings, Quality, settings_for
+from ..settings import CHOICES, BakeSettings, Quality, settings_for
 
 QUALITIES: tuple[Quality, ...] = get_args(Quality)
 KNOBS = fields(BakeSettings)
 PRESET_KNOBS = [knob.name for knob in KNOBS if len({getattr(settings_for(q), knob.name) for q in QUALITIES}) > 1]
 """The knobs that the quality presets differ in."""
 
-_GATHERS = [
-    ("final", "Final Gather", "Every vertex looks around with rays: smooth, and exact with enough of them"),
-    ("density", "Density Estimate", "Every vertex counts the photons around it: fast, but blurred by its radius"),
-]
+CHOICE_MEANINGS = {"gather": "How photons become light", "tracer": "What finds where rays meet the scene"}
+"""What the knobs of `CHOICES` mean."""
+
+_CHOICE_WORDS = {
+    "final": ("Final Gather", "Every vertex looks around with rays: smooth, and exact with enough of them"),
+    "density": ("Density Estimate", "Every vertex counts the photons around it: fast, but blurred by its radius"),
+    "light_volume": ("Light Volume", "Photons fill a coarse grid, which every vertex reads: a draft in seconds"),
+    "embree": ("Embree", "Meets the meshes themselves: exact, and the fastest"),
+    "multi_image": ("Multi-Image", "Meets pictures of the scene in cube maps: inexact, and slow on a CPU"),
+}
 _QUALITY_ITEMS = [
     ("draft", "Draft", "Seconds: to see where the light goes"),
     ("medium", "Medium", "Good for most scenes"),
@@ -33,8 +39,9 @@ def _property(knob: Field) -> Any:
     """Blender's property for a knob, from the knob's own default, range and meaning."""
     kind = get_type_hints(BakeSettings)[knob.name]
     meta: dict[str, Any] = {"name": label(knob.name), "default": knob.default}
-    if knob.name == "gather":
-        return bpy.props.EnumProperty(items=_GATHERS, description="How photons become light", **meta)
+    if knob.name in CHOICES:
+        items = [(choice, *_CHOICE_WORDS[choice]) for choice in CHOICES[knob.name]]
+        return bpy.props.EnumProperty(items=items, description=CHOICE_MEANINGS[knob.name], **meta)
     meta["description"] = knob.metadata["meaning"]
     if kind is bool:
         return bpy.props.BoolProperty(**meta)

@@ -18,12 +18,20 @@ STAGE_SHARES: dict[Gather, dict[str, float]] = {
     "density": {
         "Reading the scene": 1,
         "Tracing photons": 4,
-        "Sorting photons": 1,
-        "Gathering photons": 4,
+        "Gathering photons": 5,
+        "Adding direct light": 1,
+    },
+    "light_volume": {
+        "Reading the scene": 2,
+        "Tracing photons": 3,
+        "Filling the volume": 1,
+        "Looking between cells": 0.5,
+        "Gathering in the volume": 1,
+        "Reading the volume": 1,
         "Adding direct light": 1,
     },
 }
-"""The stages of a bake in their order, and how long each one lasts beside the others in a typical scene."""
+"""How long each stage of a bake lasts beside the others in a typical scene; short ones are left out."""
 
 
 class BakeState:
@@ -48,6 +56,7 @@ class BakeState:
 
     def _forget(self) -> None:
         self.stage, self.fraction = "", 0.0
+        self._done: dict[str, float] = {}
         self.result, self.error = "", ""
         self.warnings: list[str] = []
         self._gather: Gather = "final"
@@ -88,17 +97,14 @@ class BakeState:
 
     def _listen(self, stage: str, fraction: float) -> None:
         self.stage = stage
-        self.fraction = max(self.fraction, share_done(self._gather, stage, fraction))
+        self._done[stage] = fraction
+        self.fraction = share_done(self._gather, self._done)
 
 
-def share_done(gather: Gather, stage: str, fraction: float) -> float:
-    """Fraction of the whole bake that is done when `stage` is done to `fraction`; 0 for a stage not listed."""
+def share_done(gather: Gather, done: dict[str, float]) -> float:
+    """Fraction of the whole bake that is done, from the fractions that its stages are done to."""
     shares = STAGE_SHARES[gather]
-    if stage not in shares:
-        return 0.0
-    stages = list(shares)
-    before = sum(shares[name] for name in stages[: stages.index(stage)])
-    return (before + fraction * shares[stage]) / sum(shares.values())
+    return sum(share * done.get(stage, 0.0) for stage, share in shares.items()) / sum(shares.values())
 
 
 def duration(seconds: float) -> str:

@@ -4,7 +4,7 @@ from dataclasses import fields
 
 import pytest
 from photon_bake.addon.errors import BakeError
-from photon_bake.addon.settings import BakeSettings, settings_for
+from photon_bake.addon.settings import CHOICES, BakeSettings, settings_for
 
 
 @pytest.mark.parametrize("quality", ["draft", "medium", "high"])
@@ -30,10 +30,18 @@ def test_values_out_of_range_name_the_knob_and_the_range(change):
 def test_unknown_words_name_the_choices():
     with pytest.raises(BakeError, match="final, density"):
         BakeSettings(gather="magic")
+    with pytest.raises(BakeError, match="embree, multi_image"):
+        BakeSettings(tracer="magic")
     with pytest.raises(BakeError, match="draft, medium, high"):
         settings_for("best")
 
 
+def test_a_draft_reads_a_light_volume():
+    draft = settings_for("draft")
+    assert draft.gather == "light_volume" and draft.tracer == "embree"
+    assert settings_for("draft", gather="final").gather == "final"
+
+
 def test_every_knob_says_what_it_means():
     for knob in fields(BakeSettings):
-        assert knob.name == "gather" or knob.metadata["meaning"], knob.name
+        assert knob.name in CHOICES or knob.metadata["meaning"], knob.name

@@ -12,7 +12,7 @@ from photon_bake.operators.vertex_bake import VertexBake
 
 from .scenes import add_cube, add_lamp, add_plane
 
-QUICK = ["--quality", "draft", "--photons", "5000", "--gather-rays", "16"]
+QUICK = ["--quality", "draft", "--photons", "5000"]
 
 
 @pytest.fixture(autouse=True)
@@ -28,7 +28,8 @@ def has_light(name, attribute="Indirect"):
 
 def test_bake_save_and_report(tmp_path, capfd):
     blend, report = tmp_path / "baked.blend", tmp_path / "r.json"
-    assert run([*QUICK, "--save", str(blend), "--report", str(report), "--seed", "3", "--threads", "1"]) == 0
+    options = ["--gather", "final", "--gather-rays", "16", "--seed", "3", "--threads", "1"]
+    assert run([*QUICK, *options, "--save", str(blend), "--report", str(report)]) == 0
     said = capfd.readouterr()
     assert (
         "photon_bake" not in said.out
@@ -61,6 +62,25 @@ def test_only_the_objects_asked_for():
     assert has_light("Box", "Glow") and not has_light("Floor", "Glow") and not has_light("Box")
 
 
+def test_a_draft_fills_a_light_volume(tmp_path, capfd):
+    report = tmp_path / "r.json"
+    assert run([*QUICK, "--grid-cells", "12", "--report", str(report)]) == 0
+    assert has_light("Box") and "photon_bake: Filling the volume" in capfd.readouterr().err
+    read = json.loads(report.read_text())
+    assert read["settings"]["gather"] == "light_volume" and read["settings"]["n_grid_cells"] == 12
+    assert read["counts"]["volume_cells"] > 0 and "cache_elements" not in read["counts"]
+
+
+@pytest.mark.parametrize("gather", ["final", "density", "light_volume"])
+def test_cube_maps_trace(gather, tmp_path, capfd):
+    report = tmp_path / "r.json"
+    options = ["--tracer", "multi_image", "--maps", "8", "--map-size", "16", "--gather", gather, "--gather-rays", "4"]
+    assert run([*QUICK, *options, "--report", str(report)]) == 0
+    assert has_light("Box") and "photon_bake: Taking cube maps" in capfd.readouterr().err
+    read = json.loads(report.read_text())
+    assert [read["settings"][name] for name in ("tracer", "n_maps", "map_size")] == ["multi_image", 8, 16]
+
+
 def test_save_goes_over_the_loaded_file(tmp_path):
     blend = tmp_path / "scene.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(blend))
@@ -89,13 +109,17 @@ def test_relative_paths_stay_right_in_another_folder(tmp_path):
     ("arguments", "says"),
     [
         (["--target", "lightmap"], "not in this version"),
-        (["--tracer", "multi_image"], "not in this version"),
-        (["--gather", "light_volume"], "not in this version"),
-        (["--gather", "guess"], "choose final or density"),
+        (["--target", "camera"], "not in this version"),
+        (["--tracer", "guess"], "choose embree or multi_image"),
+        (["--gather", "guess"], "choose final or density or light_volume"),
         (["--quality", "best"], "quality"),
         (["--photons", "3"], "n_photons"),
         (["--photons", "many"], "--photons"),
         (["--noise", "2"], "noise"),
+        (["--grid-cells", "1"], "n_grid_cells"),
+        (["--maps", "0"], "n_maps"),
+        (["--map-size", "5000"], "map_size"),
+        (["--map-size", "small"], "--map-size"),
         (["--output", "here"], "--output"),
         (["--objects", ","], "names"),
         (["--save"], "--save FILE.blend"),
@@ -112,7 +136,18 @@ def test_help(capfd):
     assert run(["--help"]) == 0
     said = capfd.readouterr()
     assert said.err == ""
-    for option in ("--objects", "--gather-rays", "--direct", "--save", "--report", "130 cancelled"):
+    for option in (
+        "--objects",
+        "--tracer",
+        "--gather-rays",
+        "--grid-cells",
+        "--maps",
+        "--map-size",
+        "--direct",
+        "--save",
+        "--report",
+        "130 cancelled",
+    ):
         assert option in said.out
 
 
@@ -139,7 +174,7 @@ def test_an_unwritable_place_is_found_before_the_bake(tmp_path, option, capfd, m
 
 
 def test_ctrl_c_cancels_and_its_handler_goes(tmp_path, monkeypatch, capfd):
-    def solve(self, settings, progress):
+    def solve(self, settings, progress, inspector=None):
         os.kill(os.getpid(), signal.SIGINT)
         for _ in range(1000):
             progress.update("Tracing photons", 0.5)

@@ -7,8 +7,10 @@ import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.errors import BakeError, Cancelled
+from photon_bake.addon.inspector import Inspector
 from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import BakeSettings, settings_for
+from photon_bake.addon.settings import CHOICES, BakeSettings, settings_for
+from photon_bake.addon.ui.debug_views import debug_views
 from photon_bake.addon.ui.state import STAGE_SHARES, bake_state, share_done
 from photon_bake.operators.bake_indirect import Solver
 from photon_bake.operators.vertex_bake import VertexBake
@@ -46,18 +48,42 @@ def test_a_script_bakes_to_the_end(room):
     assert not bake_state.running and "points in" in bake_state.result and not bake_state.error
 
 
-@pytest.mark.parametrize("gather", ["final", "density"])
+@pytest.mark.parametrize("gather", CHOICES["gather"])
 def test_the_progress_bar_knows_every_stage(room, gather):
-    shown = []
-    progress = Progress(lambda stage, fraction: shown.append((stage, fraction)))
+    shown, done = {}, []
+
+    def listen(stage, fraction):
+        shown[stage] = fraction
+        done.append(share_done(gather, shown))
+
+    progress = Progress(listen)
     room.gather, room.add_direct = gather, True
     bake = VertexBake.prepare(bpy.context, "Indirect", progress)
     bake.solve(room.settings(), progress)
-    stages = list(dict.fromkeys(stage for stage, _ in shown))
-    assert stages == [stage for stage in STAGE_SHARES[gather] if stage in stages]
-    assert set(stages) == set(STAGE_SHARES[gather])
-    done = [share_done(gather, *step) for step in shown]
+    assert set(STAGE_SHARES[gather]) <= set(shown)
     assert done == sorted(done) and done[-1] == pytest.approx(1)
+
+
+@pytest.mark.parametrize("gather", CHOICES["gather"])
+def test_every_gather_lights_the_scene(room, gather):
+    room.gather = gather
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
+    light = light_of("Box")
+    assert np.isfinite(light).all() and light[:, :3].max() > 0
+
+
+def test_cube_maps_light_the_scene_and_their_places_are_seen(room):
+    room.tracer, room.n_maps, room.map_size = "multi_image", 8, 16
+    debug_views.show("maps", True)
+    try:
+        assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
+        assert light_of("Box")[:, :3].max() > 0
+        assert debug_views.inspector.seen["maps"].n_all >= 1
+        room.tracer = "embree"
+        bpy.ops.photon_bake.bake_indirect()
+        assert debug_views.inspector.seen == {}
+    finally:
+        debug_views.show("maps", False)
 
 
 def test_a_wide_face_among_small_ones_is_warned_about(room):
@@ -103,7 +129,7 @@ def test_a_scene_that_cannot_be_baked_is_refused_in_a_sentence(room):
 
 
 def test_a_cancelled_bake_changes_nothing(room, monkeypatch):
-    def solve(self, settings, progress):
+    def solve(self, settings, progress, inspector):
         progress.cancel()
         progress.update("Tracing photons", 0)
 
@@ -113,7 +139,7 @@ def test_a_cancelled_bake_changes_nothing(room, monkeypatch):
 
 
 def test_a_fault_of_ours_is_told_and_leaves_nothing_running(room, monkeypatch, capfd):
-    def solve(self, settings, progress):
+    def solve(self, settings, progress, inspector):
         raise ZeroDivisionError("by zero")
 
     monkeypatch.setattr(VertexBake, "solve", solve)
@@ -138,13 +164,13 @@ def test_one_bake_at_a_time(room):
 def test_a_thread_solves_and_can_be_stopped(room):
     progress = Progress()
     bake = VertexBake.prepare(bpy.context, "Indirect", progress)
-    solver = Solver(bake, room.settings(), progress)
+    solver = Solver(bake, room.settings(), progress, Inspector())
     solver.start()
     solver.join()
     receivers, irradiance = solver.light()
     assert len(receivers) == len(irradiance.value)
     progress.cancel()
-    stopped = Solver(bake, room.settings(), progress)
+    stopped = Solver(bake, room.settings(), progress, Inspector())
     stopped.start()
     stopped.join()
     with pytest.raises(Cancelled):
@@ -172,6 +198,13 @@ def test_properties_are_the_engines_knobs(empty_scene):
             assert shown.description == knob.metadata["meaning"]
 
 
+@pytest.mark.parametrize("knob", CHOICES)
+def test_choices_have_names_and_say_what_they_are(empty_scene, knob):
+    items = empty_scene.photon_bake.bl_rna.properties[knob].enum_items
+    assert tuple(items.keys()) == CHOICES[knob]
+    assert all(item.name != item.identifier and item.description for item in items)
+
+
 @pytest.mark.parametrize("quality", ["draft", "medium", "high"])
 def test_quality_is_what_the_knobs_say(empty_scene, quality):
     properties = empty_scene.photon_bake
@@ -180,3 +213,13 @@ def test_quality_is_what_the_knobs_say(empty_scene, quality):
     assert properties.settings() == settings_for(quality, seed=5) and properties.quality == quality
     properties.n_photons += 1
     assert properties.quality == "custom"
+
+
+def test_a_draft_is_another_gather(empty_scene):
+    properties = empty_scene.photon_bake
+    properties.quality = "draft"
+    assert properties.gather == "light_volume"
+    properties.gather = "final"
+    assert properties.quality == "custom"
+    properties.quality = "medium"
+    assert properties.gather == "final"
