@@ -71,7 +71,7 @@ def _bake(options: Options, progress: Progress, report: Report) -> None:
             progress.update(SAVING, 1)
     report.status = "done"
     report.objects = [target.object_name for target in receivers.targets]
-    report.counts = {"triangles": bake.scene.n_triangles, "receivers": len(receivers), **irradiance.counts}
+    report.counts = {**bake.counts, "receivers": len(receivers), **irradiance.counts}
     report.relative_noise = irradiance.relative_noise
 
 

@@ -36,12 +36,15 @@ class VertexBake:
         Name of the colour attribute.
     warnings : list of str
         Grows as the bake goes.
+    counts : dict of str to int
+        Of the scene and the cube maps, for the report; grows too.
     """
 
     scene: Scene
     meshes: list[ReceiverMesh]
     attribute: str
     warnings: list[str]
+    counts: dict[str, int]
 
     @classmethod
     def prepare(
@@ -72,7 +75,7 @@ class VertexBake:
         scene = extract_scene(depsgraph, warnings, light_group)
         meshes = receiver_meshes(objects, depsgraph)
         progress.update(READING, 1)
-        return cls(scene, meshes, attribute, warnings)
+        return cls(scene, meshes, attribute, warnings, {"triangles": scene.n_triangles})
 
     def solve(
         self, settings: BakeSettings, progress: Progress, inspector: Inspector | None = None
@@ -85,7 +88,7 @@ class VertexBake:
         self.warnings += too_coarse(receivers)
         tracer = make_tracer(self.scene, self.warnings)
         if settings.tracer == "multi_image" and len(receivers):
-            tracer = take_cube_maps(self.scene, tracer, receivers, settings, progress, inspector)
+            tracer = self._take_cube_maps(tracer, receivers, settings, progress, inspector)
         return receivers, bake(self.scene, receivers, settings, tracer, progress)
 
     def write(self, receivers: Receivers, irradiance: "Irradiance", progress: Progress) -> None:
@@ -93,6 +96,21 @@ class VertexBake:
         progress.update(WRITING, 0)
         self.warnings += write_color_attribute(irradiance.value, receivers, self.attribute)
         progress.update(WRITING, 1)
+
+    def _take_cube_maps(
+        self, tracer: Tracer, receivers: Receivers, settings: BakeSettings, progress: Progress, inspector: Inspector
+    ) -> Tracer:
+        """A tracer through cube maps around the receivers, which `tracer` takes."""
+        from ..addon.tracers.multi_image import MultiImageTracer, lit_region
+
+        progress.update(TAKING_MAPS, 0)
+        region = lit_region(receivers.position)
+        workers = Workers(settings.seed, settings.n_threads, progress)
+        images = MultiImageTracer.build(self.scene, tracer, region, settings.n_maps, settings.map_size, workers=workers)
+        self.counts.update(cube_maps=len(images.maps), cube_map_bytes=images.maps.n_bytes)
+        inspector.see("maps", lambda: (images.maps.centres, None))
+        progress.update(TAKING_MAPS, 1)
+        return images
 
 
 def too_coarse(receivers: Receivers) -> list[str]:
@@ -119,23 +137,3 @@ def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:
         warnings.append("embreex is not installed, so Blender's slower BVH traces rays: install the extension's zip.")
         return BVHTracer(scene)
     return EmbreeTracer(scene)
-
-
-def take_cube_maps(
-    scene: Scene,
-    tracer: Tracer,
-    receivers: Receivers,
-    settings: BakeSettings,
-    progress: Progress,
-    inspector: Inspector,
-) -> Tracer:
-    """A tracer through cube maps, which `tracer` takes around the receivers."""
-    from ..addon.tracers.multi_image import MultiImageTracer, lit_region
-
-    progress.update(TAKING_MAPS, 0)
-    workers = Workers(settings.seed, settings.n_threads, progress)
-    region = lit_region(receivers.position)
-    images = MultiImageTracer.build(scene, tracer, region, settings.n_maps, settings.map_size, workers=workers)
-    inspector.see("maps", lambda: (images.maps.centres, None))
-    progress.update(TAKING_MAPS, 1)
-    return images

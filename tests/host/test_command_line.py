@@ -79,6 +79,7 @@ def test_cube_maps_trace(gather, tmp_path, capfd):
     assert has_light("Box") and "photon_bake: Taking cube maps" in capfd.readouterr().err
     read = json.loads(report.read_text())
     assert [read["settings"][name] for name in ("tracer", "n_maps", "map_size")] == ["multi_image", 8, 16]
+    assert read["counts"]["cube_maps"] > 0 and read["counts"]["cube_map_bytes"] > 6 * 16**2
 
 
 def test_save_goes_over_the_loaded_file(tmp_path):
