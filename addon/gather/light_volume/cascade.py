@@ -43,7 +43,8 @@ class Cascade:
         inside = [photons]
         for left_out in _LEFT_OUT:
             grid = Grid.over(np.percentile(positions, [left_out, 100 - left_out], axis=0), n_cells)
-            part = photons.where(grid.contains(photons.position))
+            low, high = grid.box
+            part = photons.where(((photons.position >= low) & (photons.position <= high)).all(axis=1))
             if grid.length * _LEAST_GAIN <= grids[-1].length and len(part) >= n_cells**2:
                 grids.append(grid)
                 inside.append(part)

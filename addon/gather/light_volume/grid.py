@@ -45,8 +45,9 @@ class Grid:
 
     @property
     def box(self) -> np.ndarray:
-        """Lowest and highest corner, (2, 3) float32, m."""
-        return np.stack([self.low, self.low + np.array(self.shape, np.float32) * np.float32(self.length)])
+        """Lowest and highest corner of what may put light into the cells, half a cell around them, (2, 3) float32, m."""
+        margin = np.float32(self.length / 2)
+        return np.stack([self.low - margin, self.low + np.array(self.shape) * np.float32(self.length) + margin])
 
     def contains(self, points: np.ndarray) -> np.ndarray:
         """Which points (n, 3) have eight cells around them, (n,) bool."""

@@ -86,7 +86,7 @@ def propagate(field: np.ndarray, transmittance: np.ndarray) -> np.ndarray:
         lower, upper = _neighbours(axis)
         source, target = (lower, upper) if direction[axis] > 0 else (upper, lower)
         passed = sent[source]
-        passed *= transmittance[(axis, *lower[1:])]
+        passed *= transmittance[axis][lower[1:]]
         received[target] += passed
     return received
 
