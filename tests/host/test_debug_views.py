@@ -12,6 +12,8 @@ from photon_bake.addon.ui import debug_views as module
 from photon_bake.addon.ui.debug_views import debug_views
 from photon_bake.addon.ui.dots import display_colours
 
+from .scenes import add_cube, add_lamp, add_plane
+
 SIDE = 64
 """Of the picture that is drawn into, pixels."""
 
@@ -132,6 +134,23 @@ def test_another_file_makes_the_views_forget(toggles):
     assert "maps" in debug_views.inspector.seen
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     assert debug_views.inspector.seen == {} and bpy.context.window_manager.photon_bake_views.maps
+
+
+def test_a_bake_leaves_what_is_shown(toggles):
+    add_plane("Floor", size=8.0)
+    add_cube("Box").location.z = 1.0
+    add_lamp("POINT", location=(1.5, 0.5, 4), energy=1000)
+    properties = bpy.context.scene.photon_bake
+    properties.gather, properties.tracer = "light_volume", "multi_image"
+    properties.n_photons, properties.n_grid_cells, properties.n_maps, properties.map_size = 5000, 12, 8, 16
+    for shown in ({"maps"}, set()):
+        for view in VIEWS:
+            setattr(toggles, view, view in shown)
+        assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
+        assert set(debug_views.inspector.seen) == shown
+        for view, points in debug_views.inspector.seen.items():
+            assert points.n_all > 5 and np.isfinite(points.position).all()
+            assert (points.light is None) == (view == "maps")
 
 
 @pytest.mark.parametrize("view", VIEWS)

@@ -10,7 +10,6 @@ from photon_bake.addon.errors import BakeError, Cancelled
 from photon_bake.addon.inspector import Inspector
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.settings import CHOICES, BakeSettings, settings_for
-from photon_bake.addon.ui.debug_views import debug_views
 from photon_bake.addon.ui.state import STAGE_SHARES, bake_state, share_done
 from photon_bake.operators.bake_indirect import Solver
 from photon_bake.operators.vertex_bake import VertexBake
@@ -72,18 +71,11 @@ def test_every_gather_lights_the_scene(room, gather):
     assert np.isfinite(light).all() and light[:, :3].max() > 0
 
 
-def test_cube_maps_light_the_scene_and_their_places_are_seen(room):
+def test_cube_maps_light_the_scene(room):
     room.tracer, room.n_maps, room.map_size = "multi_image", 8, 16
-    debug_views.show("maps", True)
-    try:
-        assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
-        assert light_of("Box")[:, :3].max() > 0
-        assert debug_views.inspector.seen["maps"].n_all >= 1
-        room.tracer = "embree"
-        bpy.ops.photon_bake.bake_indirect()
-        assert debug_views.inspector.seen == {}
-    finally:
-        debug_views.show("maps", False)
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
+    light = light_of("Box")
+    assert np.isfinite(light).all() and light[:, :3].max() > 0
 
 
 def test_a_wide_face_among_small_ones_is_warned_about(room):
