@@ -6,9 +6,11 @@ from .direct_irradiance import direct_irradiance
 from .direct_light import DirectLight
 from .final_gather import final_gather
 from .gather_rays import GatherRays
+from .glossy_light import glossy_radiance
 from .irradiance import Irradiance
 from .light_volume import Cascade
 from .radiance_cache import RadianceCache
+from .screen_volume import screen_irradiance
 
 __all__ = [
     "Cascade",
@@ -21,5 +23,7 @@ __all__ = [
     "density_estimate",
     "direct_irradiance",
     "final_gather",
+    "glossy_radiance",
+    "screen_irradiance",
     "worthwhile_elements",
 ]

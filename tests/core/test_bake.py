@@ -168,11 +168,12 @@ class CancelsAt(Progress):
         super().__init__(lambda at, _: self.cancel() if at == stage else None)
 
 
-def test_cancel_at_every_stage():
+@pytest.mark.parametrize("gather", ["final", "light_volume"])
+def test_cancel_at_every_stage(gather):
     """Whatever stage a cancel meets, the bake ends with `Cancelled`."""
     scene, at = box_with_lamp(0.5), receivers_in_box(10)
     stages: list[str] = []
-    settings = settings_for("draft", n_cache_rays=4)
+    settings = settings_for("draft", gather=gather, n_photons=50_000)
     bake(scene, at, settings, EmbreeTracer(scene), Progress(lambda stage, _: stages.append(stage)))
     for stage in dict.fromkeys(stages):
         progress = CancelsAt(stage)
@@ -182,7 +183,7 @@ def test_cancel_at_every_stage():
     assert len(set(stages)) >= 5
 
 
-@pytest.mark.parametrize("changes", [{}, {"noise": 0.01}, {"gather": "density"}])
+@pytest.mark.parametrize("changes", [{"gather": "final", "noise": 0.01}, *({"gather": name} for name in GATHERS)])
 def test_progress_never_goes_back_within_a_stage(changes):
     said: dict[str, list[float]] = {}
     scene = box_with_lamp(0.5)

@@ -19,7 +19,7 @@ RANKS = [
     ["addon.receivers"],
     ["addon.gather"],
     ["addon.output"],
-    ["addon.bake"],
+    ["addon.bake", "addon.camera_bake"],
     ["addon.blender"],
     ["addon.ui"],
     ["operators"],

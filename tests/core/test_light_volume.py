@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from photon_bake.addon.gather.light_volume import Cascade, Grid, LightVolume
-from photon_bake.addon.gather.light_volume.injection import inject_response, sh_response
+from photon_bake.addon.gather.light_volume.injection import inject_response
 from photon_bake.addon.gather.light_volume.occlusion import transmittance
 from photon_bake.addon.gather.light_volume.propagation import (
     DIRECTIONS,
@@ -11,6 +11,7 @@ from photon_bake.addon.gather.light_volume.propagation import (
     propagate,
     transfer_matrices,
 )
+from photon_bake.addon.gather.sh_fields import sh_response
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import PathKind, Photons
 from photon_bake.addon.sampling.octahedral import encode_octahedral

@@ -35,16 +35,20 @@ def at_probes(gather, quality):
     return light.value[probes.targets[0].receiver_of_element].reshape(-1, 3, 3).mean(axis=1) / np.pi
 
 
-@pytest.mark.parametrize("quality, bound", [("draft", 0.12), ("medium", 0.06), ("high", 0.03)])
-def test_cornell_box(truth, quality, bound):
+@pytest.mark.parametrize(
+    "gather, quality, bound",
+    [("light_volume", "draft", 0.12), ("final", "draft", 0.12), ("final", "medium", 0.06), ("final", "high", 0.03)],
+)
+def test_cornell_box(truth, gather, quality, bound):
     keep = truth["keep"]
-    got, mean = at_probes("final", quality)[keep], truth["mean"][keep]
+    got, mean = at_probes(gather, quality)[keep], truth["mean"][keep]
     noise2 = np.mean(truth["stderr"][keep] ** 2)
     assert np.sqrt(max(np.mean((got - mean) ** 2) - noise2, 0)) / mean.mean() <= bound
     assert got.mean(0) / mean.mean(0) == pytest.approx(np.ones(3), abs=0.02)
 
 
-def test_gathers_agree(truth):
+@pytest.mark.parametrize("gather", ["density", "light_volume"])
+def test_gathers_agree(truth, gather):
     keep = truth["keep"]
-    final, density = (at_probes(gather, "medium")[keep].mean(0) for gather in ("final", "density"))
-    assert density / final == pytest.approx(np.ones(3), abs=0.03)
+    final, other = (at_probes(name, "medium")[keep].mean(0) for name in ("final", gather))
+    assert other / final == pytest.approx(np.ones(3), abs=0.03)

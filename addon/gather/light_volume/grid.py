@@ -45,7 +45,7 @@ class Grid:
 
     @property
     def box(self) -> np.ndarray:
-        """Lowest and highest corner of what may put light into the cells, half a cell around them, (2, 3) float32, m."""
+        """Corners of the box whose surfaces may put light into the cells: half a cell more, (2, 3) float32, m."""
         margin = np.float32(self.length / 2)
         return np.stack([self.low - margin, self.low + np.array(self.shape) * np.float32(self.length) + margin])
 

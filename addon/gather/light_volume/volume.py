@@ -9,13 +9,11 @@ from ...parallel import Workers
 from ...photons import Photons
 from ...scene import Scene
 from ...tracers import LightTracer, Tracer
+from ..sh_fields import N_FIELDS, solve_radiance
 from .grid import Grid
-from .injection import N_FIELDS, N_LIGHT, inject_photons, inject_response
+from .injection import inject_photons, inject_response
 from .occlusion import transmittance
 from .propagation import propagate
-
-_PRIOR = 0.01
-"""What speaks against light that comes more from one side than another: this share of the response's trace."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +62,7 @@ class LightVolume:
 
         Read half a cell off the surface, where light was injected, from those of the eight cells around whose centres
         the point sees: each counts with its trilinear weight times its height over the surface, so that nothing bleeds
-        through a wall. The prior keeps L's linear band small where the surfaces around say nothing of it; light that is
-        the same from everywhere, and irradiance at the normal of the only surface around, are exact whatever the prior.
+        through a wall.
 
         Parameters
         ----------
@@ -77,7 +74,7 @@ class LightVolume:
         Returns
         -------
         (n, N_LIGHT, 4) float32, W/(m² sr)
-            Coefficients of red, green, blue and the signed fields; 0 where no surface is near.
+            As `solve_radiance` does; 0 where no surface is near.
         """
         cells, weights = self.grid.around(points + np.float32(self.grid.length / 2) * normals)
         ways = self.grid.centres(cells) - points[:, None]
@@ -91,12 +88,7 @@ class LightVolume:
         fields = np.zeros((len(points), N_FIELDS, 4), np.float32)
         for cell, weight in zip(cells.T, weights.reshape(-1, 8).T, strict=True):
             fields += weight[:, None, None] * self.fields[cell]
-        response = fields[:, N_LIGHT:].transpose(0, 2, 1).astype(np.float64)
-        trace = np.trace(response, axis1=1, axis2=2)
-        response += trace[:, None, None] * np.diag([0, _PRIOR, _PRIOR, _PRIOR])
-        response[trace <= 0] = np.eye(4)
-        light = fields[:, :N_LIGHT].transpose(0, 2, 1)
-        return np.linalg.solve(response, light).transpose(0, 2, 1).astype(np.float32)
+        return solve_radiance(fields)
 
 
 def _gather(field: np.ndarray, transmittance: np.ndarray, n_iterations: int) -> np.ndarray:

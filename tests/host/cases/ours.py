@@ -13,7 +13,9 @@ from .means import Mean
 from .registry import Case
 
 SEEDS = (1, 2, 3, 4)
-SETTINGS = settings_for("draft", n_photons=50_000, n_gather_rays=512, n_cache_elements=5_000, n_threads=1)
+SETTINGS = settings_for(
+    "draft", gather="final", n_photons=50_000, n_gather_rays=512, n_cache_elements=5_000, n_threads=1
+)
 """Four small bakes tell their own noise, cache and all, which one large bake does not."""
 
 

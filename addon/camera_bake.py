@@ -1,0 +1,79 @@
+"""The light that a camera sees, from one photon solve: what is smooth over a grid, caustics over the pixels."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .gather import Cascade, glossy_radiance, screen_irradiance
+from .parallel import Workers
+from .photons import PathKind, light_sources, region_of, trace_photons
+from .progress import Progress
+from .receivers import Camera, seen_surface
+from .scene import Scene
+from .settings import BakeSettings
+from .tracers import LightTracer, Tracer
+
+
+@dataclass(frozen=True)
+class CameraLight:
+    """Pictures (height, width, 3) float32 of what lies behind each pixel, from the top; 0 where nothing does.
+
+    Attributes
+    ----------
+    indirect : W/m²
+        Irradiance by light that was scattered diffusely, read from the light volume.
+    caustics : W/m²
+        Irradiance by light that came over mirrors and glass alone, from the screen-space volume.
+    glossy : W/(m² sr)
+        What the surface's glossy lobe reflects of the volume's light to the camera.
+    albedo : 1
+        Of the surface's diffuse lobe.
+    """
+
+    indirect: np.ndarray
+    caustics: np.ndarray
+    glossy: np.ndarray
+    albedo: np.ndarray
+
+    @property
+    def radiance(self) -> np.ndarray:
+        """Indirect light that the camera gets, (height, width, 3) float32, W/(m² sr)."""
+        return self.albedo * (self.indirect + self.caustics) / np.float32(np.pi) + self.glossy
+
+
+def bake_camera(
+    scene: Scene, camera: Camera, settings: BakeSettings, tracer: Tracer, progress: Progress | None = None
+) -> CameraLight:
+    """Trace photons through `scene` and gather them at what `camera` sees (Fei and Wang, section 4).
+
+    Raises
+    ------
+    BakeError
+        If nothing in the scene gives light.
+    Cancelled
+        If `progress` was cancelled.
+    """
+    workers = Workers(settings.seed, settings.n_threads, progress or Progress())
+    light_tracer = LightTracer(scene, tracer)
+    seen = seen_surface(scene, light_tracer, camera)
+    if len(seen) == 0:
+        black = np.zeros((camera.height, camera.width, 3), np.float32)
+        return CameraLight(black, black, black, black)
+    sources = light_sources(scene, region_of(seen.position))
+    photons = trace_photons(scene, light_tracer, sources, settings.n_photons, settings.max_bounces, workers)
+
+    smooth = photons.where(photons.kind == PathKind.INDIRECT)
+    volumes = Cascade.build(scene, light_tracer, smooth, seen.position, settings.n_grid_cells, workers)
+    lifted = seen.position + scene.ray_offset(seen.position) * seen.normal
+    indirect, _ = volumes.irradiance(lifted, seen.shading_normal, workers)
+    focused = photons.where(photons.kind == PathKind.CAUSTIC)
+    caustics, _ = screen_irradiance(camera, seen, focused, workers)
+    glossy = glossy_radiance(scene, seen, volumes, workers)
+    albedo = scene.albedo(seen.hits.triangle, seen.hits.u, seen.hits.v)
+
+    def picture(values: np.ndarray) -> np.ndarray:
+        pixels = np.zeros((camera.n_pixels, 3), np.float32)
+        pixels[seen.pixel] = values
+        return pixels.reshape(camera.height, camera.width, 3)
+
+    return CameraLight(picture(indirect), picture(caustics), picture(glossy), picture(albedo))

@@ -1,0 +1,40 @@
+"""What glossy surfaces reflect of the light in a volume, towards who looks at them."""
+
+import numpy as np
+
+from ..bsdf import Lobe
+from ..parallel import Workers
+from ..photons.scattering import scatter
+from ..receivers import SeenSurface
+from ..sampling.spherical_harmonics import sh_basis
+from ..scene import Scene
+from .light_volume import Cascade
+
+_N_SAMPLES = 8  # directions a pixel: light of two bands is smooth
+_CHUNK = 1 << 14  # pixels
+
+_SCATTERING = 72  # stream of random numbers
+
+
+def glossy_radiance(scene: Scene, seen: SeenSurface, volumes: Cascade, workers: Workers) -> np.ndarray:
+    """Radiance ∫ f(ω, ω_o) L(ω) |cos| dω that the glossy lobe sends to the camera: (p, 3) float32, W/(m² sr).
+
+    L is read once in front of the surface; directions ω are sampled by the lobe.
+    """
+    materials = scene.materials
+    shiny = (materials.f0.nonzero | materials.f90.nonzero)[scene.material_of_triangle[seen.hits.triangle]]
+    glossy, radiance = np.flatnonzero(shiny), np.zeros((len(seen), 3), np.float32)
+
+    def reflect(chunk: slice, random: np.random.Generator) -> np.ndarray:
+        k = glossy[chunk]
+        hits, position, normal = seen.hits.where(k), seen.position[k], seen.normal[k]
+        light = volumes.radiance(position + scene.ray_offset(position) * normal, normal)[:, :3]
+        total = np.zeros((len(k), 3), np.float32)
+        for _ in range(_N_SAMPLES):
+            on = scatter(scene, hits, position, seen.direction[k], normal, random, (Lobe.GLOSSY,))
+            total += on.weight * np.maximum(np.einsum("nca,na->nc", light, sh_basis(on.directions)), 0)
+        return total / _N_SAMPLES
+
+    for chunk, value in workers.chunks("Reflecting the volume", len(glossy), _CHUNK, reflect, (_SCATTERING,)):
+        radiance[glossy[chunk]] = value
+    return radiance
