@@ -7,6 +7,7 @@ The only engine room that knows `bpy`. It turns data-blocks into the plain array
 
 from .bake_objects import bake_objects
 from .bvh_tracer import BVHTracer
+from .camera import read_camera
 from .color_attribute import check_color_attribute, write_color_attribute
 from .extract import extract_scene
 from .vertex_meshes import receiver_meshes
@@ -16,6 +17,7 @@ __all__ = [
     "bake_objects",
     "check_color_attribute",
     "extract_scene",
+    "read_camera",
     "receiver_meshes",
     "write_color_attribute",
 ]
