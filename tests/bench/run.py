@@ -1,6 +1,6 @@
 """Measures the engine: rays a second against Embree's own, error and time against Cycles, whole scenes.
 
-    make bench ARGS="[--scenes DIR] [--output FILE.md] [--only rays|error|scenes|extraction]"
+    make bench ARGS="[--scenes DIR] [--output FILE.md] [--only PART]"
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md.
@@ -20,7 +20,6 @@ from unittest import mock
 import bpy
 import numpy as np
 from photon_bake.addon.bake import bake
-from photon_bake.addon.blender import bake_objects, extract_scene, receiver_meshes
 from photon_bake.addon.gather import (
     DirectLight,
     GatherRays,
@@ -32,16 +31,18 @@ from photon_bake.addon.gather import (
 from photon_bake.addon.gather.elements import SurfaceCells, SurfaceElements
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import light_sources, region_of, trace_photons
-from photon_bake.addon.receivers import vertex_receivers
 from photon_bake.addon.settings import settings_for
 from photon_bake.addon.tracers import LightTracer, RayKind
 from photon_bake.addon.tracers.embree import EmbreeTracer
 
 sys.path.insert(0, str(Path(__file__).parent))
 import extraction
+import light_volume
+from figures import figures, load, relative_rmse, table
 
 ROOT = Path(__file__).resolve().parents[2]
 QUALITIES = ("draft", "medium", "high")
+PARTS = ("rays", "error", "scenes", "volume", "extraction")
 
 
 class RecordingTracer(EmbreeTracer):
@@ -54,16 +55,6 @@ class RecordingTracer(EmbreeTracer):
     def closest_hit(self, origins, directions, t_max=np.inf, kind=RayKind.DIFFUSE):
         self.asked.append((origins.copy(), directions.copy()))
         return super().closest_hit(origins, directions, t_max, kind)
-
-
-def load(path):
-    """Scene and receivers of all objects, and of the probes where there are some."""
-    bpy.ops.wm.open_mainfile(filepath=str(path))
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    scene = extract_scene(depsgraph)
-    objects = bake_objects(depsgraph)
-    everything = vertex_receivers(receiver_meshes([o for o in objects if o.name != "Probes"], depsgraph))
-    return scene, everything, depsgraph
 
 
 def seconds(function):
@@ -116,28 +107,13 @@ def rate_row(name, what, ours, tracer, asked):
     return [name, what, f"{n:,}", *rates, f"{one / ours:.0%}", f"{all_cores / ours:.0%}"]
 
 
-def relative_rmse(value, truth):
-    """RMS error over the mean, the truth's own noise taken out; value and truth are E/π at the probes."""
-    keep = truth["keep"]
-    error2 = np.mean((value[keep] - truth["mean"][keep]) ** 2) - np.mean(truth["stderr"][keep] ** 2)
-    return float(np.sqrt(max(error2, 0)) / truth["mean"][keep].mean())
-
-
-def figures(value, truth):
-    """Cells: relative RMSE, deviation of the mean, and the median of a probe's error over its own truth."""
-    got, mean = value[truth["keep"]], truth["mean"][truth["keep"]]
-    own = np.linalg.norm(got - mean, axis=1) / np.maximum(np.linalg.norm(mean, axis=1), 1e-9)
-    return f"{relative_rmse(value, truth):.2%}", f"{got.mean() / mean.mean() - 1:+.2%}", f"{np.median(own):.1%}"
-
-
 def errors(name, path, truth):
     """Rows: error and time of each quality and gather at the probes, and of Cycles' bake at equal error."""
-    scene, _, depsgraph = load(path)
-    probes = vertex_receivers(receiver_meshes(bake_objects(depsgraph, ["Probes"]), depsgraph))
+    scene, _, probes = load(path)
     element = probes.targets[0].receiver_of_element
     cycles = cycles_curve(truth)
     rows = []
-    for gather in ("final", "density"):
+    for gather in ("final", "density", "light_volume"):
         for quality in QUALITIES:
             start = perf_counter()
             value = bake(scene, probes, settings_for(quality, gather=gather), EmbreeTracer(scene)).value[element]
@@ -219,18 +195,11 @@ def whole_scene(name, path):
     ]
 
 
-def table(title, head, rows):
-    lines = [f"## {title}", "", "| " + " | ".join(head) + " |", "|" + " --- |" * len(head)]
-    text = "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows), ""])
-    print(text, flush=True)
-    return text
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", type=Path, default=ROOT.parent / "shared/scenes")
     parser.add_argument("--output", type=Path, default=ROOT / "build/bench.md")
-    parser.add_argument("--only", choices=("rays", "error", "scenes", "extraction"))
+    parser.add_argument("--only", choices=PARTS)
     options = parser.parse_args()
     scenes = {
         name: options.scenes / name / f"{name}.blend"
@@ -267,6 +236,12 @@ def main():
         head = ["Scene", "Receivers", "Seconds", "Peak MB", "Noise", "Stages, s"]
         rows = [whole_scene(name, path) for name, path in scenes.items()]
         parts.append(table("All objects at medium quality, by the command line", head, rows))
+    if options.only in (None, "volume"):
+        cornell, classroom = scenes["cornell"], scenes["classroom"]
+        rows = light_volume.grid_rows(cornell, np.load(cornell.with_suffix(".npz")))
+        parts.append(table("Light volume on cornell, 50,000 points", light_volume.GRID_HEAD, rows))
+        rows = light_volume.draft_rows("classroom", classroom)
+        parts.append(table("Whole bakes by the command line", light_volume.DRAFT_HEAD, rows))
     if options.only in (None, "extraction"):
         parts.append(table("Reading scenes out of Blender, against Cycles' start", extraction.HEAD, extraction.rows()))
     options.output.parent.mkdir(parents=True, exist_ok=True)

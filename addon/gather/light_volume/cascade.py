@@ -43,9 +43,11 @@ class Cascade:
         inside = [photons]
         for left_out in _LEFT_OUT:
             grid = Grid.over(np.percentile(positions, [left_out, 100 - left_out], axis=0), n_cells)
+            if grid.length * _LEAST_GAIN > grids[-1].length:
+                continue
             low, high = grid.box
             part = photons.where(((photons.position >= low) & (photons.position <= high)).all(axis=1))
-            if grid.length * _LEAST_GAIN <= grids[-1].length and len(part) >= n_cells**2:
+            if len(part) >= n_cells**2:
                 grids.append(grid)
                 inside.append(part)
         n, n_iterations = len(grids), n_cells // 4

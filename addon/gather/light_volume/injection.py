@@ -47,6 +47,7 @@ def inject_response(scene: Scene, tracer: LightTracer, grid: Grid, workers: Work
             sides.append((cells[seen], points.area * nu[a] * nu[b], cells[~seen]))
         return sides
 
+    workers.progress.update("Measuring surfaces", 0.0)
     for sides in workers.map(inject, surface_points(scene, grid.box, grid.length / np.sqrt(_POINTS_A_CELL))):
         for cells, values, unseen in sides:
             _add(products, cells, values)
