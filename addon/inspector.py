@@ -12,6 +12,9 @@ VIEWS: tuple[View, ...] = get_args(View)
 MOST_POINTS = 200_000
 """Points of a view that are kept, evenly taken from all."""
 
+LIFT = np.float32(5e-3)
+"""How far photons are to be seen off their surfaces, which would hide them, in radii of the region that is lit."""
+
 
 @dataclass(frozen=True)
 class SeenPoints:

@@ -2,10 +2,10 @@
 
     blender --python tools/screenshot_panel.py -- FOLDER        where the extension is enabled
 
-Opens the demo scene with the sidebar on the Photon Bake tab, bakes it by the button's way, and asks twice for a
-picture of the screen by making the empty file FOLDER/NAME.ready: panel_baking while the bake runs, panel_baked when
-its light is shown. Whoever takes the picture deletes the file. Prints how late Blender's own timers came meanwhile,
-which is how long the window was deaf, and quits.
+Opens the demo scene with the sidebar on the Photon Bake tab, bakes it by the button's way, and asks for pictures of
+the screen by making the empty file FOLDER/NAME.ready: panel_baking while the bake runs, panel_baked when its light is
+shown, debug_views after a draft that these look into. Whoever takes the picture deletes the file. Prints how late
+Blender's own timers came meanwhile, which is how long the window was deaf, and quits.
 """
 
 import importlib.util
@@ -41,6 +41,7 @@ def show(folder: Path) -> Iterator[None]:
     area.spaces.active.shading.color_type = "VERTEX"
     yield from _wait(2.0)
     yield from _picture(folder / "panel_baked.ready")
+    yield from _debug_views(area, folder / "debug_views.ready")
 
 
 def _open_demo_scene() -> None:
@@ -71,6 +72,24 @@ def _press_bake(area: Any) -> None:
     window = bpy.context.window_manager.windows[0]
     with bpy.context.temp_override(window=window, area=area, region=region):
         bpy.ops.photon_bake.bake_indirect("INVOKE_DEFAULT")
+
+
+def _debug_views(area: Any, ready: Path) -> Iterator[None]:
+    """A draft's photons and cells over dark surfaces."""
+    panel = bpy.types.PHOTON_BAKE_PT_debug_views
+    opened = type("PHOTON_BAKE_PT_opened", (panel,), {"bl_options": set()})  # the panel itself remembers to be closed
+    bpy.utils.unregister_class(panel)
+    bpy.utils.register_class(opened)
+    views, state, shading = bpy.context.window_manager.photon_bake_views, _bake_state(), area.spaces.active.shading
+    views.photons = views.cells = True
+    shading.color_type, shading.single_color = "SINGLE", (0.05, 0.05, 0.05)
+    bpy.context.scene.photon_bake.quality = "draft"
+    _press_bake(area)
+    yield from _until(lambda: not state.running, 600)
+    yield from _wait(2.0)
+    yield from _picture(ready)
+    bpy.utils.unregister_class(opened)
+    bpy.utils.register_class(panel)
 
 
 def _bake_state() -> Any:

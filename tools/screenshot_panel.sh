@@ -1,5 +1,5 @@
 #!/bin/sh
-# Takes the pictures panel_baking.png and panel_baked.png of a real Blender in a virtual display.
+# Takes the pictures panel_baking.png, panel_baked.png and debug_views.png of a real Blender in a virtual display.
 #   tools/screenshot_panel.sh BLENDER [FOLDER]          FOLDER is docs/images unless told; PYTHON is .venv/bin/python
 # Needs Xvfb, and import of ImageMagick. The extension is built and installed apart from the user's settings.
 set -eu
@@ -31,4 +31,4 @@ while kill -0 $shown 2>/dev/null; do
     sleep 0.2
 done
 wait $shown
-ls "$out"/panel_baking.png "$out"/panel_baked.png
+ls "$out"/panel_baking.png "$out"/panel_baked.png "$out"/debug_views.png

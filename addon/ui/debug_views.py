@@ -10,7 +10,7 @@ from .redraw import redraw_view3d
 
 _STYLES: dict[View, dict[str, Any]] = {
     "maps": {"size": 12.0, "through": True, "colour": (1.0, 0.5, 0.1)},
-    "photons": {"size": 3.0},
+    "photons": {"size": 2.0},
     "cells": {"size": 5.0},
 }
 
@@ -84,7 +84,9 @@ class PhotonBakeViews(bpy.types.PropertyGroup):
     __annotations__ = {
         "maps": _toggle("maps", "Cube Maps", "Where the cube maps of Multi-Image stand"),
         "photons": _toggle("photons", "Photons", "Where photons came to surfaces, in the colour of their power"),
-        "cells": _toggle("cells", "Volume Cells", "Middles of the light volume's cells, in the colour of their light"),
+        "cells": _toggle(
+            "cells", "Volume Cells", "Cells of the light volume near surfaces, in the colour of their light"
+        ),
     }
 
 

@@ -10,9 +10,6 @@ from gpu_extras.batch import batch_for_shader
 
 from ..inspector import SeenPoints
 
-_NEARER = 1e-4
-"""Brings dots in front of the surfaces that they lie in: by 0.5 % of their distance where the view clips at 1 cm."""
-
 _BRIGHTEST = 98
 """The percentile of the light that is shown in full brightness."""
 
@@ -40,11 +37,7 @@ class Dots:
         """Draw into what Blender draws at the moment, as it is looked at."""
         gpu.state.point_size_set(self.size)
         gpu.state.depth_test_set("NONE" if self.through else "LESS_EQUAL")
-        with gpu.matrix.push_pop_projection():
-            projection = gpu.matrix.get_projection_matrix()
-            projection[2][3] -= _NEARER
-            gpu.matrix.load_projection_matrix(projection)
-            self._batch.draw(self._shader)
+        self._batch.draw(self._shader)
         gpu.state.depth_test_set("NONE")
         gpu.state.point_size_set(1)
 

@@ -181,9 +181,3 @@ def test_surfaces_hide_photons_but_not_maps(graphics):
         debug_views.show(view, True)
         see(view, [[0, 0, 0]], [[1, 1, 1]] if view == "photons" else None)
         assert drawn().any() and drawn(depth_of(0.5)).any() != hidden
-
-
-def test_a_surface_does_not_hide_its_own_photons(graphics):
-    debug_views.show("photons", True)
-    see("photons", [[0, 0, 0]], [[1, 1, 1]])
-    assert drawn(depth_of(0.01)).any()
