@@ -5,10 +5,19 @@ import pytest
 from photon_bake.addon.sampling.streams import stream
 from photon_bake.addon.sampling.warps import sample_uniform_sphere
 from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracers.multi_image import MultiImageTracer
 from photon_bake.tests.core.scenes import box, merge, plane, scene_of
 
 
-@pytest.fixture(params=[EmbreeTracer])
+def cube_map_tracer(scene):
+    return MultiImageTracer.build(scene, EmbreeTracer(scene), scene.bounds, n_maps=8)
+
+
+# Rays through the very edge of a triangle may go either way. Images do not see the edges of small triangles sharply.
+AGREE = {EmbreeTracer: 0.999, cube_map_tracer: 0.87}
+
+
+@pytest.fixture(params=AGREE)
 def tracer_class(request):
     return request.param
 
@@ -46,9 +55,8 @@ def test_closest_hit_is_the_closest(tracer_class):
     hits = tracer_class(scene).closest_hit(origins, directions)
     expected = all_distances(scene, origins, directions)
     nearest = expected.min(axis=1)
-    # Rays through the very edge of a triangle may go either way.
     agree = np.isclose(hits.distance, nearest, rtol=1e-4, atol=1e-4) | (np.isinf(hits.distance) & np.isinf(nearest))
-    assert agree.mean() > 0.999
+    assert agree.mean() > AGREE[tracer_class]
     on = agree & hits.hit
     assert np.array_equal(hits.triangle[on], expected.argmin(axis=1)[on])
     points = scene.points(hits.triangle[on], hits.u[on], hits.v[on])
@@ -72,7 +80,7 @@ def test_occluded_agrees_with_distances(tracer_class):
     nearest = all_distances(scene, origins, directions).min(axis=1)
     clear = np.abs(nearest - length) > 1e-3
     occluded = tracer_class(scene).occluded(origins, origins + length[:, None] * directions)
-    assert (occluded == (nearest < length))[clear].mean() > 0.999
+    assert (occluded == (nearest < length))[clear].mean() > AGREE[tracer_class]
 
 
 def test_target_on_a_surface_is_seen(tracer_class):

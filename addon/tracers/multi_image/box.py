@@ -19,3 +19,10 @@ def widened(box: np.ndarray, share: float) -> np.ndarray:
     """A box (2, 3) with a margin of a share of its diagonal all around, float32."""
     margin = share * np.linalg.norm(box[1] - box[0])
     return (box + np.array([[-margin], [margin]])).astype(np.float32)
+
+
+def thickened(box: np.ndarray) -> np.ndarray:
+    """A box (2, 3) widened where it is flat, to a tenth of its longest side at least, float32."""
+    extent = box[1] - box[0]
+    margin = np.maximum(max(float(extent.max()), 1e-3) / 10 - extent, 0) / 2
+    return np.stack([box[0] - margin, box[1] + margin]).astype(np.float32)

@@ -196,7 +196,7 @@ def _depth_ranges(distance: np.ndarray, normals: np.ndarray, directions: np.ndar
     half = 1 / np.sqrt(np.float32(len(directions) / 6))
     axis = np.repeat(np.arange(6) // 2, len(directions) // 6)[:, None]
     across = np.abs(normals).sum(axis=1) - np.take_along_axis(np.abs(normals), axis, axis=1)[:, 0]
-    middle = np.sqrt(dot(directions, directions)) / distance
+    middle = np.sqrt(dot(directions, directions)) / np.maximum(distance, np.float32(1e-20))  # a map may touch a surface
     spread = middle * across * half / np.maximum(np.abs(dot(normals, directions)), np.float32(1e-30))
     with np.errstate(divide="ignore"):
         return 1 / (middle + spread), 1 / np.maximum(middle - spread, 0)

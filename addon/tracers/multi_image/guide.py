@@ -41,12 +41,10 @@ class Guide:
 
         A map is the better the more points of a cell it sees, and the nearer it is, since its texels are then small.
         """
-        extent = np.maximum(region[1] - region[0], 1e-3 * (region[1] - region[0]).max() + 1e-6)
+        extent = region[1] - region[0]
         side = (extent.prod() / _N_CELLS) ** (1 / 3)
         low, high = np.minimum(bounds[0], region[0]) - side, np.maximum(bounds[1], region[1]) + side
-        inner = [
-            np.linspace(region[0, a], region[0, a] + extent[a], int(np.ceil(extent[a] / side)) + 1) for a in range(3)
-        ]
+        inner = [np.linspace(region[0, a], region[1, a], int(np.ceil(extent[a] / side)) + 1) for a in range(3)]
         x, y, z = (np.concatenate([low[a : a + 1], inner[a], high[a : a + 1]]).astype(np.float32) for a in range(3))
         corner, size = (
             np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -8,7 +8,7 @@ from ...parallel import Workers, slices
 from ...sampling.vectors import dot
 from ...scene import Scene
 from ..protocol import Hits, RayKind, Tracer, seen_by, tree_of_each_kind
-from .box import through_box, widened
+from .box import thickened, through_box, widened
 from .crossing import Crossing
 from .cube_maps import CubeMaps
 from .fan import Fan
@@ -21,7 +21,7 @@ from .tally import Tally
 
 _CHUNK = 1 << 16  # rays: each step of a walk costs many calls, however few rays are left
 _SHORT_OF_TARGET = np.float32(1 - 1e-4)
-_MARGIN = 1e-4  # around the scene's bounds, of their diagonal
+_MARGIN = 1e-3  # around the scene's bounds, of their diagonal: rays have to enter clear of surfaces
 _BEYOND = (
     0.02  # of the same: how far beyond the bounds hits may lie, since walls lie in them and some methods are rough
 )
@@ -75,6 +75,7 @@ class MultiImageTracer:
             Rays that leave the lamps, for "placed"; without them, light is taken to come from all surfaces evenly.
         """
         workers = workers or Workers()
+        region = thickened(region)
         if placement == "placed":
             centres = placed(scene, tracer, region, n_maps, size, workers, light)
         else:
