@@ -101,7 +101,7 @@ def _trace_batch(scene: Scene, tracer: LightTracer, batch: _Batch, max_bounces: 
     # What photons left last; −1 for lamps and the world
     came_from = np.full(len(path), -1, np.int32) if rays.objects is None else rays.objects
     seen = np.stack([np.append(seen_by(scene.objects, kind), True) for kind in RayKind])
-    keeps = scene.materials.diffuse.nonzero | scene.materials.translucent.nonzero
+    keeps = scene.materials.spreads_light
     stored = [Photons.none()]
 
     for bounce in range(max_bounces):

@@ -118,6 +118,11 @@ class Materials:
         return np.logical_or.reduce([channel.nonzero for channel in lobes])
 
     @cached_property
+    def spreads_light(self) -> np.ndarray:
+        """Which materials scatter light widely, to either of their sides, (m,) bool: photons are stored on those."""
+        return self.diffuse.nonzero | self.translucent.nonzero
+
+    @cached_property
     def see_through(self) -> np.ndarray:
         """Which materials let light pass straight through somewhere, (m,) bool."""
         return (self.coverage.texture >= 0) | (self.coverage.value[:, 0] < 1)

@@ -29,6 +29,10 @@ class SurfacePoints:
     triangle: np.ndarray
     area: float
 
+    def where(self, chosen: np.ndarray) -> "SurfacePoints":
+        """The points that a mask or an index array chooses."""
+        return SurfacePoints(self.position[chosen], self.triangle[chosen], self.area)
+
 
 def surface_points(scene: Scene, box: np.ndarray, spacing: float) -> Iterator[SurfacePoints]:
     """Yield points of the surfaces in a box (and just outside it), one for each `spacing`² of their area.

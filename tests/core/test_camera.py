@@ -91,7 +91,8 @@ def test_photons_before_and_behind_a_surface_do_not_light_it():
 @pytest.mark.parametrize("roughness", [0.0, 0.5])
 def test_lossless_gloss_reflects_even_light_as_it_is(roughness):
     white = Channel.constant(np.ones((1, 3), np.float32))
-    glossy = Materials.of(1, f0=white, f90=white, roughness=Channel.constant(np.full((1, 3), roughness, np.float32)))
+    rough, gray = (Channel.constant(np.full((1, 3), value, np.float32)) for value in (roughness, 0.5))
+    glossy = Materials.of(1, diffuse=gray, f0=white, f90=white, roughness=rough)
     camera, scene = camera_at((-0.9, 0.1, 0.2)), scene_of(*box())
     object.__setattr__(scene, "materials", glossy)
     tracer, seen = seen_by(camera, scene)

@@ -189,6 +189,19 @@ def test_stderr_is_the_error():
     assert 0.8 < np.sqrt(np.mean(np.square(errors)) / np.mean(np.square(said))) < 1.25
 
 
+def test_surfaces_without_photons_do_not_dim_the_light():
+    """Two of the walls are mirrors, on which no photons are stored; the others read E = π all the same."""
+    mirror = [1, 1, 0, 0, 0, 0] * 2  # the walls at x = ±1
+    scene, at, photons = (
+        scene_of(*box(), albedo=[0.5, 0.0], material=mirror),
+        receivers_in_box(100),
+        photons_of_even_light(300_000),
+    )
+    stored = np.abs(photons.position[:, 0]) < 0.9999
+    irradiance, _ = volume_of(scene, photons.where(stored), 12, 3).irradiance(at.position, at.normal, Workers())
+    assert irradiance.mean() == pytest.approx(np.pi, rel=0.03)
+
+
 @pytest.mark.parametrize("n_cells", [4, 9, 13, 20])
 def test_nothing_bleeds_through_a_wall(n_cells):
     """A wall without thickness cuts a box in two, light in the left half: the right one stays dark."""

@@ -22,8 +22,8 @@ _POINTS_A_CELL = 32  # on a cell's length of surface squared
 def inject_response(scene: Scene, tracer: LightTracer, grid: Grid, workers: Workers) -> tuple[np.ndarray, np.ndarray]:
     """What surfaces make of light.
 
-    Surfaces take part if their cell's centre sees them: light of the next room, on the floor just beyond a wall that
-    runs through the cell, has no place in it.
+    Surfaces take part as far as photons are stored on them, and if their cell's centre sees them: light of the next
+    room, on the floor just beyond a wall that runs through the cell, has no place in it.
 
     Returns
     -------
@@ -32,11 +32,18 @@ def inject_response(scene: Scene, tracer: LightTracer, grid: Grid, workers: Work
     cut : (cells,) bool
         Whether there are surfaces in the cell that take no part.
     """
+    materials = scene.materials
+    holds_photons = materials.spreads_light[scene.material_of_triangle]
     a, b = np.triu_indices(4)
     products = np.zeros((len(a), grid.n_cells + 1))  # ν_a ν_b dA
     cut = np.zeros(grid.n_cells + 1, bool)
 
     def inject(points: SurfacePoints) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        points = points.where(np.flatnonzero(holds_photons[points.triangle]))
+        area = np.full(len(points.triangle), points.area, np.float32)
+        if materials.see_through.any():
+            place = scene.barycentrics(points.triangle, points.position)
+            area *= scene.look_up(materials.coverage, points.triangle, *place)[:, 0]
         sides = []
         for normals in (scene.normals[points.triangle], -scene.normals[points.triangle]):
             cells, centres = _cells_in_front(grid, points.position, normals)
@@ -44,7 +51,7 @@ def inject_response(scene: Scene, tracer: LightTracer, grid: Grid, workers: Work
             hits = tracer.surfaces.closest_hit(centres, ways / np.sqrt(dot(ways, ways))[:, None])
             seen = (hits.triangle == points.triangle) & ~tracer.smothered(hits.triangle, hits.u, hits.v)
             nu = np.concatenate([np.ones((1, int(seen.sum())), np.float32), normals[seen].T])
-            sides.append((cells[seen], points.area * nu[a] * nu[b], cells[~seen]))
+            sides.append((cells[seen], area[seen] * nu[a] * nu[b], cells[~seen]))
         return sides
 
     workers.progress.update("Measuring surfaces", 0.0)
