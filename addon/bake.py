@@ -14,6 +14,7 @@ from .gather import (
     final_gather,
     worthwhile_elements,
 )
+from .inspector import Inspector
 from .parallel import Workers
 from .photons import PathKind, Photons, light_sources, region_of, trace_photons
 from .progress import Progress
@@ -26,9 +27,19 @@ _CAUSTIC_SHARE = 4  # caustics are sharp: their estimate takes as many times few
 
 
 def bake(
-    scene: Scene, receivers: Receivers, settings: BakeSettings, tracer: Tracer, progress: Progress | None = None
+    scene: Scene,
+    receivers: Receivers,
+    settings: BakeSettings,
+    tracer: Tracer,
+    progress: Progress | None = None,
+    inspector: Inspector | None = None,
 ) -> Irradiance:
     """Trace photons through `scene` and gather them at `receivers`.
+
+    Parameters
+    ----------
+    inspector : Inspector, optional
+        Is shown the photons (W) and the light volume's cells (W/m²).
 
     Raises
     ------
@@ -37,7 +48,7 @@ def bake(
     Cancelled
         If `progress` was cancelled.
     """
-    progress = progress or Progress()
+    progress, inspector = progress or Progress(), inspector or Inspector()
     if len(receivers) == 0:
         nothing = np.zeros((0, 3), np.float32)
         return Irradiance(nothing, nothing[:, 0], {"indirect": nothing}, {"receivers": 0})
@@ -45,9 +56,15 @@ def bake(
     sources = light_sources(scene, region_of(receivers.position))
     light_tracer = LightTracer(scene, tracer)
     photons = trace_photons(scene, light_tracer, sources, settings.n_photons, settings.max_bounces, workers)
+    inspector.see("photons", lambda: (photons.position, photons.power))
     direct = DirectLight(scene, light_tracer, sources)
-    gather = {"final": _by_final_gather, "density": _by_density, "light_volume": _by_light_volume}[settings.gather]
-    indirect, stderr, counts = gather(scene, receivers, settings, light_tracer, photons, direct, workers)
+    given = (scene, receivers, settings, light_tracer, photons, workers)
+    if settings.gather == "final":
+        indirect, stderr, counts = _by_final_gather(*given, direct)
+    elif settings.gather == "light_volume":
+        indirect, stderr, counts = _by_light_volume(*given, inspector)
+    else:
+        indirect, stderr, counts = _by_density(*given)
     passes = {"indirect": indirect}
     if settings.add_direct:
         passes["direct"] = direct_irradiance(scene, direct, receivers, workers)
@@ -61,8 +78,8 @@ def _by_final_gather(
     settings: BakeSettings,
     tracer: LightTracer,
     photons: Photons,
-    direct: DirectLight,
     workers: Workers,
+    direct: DirectLight,
 ) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
     """Photons and direct light make a radiance cache; rays from the receivers gather from it."""
     n_rays, n_gather_rays = settings.n_cache_rays, settings.n_gather_rays
@@ -99,12 +116,13 @@ def _by_light_volume(
     settings: BakeSettings,
     tracer: LightTracer,
     photons: Photons,
-    direct: DirectLight,
     workers: Workers,
+    inspector: Inspector,
 ) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
     """Photons fill a grid that is coarse but smooth; caustics, which are sharp, stay out of it."""
     scattered = photons.where(photons.kind == PathKind.INDIRECT)
     volumes = Cascade.build(scene, tracer, scattered, receivers.position, settings.n_grid_cells, workers)
+    inspector.see("cells", volumes.cells)
     irradiance, stderr = volumes.irradiance(receivers.position, receivers.normal, workers)
     focused, caustic = _caustics(scene, receivers, settings, tracer, photons, workers)
     n_cells = sum(volume.grid.n_cells for volume in volumes.volumes)
@@ -118,7 +136,6 @@ def _by_density(
     settings: BakeSettings,
     tracer: LightTracer,
     photons: Photons,
-    direct: DirectLight,
     workers: Workers,
 ) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
     """Receivers gather the photons around them."""

@@ -89,7 +89,7 @@ class VertexBake:
         tracer = make_tracer(self.scene, self.warnings)
         if settings.tracer == "multi_image" and len(receivers):
             tracer = self._take_cube_maps(tracer, receivers, settings, progress, inspector)
-        return receivers, bake(self.scene, receivers, settings, tracer, progress)
+        return receivers, bake(self.scene, receivers, settings, tracer, progress, inspector)
 
     def write(self, receivers: Receivers, irradiance: "Irradiance", progress: Progress) -> None:
         """Write the light to the meshes; for the main thread."""
