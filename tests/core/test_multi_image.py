@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from photon_bake.addon.errors import Cancelled
 from photon_bake.addon.parallel import Workers
+from photon_bake.addon.progress import Progress
 from photon_bake.addon.sampling.streams import stream
 from photon_bake.addon.sampling.warps import sample_uniform_sphere
 from photon_bake.addon.tracers import RayKind
@@ -201,6 +203,20 @@ def test_threads_change_nothing():
     )
     assert np.array_equal(whole.distance, np.concatenate([part.distance for part in parts]))
     assert np.array_equal(whole.triangle, np.concatenate([part.triangle for part in parts]))
+
+
+def test_taking_maps_tells_how_far_it_is_and_can_be_cancelled():
+    heard = []
+    images(
+        scene_of(*box()), workers=Workers(progress=Progress(lambda stage, fraction: heard.append((stage, fraction))))
+    )
+    assert {stage for stage, _ in heard} == {"Taking cube maps"}
+    fractions = [fraction for _, fraction in heard]
+    assert fractions == sorted(fractions) and fractions[-1] == pytest.approx(1)
+    cancelled = Progress()
+    cancelled.cancel()
+    with pytest.raises(Cancelled):
+        images(scene_of(*box()), workers=Workers(progress=cancelled))
 
 
 def test_tally_counts_what_rays_take():

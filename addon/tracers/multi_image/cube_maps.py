@@ -12,6 +12,7 @@ from ...sampling.octahedral import decode_octahedral, encode_octahedral
 from ...sampling.vectors import dot
 from ...scene import Scene
 from ..protocol import RayKind, Tracer
+from .stage import each
 
 _TURNED = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])  # axes, starting from each
 
@@ -77,7 +78,7 @@ class CubeMaps:
             depths = _depth_ranges(hits.distance, decode_octahedral(packed), directions)
             return hits.distance, packed, hits.triangle, np.rint(255 * np.minimum(albedo, 1)).astype(np.uint8), *depths
 
-        columns = zip(*workers.map(look, centres), strict=True)
+        columns = zip(*each(workers, look, list(centres)), strict=True)
         distance, packed_normal, triangle, albedo, nearest, farthest = (np.concatenate(parts) for parts in columns)
         return CubeMaps(
             centres=centres,

@@ -8,6 +8,7 @@ from ...parallel import Workers
 from ...sampling.streams import stream
 from ...sampling.vectors import dot
 from .cube_maps import CubeMaps
+from .stage import each
 
 _N_CELLS = 16**3  # about as many in the region
 _N_CHOICES = 6  # maps a cell
@@ -61,7 +62,7 @@ class Guide:
             to_middle = corner + size / 2 - maps.centres[number]
             return (1 + n_seen) / (np.sqrt(dot(to_middle, to_middle)) + size.max(axis=1))
 
-        worths = np.stack(list(workers.map(worth, range(len(maps)))), axis=1)
+        worths = np.stack(list(each(workers, worth, range(len(maps)))), axis=1)
         choices = np.argsort(-worths, axis=1, kind="stable")[:, :_N_CHOICES].astype(np.int32)
         return Guide((x, y, z), choices, float(side * np.sqrt(3)))
 

@@ -8,6 +8,7 @@ from ...sampling.vectors import dot
 from ...scene import Scene
 from ..protocol import Tracer
 from .flights import LightRays, LitSides, lit_sides, surface_rays
+from .stage import each
 
 _STREAM = 52
 _GRID = 8  # candidates along each side of the region
@@ -63,7 +64,7 @@ def placed(
         density = seen_solid_angle(tracer, place, sides) * (size * fine / 2) ** 2
         return 0.5 * (density > 0) + 0.5 * density / (1 + density)
 
-    worths = np.stack(list(workers.map(worth, candidates)))
+    worths = np.stack(list(each(workers, worth, list(candidates))))
     weights = np.where(inside, _INSIDE / max(inside.sum(), 1), (1 - _INSIDE) / max((~inside).sum(), 1))
     best, chosen = np.zeros(len(weights)), []
     for _ in range(n_maps):

@@ -1,0 +1,30 @@
+"""The stage of a bake that makes cube maps, as its progress tells it."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+from ...parallel import Workers
+
+A = TypeVar("A")
+B = TypeVar("B")
+
+_STAGE = "Taking cube maps"
+
+
+def part_of(workers: Workers, start: float, end: float) -> Workers:
+    """The same threads for the part of the stage from `start` to `end`."""
+    return replace(workers, progress=workers.progress.part(start, end))
+
+
+def each(workers: Workers, function: Callable[[A], B], items: Sequence[A]) -> Iterator[B]:
+    """Yield ``function(item)`` for each item, in order, and tell the progress.
+
+    Raises
+    ------
+    Cancelled
+        If the bake was cancelled.
+    """
+    for done, result in enumerate(workers.map(function, items), 1):
+        yield result
+        workers.progress.update(_STAGE, done / len(items))
