@@ -143,7 +143,7 @@ def test_a_bake_leaves_what_is_shown(toggles):
     properties = bpy.context.scene.photon_bake
     properties.gather, properties.tracer = "light_volume", "multi_image"
     properties.n_photons, properties.n_grid_cells, properties.n_maps, properties.map_size = 5000, 12, 8, 16
-    for shown in ({"maps"}, set()):
+    for shown in (set(VIEWS), {"cells"}, set()):
         for view in VIEWS:
             setattr(toggles, view, view in shown)
         assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
