@@ -92,8 +92,11 @@ class Cascade:
 
     def radiance(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """See `LightVolume.radiance`."""
-        radiance = self.volumes[0].radiance(points, normals)
-        for volume in self.volumes[1:]:
-            k = np.flatnonzero(volume.grid.contains(points + np.float32(volume.grid.length / 2) * normals))
+        finest = np.zeros(len(points), np.int32)
+        for i, volume in enumerate(self.volumes[1:], start=1):
+            finest[volume.grid.contains(points + np.float32(volume.grid.length / 2) * normals)] = i
+        radiance = np.empty((len(points), N_LIGHT, 4), np.float32)
+        for i, volume in enumerate(self.volumes):
+            k = np.flatnonzero(finest == i)
             radiance[k] = volume.radiance(points[k], normals[k])
         return radiance
