@@ -21,7 +21,7 @@ from ..addon.tracers import Tracer
 if TYPE_CHECKING:
     from ..addon.gather import Irradiance
 
-READING, TAKING_MAPS, WRITING = "Reading the scene", "Taking cube maps", "Writing the light"
+READING, WRITING = "Reading the scene", "Writing the light"
 
 
 @dataclass
@@ -103,13 +103,11 @@ class VertexBake:
         """A tracer through cube maps around the receivers, which `tracer` takes."""
         from ..addon.tracers.multi_image import MultiImageTracer, lit_region
 
-        progress.update(TAKING_MAPS, 0)
         region = lit_region(receivers.position)
         workers = Workers(settings.seed, settings.n_threads, progress)
         images = MultiImageTracer.build(self.scene, tracer, region, settings.n_maps, settings.map_size, workers=workers)
         self.counts.update(cube_maps=len(images.maps), cube_map_bytes=images.maps.n_bytes)
         inspector.see("maps", lambda: (images.maps.centres, None))
-        progress.update(TAKING_MAPS, 1)
         return images
 
 
