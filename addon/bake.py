@@ -14,7 +14,7 @@ from .gather import (
     final_gather,
     worthwhile_elements,
 )
-from .inspector import Inspector
+from .inspector import LIFT, Inspector
 from .parallel import Workers
 from .photons import PathKind, Photons, light_sources, region_of, trace_photons
 from .progress import Progress
@@ -33,6 +33,7 @@ def bake(
     tracer: Tracer,
     progress: Progress | None = None,
     inspector: Inspector | None = None,
+    photon_tracer: Tracer | None = None,
 ) -> Irradiance:
     """Trace photons through `scene` and gather them at `receivers`.
 
@@ -40,6 +41,8 @@ def bake(
     ----------
     inspector : Inspector, optional
         Is shown the photons (W) and the light volume's cells (W/m²).
+    photon_tracer : Tracer, optional
+        Traces the photons, which forgive it more than those who look for them do; without it `tracer` traces all.
 
     Raises
     ------
@@ -53,10 +56,12 @@ def bake(
         nothing = np.zeros((0, 3), np.float32)
         return Irradiance(nothing, nothing[:, 0], {"indirect": nothing}, {"receivers": 0})
     workers = Workers(settings.seed, settings.n_threads, progress)
-    sources = light_sources(scene, region_of(receivers.position))
+    region = region_of(receivers.position)
+    sources = light_sources(scene, region)
     light_tracer = LightTracer(scene, tracer)
-    photons = trace_photons(scene, light_tracer, sources, settings.n_photons, settings.max_bounces, workers)
-    inspector.see("photons", lambda: (photons.position, photons.power))
+    of_photons = LightTracer(scene, photon_tracer) if photon_tracer else light_tracer
+    photons = trace_photons(scene, of_photons, sources, settings.n_photons, settings.max_bounces, workers)
+    inspector.see("photons", lambda: (photons.position + LIFT * region.radius * photons.normal, photons.power))
     direct = DirectLight(scene, light_tracer, sources)
     given = (scene, receivers, settings, light_tracer, photons, workers)
     if settings.gather == "final":
@@ -103,9 +108,11 @@ def _caustics(
     photons: Photons,
     workers: Workers,
 ) -> tuple[int, Density]:
-    """How many photons are focused, and their light."""
+    """How many photons are focused, and their light; fewer than an estimate takes say nothing, and cost much time."""
     focused = photons.where(photons.kind == PathKind.CAUSTIC)
     n_nearest = settings.n_nearest // _CAUSTIC_SHARE
+    if len(focused) < n_nearest:
+        focused = Photons.none()
     surfaces, radius = tracer.surfaces, settings.max_radius
     return len(focused), density_estimate(scene, surfaces, focused, receivers, n_nearest, radius, workers)
 

@@ -43,8 +43,8 @@ class BakeSettings:
         0.0, 0.0, 1e6, "Farthest that a density estimate looks, in metres; 0 finds it from the photons' density"
     )
     n_grid_cells: int = _knob(48, 4, 256, "Cells of the light volume along its longest side")
-    n_maps: int = _knob(27, 1, 1000, "Cube maps that rays are traced through with Multi-Image")
-    map_size: int = _knob(64, 8, 1024, "Texels along a side of a cube map's faces")
+    n_maps: int = _knob(27, 1, 1000, "Cube maps that photons are traced through with Multi-Image")
+    map_size: int = _knob(64, 8, 1024, "Texels along a side of a cube map's faces, a power of two")
     noise: float = _knob(
         0.0, 0.0, 1.0, "Relative noise at which the final gather stops adding rays; 0 sends Gather Rays and no more"
     )
@@ -56,6 +56,8 @@ class BakeSettings:
         for name, choices in CHOICES.items():
             if getattr(self, name) not in choices:
                 raise BakeError(f"{name} is {getattr(self, name)!r}; choose one of {', '.join(choices)}.")
+        if self.map_size & (self.map_size - 1):
+            raise BakeError(f"map_size is {self.map_size}; choose a power of two.")
         for knob in fields(self):
             value = getattr(self, knob.name)
             if "low" in knob.metadata and not knob.metadata["low"] <= value <= knob.metadata["high"]:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..addon.blender import (
     bake_objects,
     check_color_attribute,
@@ -20,6 +22,9 @@ from ..addon.tracers import Tracer
 
 if TYPE_CHECKING:
     from ..addon.gather import Irradiance
+
+N_LIGHT_RAYS = 1000
+"""That are followed to see which surfaces cube maps are to show."""
 
 READING, WRITING = "Reading the scene", "Writing the light"
 
@@ -87,9 +92,10 @@ class VertexBake:
         receivers = vertex_receivers(self.meshes)
         self.warnings += too_coarse(receivers)
         tracer = make_tracer(self.scene, self.warnings)
+        maps = None
         if settings.tracer == "multi_image" and len(receivers):
-            tracer = self._take_cube_maps(tracer, receivers, settings, progress, inspector)
-        return receivers, bake(self.scene, receivers, settings, tracer, progress, inspector)
+            maps = self._take_cube_maps(tracer, receivers, settings, progress, inspector)
+        return receivers, bake(self.scene, receivers, settings, tracer, progress, inspector, photon_tracer=maps)
 
     def write(self, receivers: Receivers, irradiance: "Irradiance", progress: Progress) -> None:
         """Write the light to the meshes; for the main thread."""
@@ -101,11 +107,17 @@ class VertexBake:
         self, tracer: Tracer, receivers: Receivers, settings: BakeSettings, progress: Progress, inspector: Inspector
     ) -> Tracer:
         """A tracer through cube maps around the receivers, which `tracer` takes."""
-        from ..addon.tracers.multi_image import MultiImageTracer, lit_region
+        from ..addon.photons import emitted_rays, light_sources, region_of
+        from ..addon.tracers.multi_image import LightRays, MultiImageTracer, lit_region
 
         region = lit_region(receivers.position)
+        sources = light_sources(self.scene, region_of(receivers.position))
+        rays = emitted_rays(sources, N_LIGHT_RAYS, settings.seed)
+        light = LightRays(np.concatenate([r.origins for r in rays]), np.concatenate([r.directions for r in rays]))
         workers = Workers(settings.seed, settings.n_threads, progress)
-        images = MultiImageTracer.build(self.scene, tracer, region, settings.n_maps, settings.map_size, workers=workers)
+        images = MultiImageTracer.build(
+            self.scene, tracer, region, settings.n_maps, settings.map_size, workers=workers, light=light
+        )
         self.counts.update(cube_maps=len(images.maps), cube_map_bytes=images.maps.n_bytes)
         inspector.see("maps", lambda: (images.maps.centres, None))
         return images

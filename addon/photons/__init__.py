@@ -2,6 +2,6 @@
 
 from .emission import Source, Sphere, light_sources, region_of
 from .photons import PathKind, Photons
-from .tracing import trace_photons
+from .tracing import emitted_rays, trace_photons
 
-__all__ = ["PathKind", "Photons", "Source", "Sphere", "light_sources", "region_of", "trace_photons"]
+__all__ = ["PathKind", "Photons", "Source", "Sphere", "emitted_rays", "light_sources", "region_of", "trace_photons"]

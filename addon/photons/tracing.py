@@ -12,7 +12,7 @@ from ..sampling.streams import sobol_chunks, stream
 from ..sampling.vectors import largest
 from ..scene import Scene
 from ..tracers import Hits, LightTracer, RayKind, seen_by
-from .emission import N_DIMENSIONS, Source
+from .emission import N_DIMENSIONS, Rays, Source
 from .first_flight import first_flight
 from .photons import PathKind, Photons
 from .scattering import scatter
@@ -78,6 +78,11 @@ def trace_photons(
         done += n
         workers.progress.update("Tracing photons", done / total)
     return Photons.join(parts)
+
+
+def emitted_rays(sources: list[Source], n_photons: int, seed: int) -> list[Rays]:
+    """The rays on which `trace_photons` would start so many photons."""
+    return [batch.source.emit(batch.u) for batch in _batches(sources, shares(sources, n_photons), seed)]
 
 
 def _batches(sources: list[Source], counts: list[int], seed: int) -> Iterator[_Batch]:

@@ -12,7 +12,7 @@ KNOBS = fields(BakeSettings)
 PRESET_KNOBS = [knob.name for knob in KNOBS if len({getattr(settings_for(q), knob.name) for q in QUALITIES}) > 1]
 """The knobs that the quality presets differ in."""
 
-CHOICE_MEANINGS = {"gather": "How photons become light", "tracer": "What finds where rays meet the scene"}
+CHOICE_MEANINGS = {"gather": "How photons become light", "tracer": "What finds where photons meet the scene"}
 """What the knobs of `CHOICES` mean."""
 
 _CHOICE_WORDS = {

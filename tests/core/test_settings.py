@@ -36,6 +36,11 @@ def test_unknown_words_name_the_choices():
         settings_for("best")
 
 
+def test_faces_of_cube_maps_have_a_power_of_two():
+    with pytest.raises(BakeError, match="map_size is 100; choose a power of two"):
+        BakeSettings(map_size=100)
+
+
 def test_a_draft_reads_a_light_volume():
     draft = settings_for("draft")
     assert draft.gather == "light_volume" and draft.tracer == "embree"

@@ -120,6 +120,7 @@ def test_relative_paths_stay_right_in_another_folder(tmp_path):
         (["--grid-cells", "1"], "n_grid_cells"),
         (["--maps", "0"], "n_maps"),
         (["--map-size", "5000"], "map_size"),
+        (["--map-size", "100"], "map_size"),
         (["--map-size", "small"], "--map-size"),
         (["--output", "here"], "--output"),
         (["--objects", ","], "names"),

@@ -9,7 +9,7 @@ from ...photons import Photons
 from ...sampling.spherical_harmonics import Y0, sh_cosine_lobe
 from ...scene import Scene
 from ...tracers import LightTracer
-from ..sh_fields import N_LIGHT, solve_radiance
+from ..sh_fields import N_LIGHT
 from .grid import Grid
 from .volume import LightVolume
 
@@ -82,13 +82,13 @@ class Cascade:
     def cells(self) -> tuple[np.ndarray, np.ndarray]:
         """Centres of the finest volume's lit cells near surfaces, (k, 3) m, and their mean irradiance, (k, 3) W/m².
 
-        Irradiance by the constant band of the radiance is the same at all normals, π Y₀ L₀.
+        As if light came evenly from everywhere, π Y₀ c₀ / R₀₀: what cells one by one tell of directions is all noise.
         """
         volume = self.volumes[-1]
         area = np.trace(volume.fields[:, N_LIGHT:], axis1=1, axis2=2)
         lit = np.flatnonzero(volume.fields[:, :3, 0].any(axis=1) & (area > volume.grid.length**2))
-        radiance = solve_radiance(volume.fields[lit])
-        return volume.grid.centres(lit), np.maximum(np.float32(np.pi) * Y0 * radiance[:, :3, 0], 0)
+        light, response = volume.fields[lit, :3, 0], volume.fields[lit, N_LIGHT, 0]
+        return volume.grid.centres(lit), np.float32(np.pi) * Y0 * light / response[:, None]
 
     def radiance(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """See `LightVolume.radiance`."""

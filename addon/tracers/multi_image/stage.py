@@ -1,7 +1,6 @@
 """The stage of a bake that makes cube maps, as its progress tells it."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from typing import TypeVar
 
 from ...parallel import Workers
@@ -10,11 +9,6 @@ A = TypeVar("A")
 B = TypeVar("B")
 
 _STAGE = "Taking cube maps"
-
-
-def part_of(workers: Workers, start: float, end: float) -> Workers:
-    """The same threads for the part of the stage from `start` to `end`."""
-    return replace(workers, progress=workers.progress.part(start, end))
 
 
 def each(workers: Workers, function: Callable[[A], B], items: Sequence[A]) -> Iterator[B]:

@@ -17,7 +17,6 @@ from .found import Found, Method
 from .guide import Guide
 from .placement import placed, regular
 from .plane import Plane
-from .stage import part_of
 from .tally import Tally
 
 _CHUNK = 1 << 16  # rays: each step of a walk costs many calls, however few rays are left
@@ -78,15 +77,15 @@ class MultiImageTracer:
         workers = workers or Workers()
         region = thickened(region)
         if placement == "placed":
-            centres = placed(scene, tracer, region, n_maps, size, part_of(workers, 0, 0.5), light)
+            centres = placed(scene, tracer, region, n_maps, size, workers.part(0, 0.5), light)
         else:
             centres = regular(region, n_maps)
 
         def method_for(seen: np.ndarray) -> Method:
             kind = next(kind for kind in RayKind if np.array_equal(seen_by(scene.objects, kind), seen))
-            maps = CubeMaps.taken_from(centres, size, scene, tracer, kind, part_of(workers, 0.5, 0.8))
+            maps = CubeMaps.taken_from(centres, size, scene, tracer, kind, workers.part(0.5, 0.8))
             if method == "crossing":
-                return Crossing(maps, Guide.of(maps, region, scene.bounds, part_of(workers, 0.8, 1)))
+                return Crossing(maps, Guide.of(maps, region, scene.bounds, workers.part(0.8, 1)))
             return Fan(maps) if method == "fan" else Plane(maps)
 
         return MultiImageTracer(scene, tree_of_each_kind(scene.objects, method_for))
