@@ -22,9 +22,7 @@ from .tally import Tally
 _CHUNK = 1 << 16  # rays: each step of a walk costs many calls, however few rays are left
 _SHORT_OF_TARGET = np.float32(1 - 1e-4)
 _MARGIN = 1e-3  # around the scene's bounds, of their diagonal: rays have to enter clear of surfaces
-_BEYOND = (
-    0.02  # of the same: how far beyond the bounds hits may lie, since walls lie in them and some methods are rough
-)
+_BEYOND = 0.02  # of the same: how far beyond the bounds hits may lie, as walls lie in them and some methods are rough
 
 
 class MultiImageTracer:
