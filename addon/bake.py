@@ -8,6 +8,7 @@ from .gather import (
     DirectLight,
     GatherRays,
     Irradiance,
+    RadianceCache,
     build_radiance_cache,
     density_estimate,
     direct_irradiance,
@@ -67,7 +68,7 @@ def bake(
     if settings.gather == "final":
         indirect, stderr, counts = _by_final_gather(*given, direct)
     elif settings.gather == "light_volume":
-        indirect, stderr, counts = _by_light_volume(*given, inspector)
+        indirect, stderr, counts = _by_light_volume(*given, direct, inspector)
     else:
         indirect, stderr, counts = _by_density(*given)
     passes = {"indirect": indirect}
@@ -87,17 +88,32 @@ def _by_final_gather(
     direct: DirectLight,
 ) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
     """Photons and direct light make a radiance cache; rays from the receivers gather from it."""
-    n_rays, n_gather_rays = settings.n_cache_rays, settings.n_gather_rays
-    n_elements = worthwhile_elements(settings.n_cache_elements, n_rays, len(receivers) * n_gather_rays)
-    cache = build_radiance_cache(scene, tracer, photons, direct, receivers, n_elements, n_rays, workers)
+    n_rays = settings.n_gather_rays
+    cache = _cache(scene, receivers, settings, tracer, photons, workers, direct, len(receivers) * n_rays)
     rays = GatherRays(scene, tracer, direct, cache)
-    gathered = final_gather(rays, receivers, n_gather_rays, settings.noise, workers)
+    gathered = final_gather(rays, receivers, n_rays, settings.noise, workers)
     counts = {"cache_elements": len(cache.elements), "gather_rays": gathered.n_rays}
 
     # What lamps send over mirrors and glass, photons find far better than rays do
     focused, caustic = _caustics(scene, receivers, settings, tracer, photons, workers)
     stderr = np.hypot(gathered.stderr, caustic.stderr)
     return gathered.irradiance + caustic.irradiance, stderr, {**counts, "caustic_photons": focused}
+
+
+def _cache(
+    scene: Scene,
+    receivers: Receivers,
+    settings: BakeSettings,
+    tracer: LightTracer,
+    photons: Photons,
+    workers: Workers,
+    direct: DirectLight,
+    n_gathered: int,
+) -> RadianceCache:
+    """The radiance cache for so many gather rays."""
+    n_rays = settings.n_cache_rays
+    n_elements = worthwhile_elements(settings.n_cache_elements, n_rays, n_gathered)
+    return build_radiance_cache(scene, tracer, photons, direct, receivers, n_elements, n_rays, workers)
 
 
 def _caustics(
@@ -124,16 +140,23 @@ def _by_light_volume(
     tracer: LightTracer,
     photons: Photons,
     workers: Workers,
+    direct: DirectLight,
     inspector: Inspector,
 ) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
-    """Photons fill a grid that is coarse but smooth; caustics, which are sharp, stay out of it."""
-    scattered = photons.where(photons.kind == PathKind.INDIRECT)
-    volumes = Cascade.build(scene, tracer, scattered, receivers.position, settings.n_grid_cells, workers)
+    """A coarse but smooth grid takes up photons, or what rays gather; caustics, which are sharp, stay out of it."""
+    n_cells, n_rays, at = settings.n_grid_cells, settings.n_volume_rays, receivers.position
+    if n_rays:
+        n_gathered = 6 * n_cells**2 * n_rays  # as on the walls of a room
+        cache = _cache(scene, receivers, settings, tracer, photons, workers, direct, n_gathered)
+        rays = GatherRays(scene, tracer, direct, cache)
+        volumes = Cascade.of_rays(scene, tracer, rays, n_rays, at, n_cells, workers)
+    else:
+        scattered = photons.where(photons.kind == PathKind.INDIRECT)
+        volumes = Cascade.of_photons(scene, tracer, scattered, at, n_cells, workers)
     inspector.see("cells", volumes.cells)
-    irradiance, stderr = volumes.irradiance(receivers.position, receivers.normal, workers)
+    irradiance, stderr = volumes.irradiance(at, receivers.normal, workers)
     focused, caustic = _caustics(scene, receivers, settings, tracer, photons, workers)
-    n_cells = sum(volume.grid.n_cells for volume in volumes.volumes)
-    counts = {"volume_cells": n_cells, "caustic_photons": focused}
+    counts = {"volume_cells": sum(volume.grid.n_cells for volume in volumes.volumes), "caustic_photons": focused}
     return irradiance + caustic.irradiance, np.hypot(stderr, caustic.stderr), counts
 
 

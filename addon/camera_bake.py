@@ -65,7 +65,7 @@ def bake_camera(
     photons = trace_photons(scene, light_tracer, sources, settings.n_photons, settings.max_bounces, workers)
 
     smooth = photons.where(photons.kind == PathKind.INDIRECT)
-    volumes = Cascade.build(scene, light_tracer, smooth, seen.position, settings.n_grid_cells, workers)
+    volumes = Cascade.of_photons(scene, light_tracer, smooth, seen.position, settings.n_grid_cells, workers)
     lifted = seen.position + scene.ray_offset(seen.position) * seen.normal
     indirect, _ = volumes.irradiance(lifted, seen.shading_normal, workers)
     focused = photons.where(photons.kind == PathKind.CAUSTIC)

@@ -43,6 +43,9 @@ class BakeSettings:
         0.0, 0.0, 1e6, "Farthest that a density estimate looks, in metres; 0 finds it from the photons' density"
     )
     n_grid_cells: int = _knob(48, 4, 256, "Cells of the light volume along its longest side")
+    n_volume_rays: int = _knob(
+        32, 0, 4096, "Rays that each cell of surface gathers the light volume's light with; 0 fills it with photons"
+    )
     n_maps: int = _knob(27, 1, 1000, "Cube maps that photons are traced through with Multi-Image")
     map_size: int = _knob(64, 8, 1024, "Texels along a side of a cube map's faces, a power of two")
     noise: float = _knob(

@@ -19,6 +19,7 @@ KNOB_OPTIONS = {
     "--gather-rays": "n_gather_rays",
     "--noise": "noise",
     "--grid-cells": "n_grid_cells",
+    "--volume-rays": "n_volume_rays",
     "--maps": "n_maps",
     "--map-size": "map_size",
     "--seed": "seed",

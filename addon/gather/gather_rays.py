@@ -125,7 +125,12 @@ class GatherRays:
         reflected, sky : (n, 3) float32, W/(m² sr)
             The sky's is 0 where `DirectLight` samples it.
         """
-        directions = to_world(sample_cosine_hemisphere(_stratified(len(origins) // n_rays, n_rays, random)), normals)
+        return self.radiance_along(origins, gather_directions(normals, n_rays, random), random, facets)
+
+    def radiance_along(
+        self, origins: np.ndarray, directions: np.ndarray, random: np.random.Generator, facets: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """As `radiance`, with rays in given unit directions (n, 3)."""
         hits = self._tracer.closest_hit(origins, directions)
         throughput = hits.tinted(np.ones((len(origins), 3), np.float32))
         sky = throughput * self._direct.unsampled_sky(hits, directions)
@@ -251,6 +256,11 @@ def _join(parts: list[_Paths]) -> _Paths:
     names = ("ray", "throughput", "directions", "positions", "normals", "near")
     arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     return _Paths(hits=Hits.join([part.hits for part in parts]), **arrays)
+
+
+def gather_directions(normals: np.ndarray, n_rays: int, random: np.random.Generator) -> np.ndarray:
+    """Cosine-weighted directions around normals (n, 3), (n, 3) float32; every run of `n_rays` is stratified."""
+    return to_world(sample_cosine_hemisphere(_stratified(len(normals) // n_rays, n_rays, random)), normals)
 
 
 def _stratified(n_runs: int, n_rays: int, random: np.random.Generator) -> np.ndarray:

@@ -12,7 +12,7 @@ from ..photons import Photons
 from ..receivers import Camera, SeenSurface
 from ..sampling.spherical_harmonics import sh_cosine_lobe
 from ..sampling.vectors import dot
-from .sh_fields import N_LIGHT, photon_fields, random_signs, sh_response, solve_radiance
+from .sh_fields import N_LIGHT, light_fields, random_signs, sh_response, solve_radiance
 
 N_ITERATIONS = 12
 """How often pixels gather from their neighbours: over √(2·12/5) ≈ 2 pixels, one standard deviation."""
@@ -72,7 +72,8 @@ def _inject(
         h = np.float32(radius) / np.sqrt(np.clip(part.path_density, _LEAST_DENSITY, 1))
         on_surface = np.abs(dot(away, seen.normal[at])) < h
         k = np.flatnonzero((at >= 0) & on_surface & (dot(normals, seen.normal[at]) > _SAME_SIDE))
-        return at[k], photon_fields(part.where(k), signs).reshape(N_LIGHT * 4, len(k))
+        light = light_fields(part.power[k], -part.direction[k], signs[part.path[k]])
+        return at[k], light.reshape(N_LIGHT * 4, len(k))
 
     for _, (at, values) in workers.chunks("Gathering on the screen", len(photons), _CHUNK, inject, (_GATHERING,)):
         for column, value in zip(fields.T, values, strict=True):

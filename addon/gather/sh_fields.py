@@ -49,19 +49,21 @@ def random_signs(photons: Photons, seed: int, *key: int) -> np.ndarray:
     return stream(seed, *key).choice(np.array([-1, 1], np.int8), (n_paths, N_SIGNS))
 
 
-def photon_fields(photons: Photons, signs: np.ndarray) -> np.ndarray:
-    """What each photon adds to the fields of its cell: (N_LIGHT, 4, n) float32, W.
+def light_fields(power: np.ndarray, came_from: np.ndarray, signs: np.ndarray) -> np.ndarray:
+    """What photons add to the fields of their cells: (N_LIGHT, 4, n) float32, W.
 
-    The signed fields have its power's mean over colours.
+    The signed fields have the power's mean over colours.
 
     Parameters
     ----------
-    signs : (paths, N_SIGNS) int8
-        From `random_signs`.
+    power : (n, 3) float32, W
+    came_from : (n, 3) float32
+        Unit directions −Θ against their flight.
+    signs : (n, N_SIGNS) int8
+        ±1.
     """
-    signed = photons.power.mean(axis=1, keepdims=True) * signs[photons.path]
-    power = np.concatenate([photons.power, signed], axis=1)
-    return power.T[:, None] * sh_basis(-photons.direction).T
+    signed = power.mean(axis=1, keepdims=True) * signs
+    return np.concatenate([power, signed], axis=1).T[:, None] * sh_basis(came_from).T
 
 
 def solve_radiance(fields: np.ndarray) -> np.ndarray:

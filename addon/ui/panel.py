@@ -13,7 +13,7 @@ from .state import bake_state, duration
 _GATHER_KNOBS: dict[Gather, list[str]] = {
     "final": ["n_gather_rays", "noise", "n_cache_elements", "n_cache_rays"],
     "density": ["n_nearest", "max_radius"],
-    "light_volume": ["n_grid_cells"],
+    "light_volume": ["n_grid_cells", "n_volume_rays"],
 }
 _TRACER_KNOBS: dict[TracerName, list[str]] = {"embree": [], "multi_image": ["n_maps", "map_size"]}
 

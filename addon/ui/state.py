@@ -23,8 +23,11 @@ STAGE_SHARES: dict[Gather, dict[str, float]] = {
     },
     "light_volume": {
         "Reading the scene": 2,
-        "Tracing photons": 3,
-        "Filling the volume": 1,
+        "Tracing photons": 1,
+        "Refining surfaces": 0.5,
+        "Lighting surfaces": 1,
+        "Refining light": 0.5,
+        "Filling the volume": 3,
         "Looking between cells": 0.5,
         "Gathering in the volume": 1,
         "Reading the volume": 1,

@@ -96,7 +96,7 @@ def test_lossless_gloss_reflects_even_light_as_it_is(roughness):
     camera, scene = camera_at((-0.9, 0.1, 0.2)), scene_of(*box())
     object.__setattr__(scene, "materials", glossy)
     tracer, seen = seen_by(camera, scene)
-    volumes = Cascade.build(scene, tracer, photons_of_even_light(600_000), seen.position, 12, Workers())
+    volumes = Cascade.of_photons(scene, tracer, photons_of_even_light(600_000), seen.position, 12, Workers())
     reflected = glossy_radiance(scene, seen, volumes, Workers())
     assert reflected.mean() == pytest.approx(1, rel=0.03)
     assert np.abs(reflected - 1).mean() < 0.2

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from photon_bake.addon.gather.light_volume import Cascade, Grid, LightVolume
-from photon_bake.addon.gather.light_volume.injection import inject_response
+from photon_bake.addon.gather.light_volume.injection import inject_response, lit_sides
 from photon_bake.addon.gather.light_volume.occlusion import transmittance
 from photon_bake.addon.gather.light_volume.propagation import (
     DIRECTIONS,
@@ -125,7 +125,7 @@ def test_transmittance_is_the_open_share():
         scene = scene_of(*mesh)
         tracer = EmbreeTracer(scene)
         grid = Grid(np.array([-1.49, -1.49, -1.01], np.float32), 1.0, (3, 3, 2))
-        response, _ = inject_response(scene, LightTracer(scene, tracer), grid, Workers())
+        response, _ = inject_response(grid, lit_sides(scene, LightTracer(scene, tracer), grid, 32, Workers()))
         passes = transmittance(tracer, grid, response, Workers())
         assert passes[2, 1, 1, 0] == expected
         assert passes[0, 1, 1, 0] == 1
@@ -155,7 +155,7 @@ def photons_of_even_light(n, half=1.0, seed=1):
 def volume_of(scene, photons, n_cells, n_iterations):
     grid = Grid.over(scene.bounds, n_cells)
     tracer = LightTracer(scene, EmbreeTracer(scene))
-    return Cascade((LightVolume.build(scene, tracer, photons, grid, n_iterations, Workers()),))
+    return Cascade((LightVolume.of_photons(scene, tracer, photons, grid, n_iterations, Workers()),))
 
 
 @pytest.mark.parametrize(("n_cells", "n_iterations"), [(1, 0), (8, 0), (8, 2), (16, 4), (24, 24)])
@@ -223,7 +223,7 @@ def test_cascade_is_finer_where_receivers_are_and_photons_too():
     at = receivers_at(np.random.default_rng(0).uniform(-50, -45, (500, 3)), (0, 0, 1)).position
     photons = photons_of_even_light(600_000, 50.0)
     cells = [
-        [volume.grid.length for volume in Cascade.build(scene, tracer, some, at, 16, Workers()).volumes]
+        [volume.grid.length for volume in Cascade.of_photons(scene, tracer, some, at, 16, Workers()).volumes]
         for some in (photons, photons.where(slice(None, None, 100)))
     ]
     assert cells[0][0] == pytest.approx(100 / 16) and cells[0][1] == pytest.approx(5 / 16, rel=0.1)

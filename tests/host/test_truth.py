@@ -25,13 +25,13 @@ def truth():
 
 
 @cache
-def at_probes(gather, quality):
+def at_probes(gather, quality, **changes):
     """E/π at each probe, (n, 3)."""
     bpy.ops.wm.open_mainfile(filepath=str(CORNELL))
     depsgraph = bpy.context.evaluated_depsgraph_get()
     probes = vertex_receivers(receiver_meshes(bake_objects(depsgraph, ["Probes"]), depsgraph))
     scene = extract_scene(depsgraph)
-    light = bake(scene, probes, settings_for(quality, gather=gather), EmbreeTracer(scene))
+    light = bake(scene, probes, settings_for(quality, gather=gather, **changes), EmbreeTracer(scene))
     return light.value[probes.targets[0].receiver_of_element].reshape(-1, 3, 3).mean(axis=1) / np.pi
 
 
@@ -45,6 +45,13 @@ def test_cornell_box(truth, gather, quality, bound):
     noise2 = np.mean(truth["stderr"][keep] ** 2)
     assert np.sqrt(max(np.mean((got - mean) ** 2) - noise2, 0)) / mean.mean() <= bound
     assert got.mean(0) / mean.mean(0) == pytest.approx(np.ones(3), abs=0.02)
+
+
+def test_photons_in_a_light_volume(truth):
+    keep = truth["keep"]
+    got, mean = at_probes("light_volume", "draft", n_volume_rays=0)[keep], truth["mean"][keep]
+    assert np.sqrt(np.mean((got - mean) ** 2)) / mean.mean() <= 0.12
+    assert got.mean(0) / mean.mean(0) == pytest.approx(np.ones(3), abs=0.03)
 
 
 @pytest.mark.parametrize("gather", ["density", "light_volume"])

@@ -1,5 +1,6 @@
 """Volumes one in another: the finer, the more receivers there are (after Kaplanyan and Dachsbacher's cascades)."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,12 +10,14 @@ from ...photons import Photons
 from ...sampling.spherical_harmonics import Y0, sh_cosine_lobe
 from ...scene import Scene
 from ...tracers import LightTracer
+from ..gather_rays import GatherRays
 from ..sh_fields import N_LIGHT
 from .grid import Grid
 from .volume import LightVolume
 
 _LEFT_OUT = (0, 2, 10)  # per cent of the receivers at each end of each axis, from the coarser volumes to the finest
 _LEAST_GAIN = 2  # a volume whose cells are not so many times smaller than the one's around it is not built
+_LEAST_LENGTH = 1e-4  # of a cell, in diagonals of the scene: rays start off surfaces by a hundredth of that
 _CHUNK = 1 << 13  # receivers
 
 _READING = 63  # the chunks draw no random numbers
@@ -27,37 +30,61 @@ class Cascade:
     volumes: tuple[LightVolume, ...]
 
     @staticmethod
-    def build(
-        scene: Scene,
-        tracer: LightTracer,
-        photons: Photons,
-        positions: np.ndarray,
-        n_cells: int,
-        workers: Workers,
+    def of_photons(
+        scene: Scene, tracer: LightTracer, photons: Photons, positions: np.ndarray, n_cells: int, workers: Workers
     ) -> "Cascade":
-        """A volume over the scene, and finer ones around most of the receivers' positions (n, 3).
+        """A volume over the scene, and finer ones around most of the receivers' positions (n, 3), filled with photons.
 
         Each has `n_cells` cells along its longest side. A finer one is built where there are photons for it: n_cells²,
         which is one for several cells of surface, and several for all that a reading takes its light from.
         """
+
+        def fill(grid: Grid, part: Workers) -> LightVolume:
+            inside = photons.where(grid.reaches(photons.position))
+            return LightVolume.of_photons(scene, tracer, inside, grid, n_cells // 4, part)
+
+        def worthwhile(grid: Grid) -> bool:
+            return np.count_nonzero(grid.reaches(photons.position)) >= n_cells**2
+
+        return Cascade._filled(scene, positions, n_cells, worthwhile, fill, workers)
+
+    @staticmethod
+    def of_rays(
+        scene: Scene,
+        tracer: LightTracer,
+        rays: GatherRays,
+        n_rays: int,
+        positions: np.ndarray,
+        n_cells: int,
+        workers: Workers,
+    ) -> "Cascade":
+        """The same filled by gather rays. A finer volume has to have as many receivers as cells along its side."""
+
+        def fill(grid: Grid, part: Workers) -> LightVolume:
+            return LightVolume.of_rays(scene, tracer, rays, n_rays, grid, n_cells // 4, part)
+
+        def worthwhile(grid: Grid) -> bool:
+            large = grid.length > _LEAST_LENGTH * scene.diagonal
+            return large and np.count_nonzero(grid.reaches(positions)) >= n_cells
+
+        return Cascade._filled(scene, positions, n_cells, worthwhile, fill, workers)
+
+    @staticmethod
+    def _filled(
+        scene: Scene,
+        positions: np.ndarray,
+        n_cells: int,
+        worthwhile: Callable[[Grid], bool],
+        fill: Callable[[Grid, Workers], LightVolume],
+        workers: Workers,
+    ) -> "Cascade":
         grids = [Grid.over(scene.bounds, n_cells)]
-        inside = [photons]
         for left_out in _LEFT_OUT:
             grid = Grid.over(np.percentile(positions, [left_out, 100 - left_out], axis=0), n_cells)
-            if grid.length * _LEAST_GAIN > grids[-1].length:
-                continue
-            low, high = grid.box
-            part = photons.where(((photons.position >= low) & (photons.position <= high)).all(axis=1))
-            if len(part) >= n_cells**2:
+            if grid.length * _LEAST_GAIN <= grids[-1].length and worthwhile(grid):
                 grids.append(grid)
-                inside.append(part)
-        n, n_iterations = len(grids), n_cells // 4
-        return Cascade(
-            tuple(
-                LightVolume.build(scene, tracer, part, grid, n_iterations, workers.part(i / n, (i + 1) / n))
-                for i, (grid, part) in enumerate(zip(grids, inside, strict=True))
-            )
-        )
+        n = len(grids)
+        return Cascade(tuple(fill(grid, workers.part(i / n, (i + 1) / n)) for i, grid in enumerate(grids)))
 
     def irradiance(self, positions: np.ndarray, normals: np.ndarray, workers: Workers) -> tuple[np.ndarray, np.ndarray]:
         """Irradiance E = ∫ (ω·n)⁺ L dω at points, each read from the finest volume around it (Eq. 7).

@@ -49,6 +49,11 @@ class Grid:
         margin = np.float32(self.length / 2)
         return np.stack([self.low - margin, self.low + np.array(self.shape) * np.float32(self.length) + margin])
 
+    def reaches(self, points: np.ndarray) -> np.ndarray:
+        """Which points (n, 3) are in the `box`, (n,) bool."""
+        low, high = self.box
+        return ((points >= low) & (points <= high)).all(axis=1)
+
     def contains(self, points: np.ndarray) -> np.ndarray:
         """Which points (n, 3) have eight cells around them, (n,) bool."""
         x = self._coordinates(points)

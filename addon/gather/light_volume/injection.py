@@ -1,5 +1,8 @@
 """Light put into the volume's cells: that of photons, and the surfaces' response to known light (section 4.1)."""
 
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields
+
 import numpy as np
 
 from ...parallel import Workers
@@ -8,22 +11,83 @@ from ...sampling.vectors import dot
 from ...scene import Scene
 from ...scene.surface_points import SurfacePoints, surface_points
 from ...tracers import LightTracer
-from ..sh_fields import ISOTROPIC, N_LIGHT, SCALE, photon_fields, random_signs
+from ..gather_rays import GatherRays, gather_directions
+from ..sh_fields import ISOTROPIC, N_LIGHT, N_SIGNS, SCALE, light_fields, random_signs
 from .grid import Grid
 
 OFFSET = np.float32(0.5)
 """Cells off its surface that light is put, along the normal: a wall has its cells on either side."""
 
-_SIGNS = 61  # stream of random numbers
+_SIGNS, _GATHERING = 61, 64  # streams of random numbers
 _CHUNK = 1 << 17  # photons
-_POINTS_A_CELL = 32  # on a cell's length of surface squared
+_RAYS = 1 << 16  # in a chunk
 
 
-def inject_response(scene: Scene, tracer: LightTracer, grid: Grid, workers: Workers) -> tuple[np.ndarray, np.ndarray]:
+@dataclass(frozen=True)
+class Sides:
+    """k points of surfaces, each with one of its sides, and the cells that they put light into.
+
+    Attributes
+    ----------
+    position, normal : (k, 3) float32, m
+    area : (k,) float32, m²
+        What each stands for, as far as photons are stored there.
+    cell : (k,) int64
+    unseen : (u,) int64
+        Cells of other points, which take no part.
+    """
+
+    position: np.ndarray
+    normal: np.ndarray
+    area: np.ndarray
+    cell: np.ndarray
+    unseen: np.ndarray
+
+    @staticmethod
+    def none() -> "Sides":
+        """No points."""
+        vectors, numbers = np.zeros((0, 3), np.float32), np.zeros(0, np.int64)
+        return Sides(vectors, vectors, vectors[:, 0], numbers, numbers)
+
+    @staticmethod
+    def join(parts: "list[Sides]") -> "Sides":
+        """All sides of several `Sides`, in order."""
+        names = [field.name for field in fields(Sides)]
+        return Sides(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+
+
+def lit_sides(scene: Scene, tracer: LightTracer, grid: Grid, n_points_a_cell: int, workers: Workers) -> Iterator[Sides]:
+    """Yield both sides of points spread over the surfaces, so many on a cell's length squared.
+
+    They take part if their cell's centre sees them: light of the next room, on the floor just beyond a wall that runs
+    through the cell, has no place in it.
+    """
+    materials = scene.materials
+    holds_photons = materials.spreads_light[scene.material_of_triangle]
+
+    def look(points: SurfacePoints) -> Sides:
+        points = points.where(np.flatnonzero(holds_photons[points.triangle]))
+        area = np.full(len(points.triangle), points.area, np.float32)
+        if materials.see_through.any():
+            place = scene.barycentrics(points.triangle, points.position)
+            area *= scene.look_up(materials.coverage, points.triangle, *place)[:, 0]
+        front = scene.normals[points.triangle]
+        position, normal = np.tile(points.position, (2, 1)), np.concatenate([front, -front])
+        cell, centres = _cells_in_front(grid, position, normal)
+        ways = position - centres
+        hits = tracer.surfaces.closest_hit(centres, ways / np.sqrt(dot(ways, ways))[:, None])
+        seen = (hits.triangle == np.tile(points.triangle, 2)) & ~tracer.smothered(hits.triangle, hits.u, hits.v)
+        seen &= cell < grid.n_cells
+        return Sides(position[seen], normal[seen], np.tile(area, 2)[seen], cell[seen], cell[~seen])
+
+    workers.progress.update("Measuring surfaces", 0.0)
+    for sides in workers.map(look, surface_points(scene, grid.box, grid.length / np.sqrt(n_points_a_cell))):
+        yield sides
+        workers.progress.update("Measuring surfaces", 0.0)
+
+
+def inject_response(grid: Grid, parts: Iterable[Sides]) -> tuple[np.ndarray, np.ndarray]:
     """What surfaces make of light.
-
-    Surfaces take part as far as photons are stored on them, and if their cell's centre sees them: light of the next
-    room, on the floor just beyond a wall that runs through the cell, has no place in it.
 
     Returns
     -------
@@ -32,34 +96,13 @@ def inject_response(scene: Scene, tracer: LightTracer, grid: Grid, workers: Work
     cut : (cells,) bool
         Whether there are surfaces in the cell that take no part.
     """
-    materials = scene.materials
-    holds_photons = materials.spreads_light[scene.material_of_triangle]
     a, b = np.triu_indices(4)
     products = np.zeros((len(a), grid.n_cells + 1))  # ν_a ν_b dA
     cut = np.zeros(grid.n_cells + 1, bool)
-
-    def inject(points: SurfacePoints) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        points = points.where(np.flatnonzero(holds_photons[points.triangle]))
-        area = np.full(len(points.triangle), points.area, np.float32)
-        if materials.see_through.any():
-            place = scene.barycentrics(points.triangle, points.position)
-            area *= scene.look_up(materials.coverage, points.triangle, *place)[:, 0]
-        sides = []
-        for normals in (scene.normals[points.triangle], -scene.normals[points.triangle]):
-            cells, centres = _cells_in_front(grid, points.position, normals)
-            ways = points.position - centres
-            hits = tracer.surfaces.closest_hit(centres, ways / np.sqrt(dot(ways, ways))[:, None])
-            seen = (hits.triangle == points.triangle) & ~tracer.smothered(hits.triangle, hits.u, hits.v)
-            nu = np.concatenate([np.ones((1, int(seen.sum())), np.float32), normals[seen].T])
-            sides.append((cells[seen], area[seen] * nu[a] * nu[b], cells[~seen]))
-        return sides
-
-    workers.progress.update("Measuring surfaces", 0.0)
-    for sides in workers.map(inject, surface_points(scene, grid.box, grid.length / np.sqrt(_POINTS_A_CELL))):
-        for cells, values, unseen in sides:
-            _add(products, cells, values)
-            cut[unseen] = True
-        workers.progress.update("Measuring surfaces", 0.0)
+    for sides in parts:
+        nu = np.concatenate([np.ones((1, len(sides.cell)), np.float32), sides.normal.T])
+        _add(products, sides.cell, sides.area * nu[a] * nu[b])
+        cut[sides.unseen] = True
     response = np.empty((4, 4, grid.n_cells), np.float32)
     response[a, b] = response[b, a] = SCALE[a, b, None] * products[:, :-1]
     response += ISOTROPIC[:, :, None] * products[0, :-1].astype(np.float32)
@@ -69,8 +112,8 @@ def inject_response(scene: Scene, tracer: LightTracer, grid: Grid, workers: Work
 def inject_photons(
     scene: Scene, tracer: LightTracer, grid: Grid, photons: Photons, cut: np.ndarray, workers: Workers
 ) -> np.ndarray:
-    """The photons' fields: (N_LIGHT, 4, cells) float32, W; the signed ones of their power's mean over colours."""
-    fields = np.zeros((N_LIGHT * 4, grid.n_cells + 1))
+    """The photons' fields, (N_LIGHT, 4, cells) float32, W."""
+    total = np.zeros((N_LIGHT * 4, grid.n_cells + 1))
     signs = random_signs(photons, workers.seed, _SIGNS)
     doubtful = np.append(cut, False)
 
@@ -81,11 +124,35 @@ def inject_photons(
         k = np.flatnonzero(doubtful[cells])
         lifted = part.position[k] + scene.ray_offset(part.position[k]) * normals[k]
         cells[k[tracer.surfaces.occluded(centres[k], lifted)]] = grid.n_cells
-        return cells, photon_fields(part, signs)
+        return cells, light_fields(part.power, -part.direction, signs[part.path])
 
     for _, (cells, values) in workers.chunks("Filling the volume", len(photons), _CHUNK, inject, (_SIGNS,)):
-        _add(fields, cells, values)
-    return fields[:, :-1].reshape(N_LIGHT, 4, -1).astype(np.float32)
+        _add(total, cells, values)
+    return total[:, :-1].reshape(N_LIGHT, 4, -1).astype(np.float32)
+
+
+def inject_gathered(
+    scene: Scene, rays: GatherRays, grid: Grid, sides: Sides, n_rays: int, workers: Workers
+) -> np.ndarray:
+    """Fields of what rays from the sides gather, as of photons that came the rays' way: (N_LIGHT, 4, cells) float32, W.
+
+    The irradiance of a side is π times the mean of its rays' radiance, so each of n brings π L A/n.
+    """
+    total = np.zeros((N_LIGHT * 4, grid.n_cells + 1))
+    origin = sides.position + scene.ray_offset(sides.position) * sides.normal
+
+    def gather(chunk: slice, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        origins, normals, area = (np.repeat(of[chunk], n_rays, axis=0) for of in (origin, sides.normal, sides.area))
+        directions = gather_directions(normals, n_rays, random)
+        radiance, _ = rays.radiance_along(origins, directions, random)
+        power = radiance * (np.float32(np.pi / n_rays) * area)[:, None]
+        signs = random.choice(np.array([-1, 1], np.int8), (len(power), N_SIGNS))
+        return np.repeat(sides.cell[chunk], n_rays), light_fields(power, directions, signs)
+
+    size = max(1, _RAYS // n_rays)
+    for _, (cells, values) in workers.chunks("Filling the volume", len(origin), size, gather, (_GATHERING,)):
+        _add(total, cells, values)
+    return total[:, :-1].reshape(N_LIGHT, 4, -1).astype(np.float32)
 
 
 def _cells_in_front(grid: Grid, positions: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -94,7 +161,7 @@ def _cells_in_front(grid: Grid, positions: np.ndarray, normals: np.ndarray) -> t
     return cells, grid.centres(np.minimum(cells, grid.n_cells - 1))
 
 
-def _add(fields: np.ndarray, cells: np.ndarray, values: np.ndarray) -> None:
+def _add(total: np.ndarray, cells: np.ndarray, values: np.ndarray) -> None:
     """Add values (…, n) to the cells of fields (f, cells)."""
-    for field, value in zip(fields, values.reshape(len(fields), -1), strict=True):
+    for field, value in zip(total, values.reshape(len(total), -1), strict=True):
         field += np.bincount(cells, value, minlength=len(field))

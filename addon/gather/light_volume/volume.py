@@ -9,11 +9,14 @@ from ...parallel import Workers
 from ...photons import Photons
 from ...scene import Scene
 from ...tracers import LightTracer, Tracer
+from ..gather_rays import GatherRays
 from ..sh_fields import N_FIELDS, solve_radiance
 from .grid import Grid
-from .injection import inject_photons, inject_response
+from .injection import Sides, inject_gathered, inject_photons, inject_response, lit_sides
 from .occlusion import transmittance
 from .propagation import propagate
+
+_POINTS_A_CELL = 32  # on a cell's length of surface squared, where photons fall anywhere
 
 
 @dataclass(frozen=True)
@@ -34,10 +37,10 @@ class LightVolume:
     tracer: Tracer
 
     @staticmethod
-    def build(
+    def of_photons(
         scene: Scene, tracer: LightTracer, photons: Photons, grid: Grid, n_iterations: int, workers: Workers
     ) -> "LightVolume":
-        """Inject photons and response, and gather both from cell to cell.
+        """A volume filled with photons.
 
         Parameters
         ----------
@@ -46,16 +49,43 @@ class LightVolume:
         n_iterations : int
             How many cells far light is gathered; section 4.2 takes a quarter of the grid's longest side.
         """
-        response, cut = inject_response(scene, tracer, grid, workers)
+        sides = lit_sides(scene, tracer, grid, _POINTS_A_CELL, workers)
+        response, cut = inject_response(grid, sides)
         light = inject_photons(scene, tracer, grid, photons, cut, workers)
-        passes = transmittance(tracer.surfaces, grid, response, workers)
+        return LightVolume._gathered(grid, light, response, tracer.surfaces, n_iterations, workers)
+
+    @staticmethod
+    def of_rays(
+        scene: Scene,
+        tracer: LightTracer,
+        rays: GatherRays,
+        n_rays: int,
+        grid: Grid,
+        n_iterations: int,
+        workers: Workers,
+    ) -> "LightVolume":
+        """A volume filled with what `n_rays` rays gather at one point for each cell's length squared of the surfaces.
+
+        Light and response are those of the same points, so that the only noise is that of the rays.
+        """
+        sides = Sides.join([Sides.none(), *lit_sides(scene, tracer, grid, 1, workers)])
+        response, _ = inject_response(grid, [sides])
+        light = inject_gathered(scene, rays, grid, sides, n_rays, workers)
+        return LightVolume._gathered(grid, light, response, tracer.surfaces, n_iterations, workers)
+
+    @staticmethod
+    def _gathered(
+        grid: Grid, light: np.ndarray, response: np.ndarray, tracer: Tracer, n_iterations: int, workers: Workers
+    ) -> "LightVolume":
+        """Light and response gathered from cell to cell."""
+        passes = transmittance(tracer, grid, response, workers)
         injected = np.concatenate([light, response]).reshape(N_FIELDS, 4, *grid.shape)
         fields = np.empty((grid.n_cells, N_FIELDS, 4), np.float32)
         gather = partial(_gather, transmittance=passes, n_iterations=n_iterations)
         for i, field in enumerate(workers.map(gather, injected)):
             fields[:, i] = field.reshape(4, -1).T
             workers.progress.update("Gathering in the volume", (i + 1) / N_FIELDS)
-        return LightVolume(grid, fields, tracer.surfaces)
+        return LightVolume(grid, fields, tracer)
 
     def radiance(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Radiance L in front of surfaces, from R L = c.
