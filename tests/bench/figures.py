@@ -1,9 +1,44 @@
-"""What the benchmarks share: scenes with their receivers, figures against truth, tables."""
+"""What the benchmarks share: scenes with their receivers and camera, recorded rays, figures against truth, output."""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
 
 import bpy
 import numpy as np
-from photon_bake.addon.blender import bake_objects, extract_scene, receiver_meshes
+from photon_bake.addon.blender import bake_objects, extract_scene, read_camera, receiver_meshes
 from photon_bake.addon.receivers import vertex_receivers
+from photon_bake.addon.tracers import RayKind
+from photon_bake.addon.tracers.embree import EmbreeTracer
+
+ROOT = Path(__file__).resolve().parents[2]
+SCENES = ("cornell", "classroom", "oa_bases3")
+
+
+class RecordingTracer(EmbreeTracer):
+    """Keeps every ray it is asked for."""
+
+    def __init__(self, scene):
+        super().__init__(scene)
+        self.asked = []
+
+    def closest_hit(self, origins, directions, t_max=np.inf, kind=RayKind.DIFFUSE):
+        self.asked.append((origins.copy(), directions.copy()))
+        return super().closest_hit(origins, directions, t_max, kind)
+
+
+def scene_options(doc):
+    """A parser of the options that all benchmarks of scenes have."""
+    parser = argparse.ArgumentParser(description=doc.splitlines()[0])
+    parser.add_argument("--scenes", type=Path, default=ROOT.parent / "shared/scenes")
+    parser.add_argument("--pictures", type=Path, help="write pictures into this folder")
+    return parser
+
+
+def scenes_in(folder):
+    """Paths by name of the scenes that a folder has."""
+    paths = {name: folder / name / f"{name}.blend" for name in SCENES}
+    return {name: path for name, path in paths.items() if path.exists()}
 
 
 def load(path):
@@ -17,6 +52,12 @@ def load(path):
 
     everything = receivers([o for o in objects if o.name != "Probes"])
     return extract_scene(depsgraph), everything, receivers([o for o in objects if o.name == "Probes"])
+
+
+def camera_of_scene(width, height):
+    """The camera of Blender's scene with so many pixels, as wide an angle of view as it has."""
+    camera = read_camera(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
+    return replace(camera, width=width, height=height)
 
 
 def relative_rmse(value, truth):
@@ -38,3 +79,14 @@ def table(title, head, rows):
     text = "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows), ""])
     print(text, flush=True)
     return text
+
+
+def write_png(path, pixels):
+    """Write a picture (height, width, 3), or a grey one (height, width), of values in [0, 1] as they are."""
+    rgba = np.ones((*pixels.shape[:2], 4), np.float32)
+    rgba[..., :3] = pixels.reshape(*pixels.shape[:2], -1)
+    image = bpy.data.images.new(path.stem, rgba.shape[1], rgba.shape[0], alpha=False, is_data=True)
+    image.pixels.foreach_set(rgba[::-1].ravel())
+    image.filepath_raw, image.file_format = str(path.absolute()), "PNG"
+    image.save()
+    bpy.data.images.remove(image)

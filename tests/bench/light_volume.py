@@ -1,11 +1,10 @@
 """Measures the light-gathering volume: accuracy and time at the paper's grid sizes, and whole drafts.
 
-    python tests/bench/light_volume.py [--scenes DIR]
+    python tests/bench/light_volume.py [--scenes DIR] [--pictures DIR]
 
 Needs scenes with truth, as run.py does.
 """
 
-import argparse
 import json
 import subprocess
 import sys
@@ -13,17 +12,20 @@ import tempfile
 from pathlib import Path
 from time import perf_counter
 
+import bpy
 import numpy as np
-from figures import figures, load, table
+from figures import ROOT, camera_of_scene, figures, load, scene_options, scenes_in, table, write_png
+from photon_bake.addon.blender import extract_scene
+from photon_bake.addon.camera_bake import bake_camera
 from photon_bake.addon.gather import Cascade
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import PathKind, light_sources, region_of, trace_photons
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.scene.surface_points import surface_points
+from photon_bake.addon.settings import BakeSettings
 from photon_bake.addon.tracers import LightTracer
 from photon_bake.addon.tracers.embree import EmbreeTracer
 
-ROOT = Path(__file__).resolve().parents[2]
 N_PHOTONS, N_POINTS = 600_000, 50_000
 STAGES = {
     "Surfaces": ("Measuring surfaces", "Looking between cells"),
@@ -79,7 +81,7 @@ def timed(scene, tracer, photons, points, n_cells):
     """Seconds of each stage from traced photons to lit points, and the volumes."""
     progress = Progress()
     workers, start = Workers(progress=progress), perf_counter()
-    volumes = Cascade.build(scene, tracer, photons, points[0], n_cells, workers)
+    volumes = Cascade.of_photons(scene, tracer, photons, points[0], n_cells, workers)
     volumes.irradiance(*points, workers)
     progress.update("Done", 1.0)
     seconds = {**progress.stage_seconds, "Done": 0.0}
@@ -105,13 +107,82 @@ def draft_rows(name, path):
     return rows
 
 
+def grid_picture(path, to):
+    """Write what the camera sees at each grid size, coarse to fine."""
+    scene, _, _ = load(path)
+    view, tracer = camera_of_scene(400, 400), EmbreeTracer(scene)
+    settings = [BakeSettings(n_photons=N_PHOTONS, n_grid_cells=n) for n in PAPER]
+    write_png(to, side_by_side(*(bake_camera(scene, view, one, tracer).radiance for one in settings)))
+
+
+def caustics_picture(to):
+    """Write what a white wall would reflect of the caustics alone, and all that the camera gets but direct light."""
+    build_caustics()
+    scene = extract_scene(bpy.context.evaluated_depsgraph_get())
+    settings = BakeSettings(n_photons=2_000_000)
+    light = bake_camera(scene, camera_of_scene(480, 400), settings, EmbreeTracer(scene))
+    write_png(to, side_by_side(light.caustics / np.pi, light.radiance))
+
+
+def side_by_side(*pictures):
+    """Pictures of radiance for a screen, beside each other; the last one's 99th percentile is white in all."""
+    white = np.percentile(pictures[-1], 99)
+    return np.clip(np.concatenate(pictures, axis=1) / white, 0, 1) ** (1 / 2.2)
+
+
+def build_caustics():
+    """A glass ball and a gold ring in a closed room with a red wall, under a small lamp."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    add, smooth = bpy.ops.mesh, bpy.ops.object.shade_smooth
+    white, red = (material("Diffuse", Color=color) for color in ((0.7, 0.7, 0.7, 1), (0.7, 0.15, 0.1, 1)))
+    add.primitive_cube_add(size=4, location=(0, 0, 2))
+    room = bpy.context.object.data
+    room.materials.append(white)
+    room.materials.append(red)
+    room.polygons[0].material_index = 1
+    add.primitive_uv_sphere_add(segments=96, ring_count=48, radius=0.5, location=(-0.7, 0.2, 0.7))
+    bpy.context.object.data.materials.append(material("Glass", Roughness=0, IOR=1.5))
+    smooth()
+    ring = {"major_radius": 0.6, "minor_radius": 0.15, "major_segments": 96, "minor_segments": 32}
+    add.primitive_torus_add(location=(0.75, 0.1, 0.15), **ring)
+    bpy.context.object.data.materials.append(material("Anisotropic", Color=(0.9, 0.7, 0.3, 1), Roughness=0.05))
+    smooth()
+    bpy.ops.object.light_add(type="AREA", location=(-0.3, 1.5, 3.9))
+    bpy.context.object.data.size, bpy.context.object.data.energy = 0.3, 100
+    bpy.ops.object.camera_add(location=(0, -1.95, 2.1), rotation=(0.9, 0, 0))
+    bpy.context.scene.camera = bpy.context.object
+    bpy.context.object.data.lens = 24
+
+
+def material(kind, **inputs):
+    """A material of one BSDF."""
+    new = bpy.data.materials.new(kind)
+    if bpy.app.version < (5, 0, 0):
+        new.use_nodes = True
+    shader = new.node_tree.nodes.new(f"ShaderNodeBsdf{kind}")
+    for name, value in inputs.items():
+        shader.inputs[name].default_value = value
+    output = next(node for node in new.node_tree.nodes if node.type == "OUTPUT_MATERIAL")
+    new.node_tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    return new
+
+
+def tables(scenes, pictures=None):
+    """Markdown tables; and pictures in a folder, if one is given."""
+    cornell = scenes["cornell"]
+    rows = grid_rows(cornell, np.load(cornell.with_suffix(".npz")))
+    texts = [table("Light volume on cornell, 50,000 points", GRID_HEAD, rows)]
+    rows = draft_rows("classroom", scenes["classroom"])
+    texts.append(table("Whole bakes by the command line", DRAFT_HEAD, rows))
+    if pictures:
+        grid_picture(cornell, pictures / "light_volume_cornell.png")
+        caustics_picture(pictures / "caustics.png")
+    return texts
+
+
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--scenes", type=Path, default=ROOT.parent / "shared/scenes")
-    scenes = parser.parse_args().scenes
-    cornell = scenes / "cornell/cornell.blend"
-    table("Light volume on cornell, 50,000 points", GRID_HEAD, grid_rows(cornell, np.load(cornell.with_suffix(".npz"))))
-    table("Whole bakes", DRAFT_HEAD, draft_rows("classroom", scenes / "classroom/classroom.blend"))
+    options = scene_options(__doc__).parse_args()
+    tables(scenes_in(options.scenes), options.pictures)
 
 
 if __name__ == "__main__":

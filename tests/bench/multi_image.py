@@ -7,20 +7,13 @@ share of a diagonal of Embree's hit; where only one of the two hits anything the
 one thread.
 """
 
-import argparse
-import struct
-import zlib
 from dataclasses import dataclass
-from pathlib import Path
 from time import perf_counter
 
-import bpy
 import numpy as np
-from figures import load, table
+from figures import RecordingTracer, camera_of_scene, load, scene_options, scenes_in, table, write_png
 from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import light_sources, region_of, trace_photons
-from photon_bake.addon.photons.emission import N_DIMENSIONS
-from photon_bake.addon.photons.tracing import shares
+from photon_bake.addon.photons import emitted_rays, light_sources, region_of, trace_photons
 from photon_bake.addon.sampling.streams import stream
 from photon_bake.addon.scene import Scene
 from photon_bake.addon.scene.surface_points import surface_points
@@ -28,32 +21,21 @@ from photon_bake.addon.tracers import Hits, LightTracer
 from photon_bake.addon.tracers.embree import EmbreeTracer
 from photon_bake.addon.tracers.multi_image import LightRays, MultiImageTracer, Tally, lit_region
 from photon_bake.addon.tracers.multi_image.box import through_box
+from photon_bake.operators.vertex_bake import N_LIGHT_RAYS
 
-ROOT = Path(__file__).resolve().parents[2]
 N_RAYS = N_PHOTONS = 100_000
 N_PHOTONS_OF_ROOM = 3_000_000  # of which few come in through the windows
 ALONE = Workers(n_threads=1)
 METHODS = ("plane", "fan", "crossing")
 PLACES = ("regular", "placed by surfaces", "placed by light")
 RIGHT = (0.01, 0.02, 0.05)
+PICTURED = ("cornell", "classroom")
 
 METHODS_HEAD = ["Rays", "Method", "Maps", *(f"{r:.0%} of scene" for r in RIGHT), *(f"{r:.0%} of region" for r in RIGHT)]
 METHODS_HEAD += ["Look-ups a ray", "µs a ray"]
 NUMBERS_HEAD = ["Rays", "Maps", "Faces", "2% of scene", "2% of region", "Look-ups a ray", "µs a ray", "Build, s", "MB"]
 LOOPS_HEAD = ["Rays", "Method", *(str(n) for n in range(9))]
 SEEN_HEAD = ["Region", "Maps", *PLACES]
-
-
-class RecordingTracer(EmbreeTracer):
-    """Keeps every ray it is asked for."""
-
-    def __init__(self, scene):
-        super().__init__(scene)
-        self.asked = []
-
-    def closest_hit(self, origins, directions, *args, **kinds):
-        self.asked.append((origins.copy(), directions.copy()))
-        return super().closest_hit(origins, directions, *args, **kinds)
 
 
 @dataclass(frozen=True)
@@ -98,13 +80,9 @@ def photon_rays(name, scene, receivers, n_photons=N_PHOTONS, only_through=None):
     return Case(name, scene, lit_region(receivers.position), origins[k], directions[k], hits.where(k), light(sources))
 
 
-def light(sources, n=2000):
-    """Rays that leave the lamps."""
-    random = stream(1)
-    rays = [
-        source.emit(random.random((k, N_DIMENSIONS), np.float32))
-        for source, k in zip(sources, shares(sources, n), strict=True)
-    ]
+def light(sources):
+    """Rays that leave the lamps, as a bake takes them to place maps."""
+    rays = emitted_rays(sources, N_LIGHT_RAYS, ALONE.seed)
     return LightRays(*(np.concatenate([getattr(part, name) for part in rays]) for name in ("origins", "directions")))
 
 
@@ -187,42 +165,23 @@ def seen_rows(case, numbers=(8, 27, 125)):
     ]
 
 
-def photon_picture(case, camera, path, size=(320, 240)):
-    """Write where photons are, as the scene's camera sees them: above Embree and crossing, below plane and fan."""
+def photon_picture(case, camera, path):
+    """Write where photons are, as a camera sees them: above Embree and crossing, below plane and fan."""
     tracers = [EmbreeTracer(case.scene), *(case.tracer(method) for method in ("crossing", "plane", "fan"))]
-    panels = [seen_photons(case, tracer.closest_hit(case.origins, case.directions), camera, size) for tracer in tracers]
+    panels = [seen_photons(case, tracer.closest_hit(case.origins, case.directions), camera) for tracer in tracers]
     brightest = np.percentile(panels[0][panels[0] > 0], 95)
     a, b, c, d = (np.pad(np.sqrt(np.minimum(panel / brightest, 1)), 1, constant_values=1) for panel in panels)
     write_png(path, np.block([[a, b], [c, d]]).repeat(2, axis=0).repeat(2, axis=1))
 
 
-def seen_photons(case, hits, camera, size):
-    """Photons that the camera sees in each pixel, (height, width); `camera` is (matrix to world, angle of view)."""
-    matrix, angle = camera
+def seen_photons(case, hits, camera):
+    """Photons that the camera sees in each pixel, (height, width)."""
     x = (case.origins + hits.distance[:, None] * case.directions)[hits.hit]
-    eye = np.broadcast_to(matrix[:3, 3].astype(np.float32), x.shape).copy()
-    x = x + 2e-3 * (eye - x)  # surfaces that photons lie on, or a little under, do not hide them
-    x = x[~EmbreeTracer(case.scene).occluded(eye, x)]
-    local = (x - matrix[:3, 3]) @ matrix[:3, :3]
-    local = local[local[:, 2] < -1e-3]
-    slopes = local[:, :2] / -local[:, 2:] / np.tan(angle / 2)
-    pixel = np.floor((slopes * [1, -1] + [1, size[1] / size[0]]) * (size[0] / 2)).astype(int)
-    inside = ((pixel >= 0) & (pixel < size)).all(axis=1)
-    counts = np.zeros(size[::-1])
-    np.add.at(counts, (pixel[inside, 1], pixel[inside, 0]), 1)
-    return counts
-
-
-def write_png(path, grey):
-    """Write grey values (h, w) in [0, 1] as a PNG."""
-    height, width = grey.shape
-    lines = np.concatenate([np.zeros((height, 1), np.uint8), np.rint(255 * grey).astype(np.uint8)], axis=1)
-
-    def chunk(kind, data):
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    header = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0))
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + header + chunk(b"IDAT", zlib.compress(lines, 9)) + chunk(b"IEND", b""))
+    eye = np.repeat(camera.position[None], len(x), axis=0)
+    x += np.float32(2e-3) * (eye - x)  # surfaces that photons lie on, or a little under, do not hide them
+    pixel = camera.pixels(x[~EmbreeTracer(case.scene).occluded(eye, x)])
+    counts = np.bincount(pixel[pixel >= 0], minlength=camera.n_pixels)
+    return counts.reshape(camera.height, camera.width)
 
 
 def cases(path):
@@ -235,25 +194,27 @@ def cases(path):
     return found
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--scenes", type=Path, default=ROOT.parent / "shared/scenes")
-    parser.add_argument("--pictures", type=Path, help="write pictures of the photons into this folder")
-    options = parser.parse_args()
+TABLES = (
+    ("Photon rays through 27 cube maps against Embree", METHODS_HEAD, method_rows),
+    ("The first crossing in more maps, and larger ones", NUMBERS_HEAD, number_rows),
+    ("Loops to convergence", LOOPS_HEAD, loop_rows),
+    ("Surfaces that maps see", SEEN_HEAD, seen_rows),
+)
+
+
+def tables(scenes, pictures=None):
+    """Markdown tables; and pictures of the photons in a folder, if one is given."""
     found = []
-    for name in ("cornell", "classroom", "oa_bases3"):
-        found += cases(options.scenes / name / f"{name}.blend")
-        if options.pictures and name != "oa_bases3":
-            camera = bpy.context.scene.camera
-            view = np.array(camera.matrix_world), camera.data.angle
-            photon_picture(found[-1], view, options.pictures / f"photons_{name}.png")
-    for title, head, rows in (
-        ("Photon rays through 27 cube maps against Embree", METHODS_HEAD, method_rows),
-        ("The first crossing in more maps, and larger ones", NUMBERS_HEAD, number_rows),
-        ("Loops to convergence", LOOPS_HEAD, loop_rows),
-        ("Surfaces that maps see", SEEN_HEAD, seen_rows),
-    ):
-        table(title, head, [row for case in found for row in rows(case)])
+    for name, path in scenes.items():
+        found += cases(path)
+        if pictures and name in PICTURED:
+            photon_picture(found[-1], camera_of_scene(320, 240), pictures / f"photons_{name}.png")
+    return [table(title, head, [row for case in found for row in rows(case)]) for title, head, rows in TABLES]
+
+
+def main():
+    options = scene_options(__doc__).parse_args()
+    tables(scenes_in(options.scenes), options.pictures)
 
 
 if __name__ == "__main__":

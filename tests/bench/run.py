@@ -1,12 +1,12 @@
 """Measures the engine: rays a second against Embree's own, error and time against Cycles, whole scenes.
 
-    make bench ARGS="[--scenes DIR] [--output FILE.md] [--only PART]"
+    make bench ARGS="[--scenes DIR] [--output FILE.md] [--pictures DIR] [--only PART]"
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
-demo scene alone. Prints Markdown tables, and writes them to build/bench.md.
+demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: rays, error,
+scenes, volume, images or extraction.
 """
 
-import argparse
 import json
 import os
 import subprocess
@@ -18,7 +18,11 @@ from time import perf_counter
 from unittest import mock
 
 import bpy
+import extraction
+import light_volume
+import multi_image
 import numpy as np
+from figures import ROOT, RecordingTracer, figures, load, relative_rmse, scene_options, scenes_in, table
 from photon_bake.addon.bake import bake
 from photon_bake.addon.gather import (
     DirectLight,
@@ -35,26 +39,7 @@ from photon_bake.addon.settings import settings_for
 from photon_bake.addon.tracers import LightTracer, RayKind
 from photon_bake.addon.tracers.embree import EmbreeTracer
 
-sys.path.insert(0, str(Path(__file__).parent))
-import extraction
-import light_volume
-from figures import figures, load, relative_rmse, table
-
-ROOT = Path(__file__).resolve().parents[2]
 QUALITIES = ("draft", "medium", "high")
-PARTS = ("rays", "error", "scenes", "volume", "extraction")
-
-
-class RecordingTracer(EmbreeTracer):
-    """Keeps every ray it is asked for."""
-
-    def __init__(self, scene):
-        super().__init__(scene)
-        self.asked = []
-
-    def closest_hit(self, origins, directions, t_max=np.inf, kind=RayKind.DIFFUSE):
-        self.asked.append((origins.copy(), directions.copy()))
-        return super().closest_hit(origins, directions, t_max, kind)
 
 
 def seconds(function):
@@ -195,57 +180,62 @@ def whole_scene(name, path):
     ]
 
 
+def ray_tables(scenes, _):
+    head = ["Scene", "Rays of", "Rays", "Ours, M/s", "Embree, one thread", "Embree, all cores"]
+    head += ["Ours / one", "Ours / all"]
+    rows = [row for name, path in scenes.items() for row in ray_rates(name, *load(path)[:2])]
+    return [table("Rays against Embree's own time for the same rays", head, rows)]
+
+
+def error_tables(scenes, _):
+    head = ["Scene", "Gather", "Quality", "Seconds", "Relative RMSE", "Mean", "Median", "Times faster than Cycles"]
+    truths = {name: np.load(path.with_suffix(".npz")) for name, path in scenes.items()}
+    rows = [row for name, path in scenes.items() for row in errors(name, path, truths[name])]
+    return [table("Error and time at the probes", head, rows)]
+
+
+def scene_tables(scenes, _):
+    head = ["Scene", "Receivers", "Seconds", "Peak MB", "Noise", "Stages, s"]
+    rows = [whole_scene(name, path) for name, path in scenes.items()]
+    return [table("All objects at medium quality, by the command line", head, rows)]
+
+
+def extraction_tables(*_):
+    return [table("Reading scenes out of Blender, against Cycles' start", extraction.HEAD, extraction.rows())]
+
+
+PARTS = {
+    "rays": ray_tables,
+    "error": error_tables,
+    "scenes": scene_tables,
+    "volume": light_volume.tables,
+    "images": multi_image.tables,
+    "extraction": extraction_tables,
+}
+
+
+def demo_scene():
+    path = ROOT / "build/demo.blend"
+    if not path.exists():
+        subprocess.run([sys.executable, ROOT / "tools/demo_scene.py", "build", path], check=True)
+    return {"demo": path}
+
+
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--scenes", type=Path, default=ROOT.parent / "shared/scenes")
+    parser = scene_options(__doc__)
     parser.add_argument("--output", type=Path, default=ROOT / "build/bench.md")
     parser.add_argument("--only", choices=PARTS)
     options = parser.parse_args()
-    scenes = {
-        name: options.scenes / name / f"{name}.blend"
-        for name in ("cornell", "classroom", "oa_bases3")
-        if (options.scenes / name / f"{name}.blend").exists()
-    }
+    scenes = scenes_in(options.scenes)
     if not scenes:
         print(f"No scenes with truth in {options.scenes}: measuring rays on the demo scene alone.")
-        demo = ROOT / "build/demo.blend"
-        if not demo.exists():
-            subprocess.run([sys.executable, ROOT / "tools/demo_scene.py", "build", demo], check=True)
-        scenes, options.only = {"demo": demo}, "rays"
-
-    parts = [f"Python {sys.version.split()[0]}, Blender {bpy.app.version_string}, {os.cpu_count()} cores\n"]
-    if options.only in (None, "rays"):
-        rows = [row for name, path in scenes.items() for row in ray_rates(name, *load(path)[:2])]
-        head = [
-            "Scene",
-            "Rays of",
-            "Rays",
-            "Ours, M/s",
-            "Embree, one thread",
-            "Embree, all cores",
-            "Ours / one",
-            "Ours / all",
-        ]
-        parts.append(table("Rays against Embree's own time for the same rays", head, rows))
-    if options.only in (None, "error"):
-        truths = {name: np.load(path.with_suffix(".npz")) for name, path in scenes.items()}
-        rows = [row for name, path in scenes.items() for row in errors(name, path, truths[name])]
-        head = ["Scene", "Gather", "Quality", "Seconds", "Relative RMSE", "Mean", "Median", "Times faster than Cycles"]
-        parts.append(table("Error and time at the probes", head, rows))
-    if options.only in (None, "scenes"):
-        head = ["Scene", "Receivers", "Seconds", "Peak MB", "Noise", "Stages, s"]
-        rows = [whole_scene(name, path) for name, path in scenes.items()]
-        parts.append(table("All objects at medium quality, by the command line", head, rows))
-    if options.only in (None, "volume"):
-        cornell, classroom = scenes["cornell"], scenes["classroom"]
-        rows = light_volume.grid_rows(cornell, np.load(cornell.with_suffix(".npz")))
-        parts.append(table("Light volume on cornell, 50,000 points", light_volume.GRID_HEAD, rows))
-        rows = light_volume.draft_rows("classroom", classroom)
-        parts.append(table("Whole bakes by the command line", light_volume.DRAFT_HEAD, rows))
-    if options.only in (None, "extraction"):
-        parts.append(table("Reading scenes out of Blender, against Cycles' start", extraction.HEAD, extraction.rows()))
+        scenes, options.only = demo_scene(), "rays"
+    texts = [f"Python {sys.version.split()[0]}, Blender {bpy.app.version_string}, {os.cpu_count()} cores\n"]
+    for name, tables in PARTS.items():
+        if options.only in (None, name):
+            texts += tables(scenes, options.pictures)
     options.output.parent.mkdir(parents=True, exist_ok=True)
-    options.output.write_text("\n".join(parts))
+    options.output.write_text("\n".join(texts))
     print(f"Written to {options.output}")
 
 
