@@ -27,7 +27,7 @@ N_LIGHT = 3 + N_SIGNS
 N_FIELDS = N_LIGHT + 4
 """Red, green, blue; the signed fields; the response's columns."""
 
-PRIOR = 0.01
+PRIOR = 0.05
 """What speaks against light that comes more from one side than another: this share of the response's trace."""
 
 # r(n) of ν = (1, n): r_ab = SCALE_ab ν_a ν_b, and ISOTROPIC more
