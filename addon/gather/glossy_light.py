@@ -6,7 +6,7 @@ from ..bsdf import Lobe
 from ..parallel import Workers
 from ..photons.scattering import scatter
 from ..receivers import SeenSurface
-from ..sampling.spherical_harmonics import sh_basis
+from ..sampling.spherical_harmonics import Y0, Y1, sh_basis
 from ..scene import Scene
 from .light_volume import Cascade
 
@@ -28,13 +28,24 @@ def glossy_radiance(scene: Scene, seen: SeenSurface, volumes: Cascade, workers: 
     def reflect(chunk: slice, random: np.random.Generator) -> np.ndarray:
         k = glossy[chunk]
         hits, position, normal = seen.hits.where(k), seen.position[k], seen.normal[k]
-        light = volumes.radiance(position + scene.ray_offset(position) * normal, normal)[:, :3]
+        light = nowhere_negative(volumes.radiance(position + scene.ray_offset(position) * normal, normal)[:, :3])
         total = np.zeros((len(k), 3), np.float32)
         for _ in range(_N_SAMPLES):
             on = scatter(scene, hits, position, seen.direction[k], normal, random, (Lobe.GLOSSY,))
-            total += on.weight * np.maximum(np.einsum("nca,na->nc", light, sh_basis(on.directions)), 0)
+            total += on.weight * np.einsum("nca,na->nc", light, sh_basis(on.directions))
         return total / _N_SAMPLES
 
     for chunk, value in workers.chunks("Reflecting the volume", len(glossy), _CHUNK, reflect, (_SCATTERING,)):
         radiance[glossy[chunk]] = value
     return radiance
+
+
+def nowhere_negative(radiance: np.ndarray) -> np.ndarray:
+    """Coefficients (n, c, 4) with as much of their linear bands as leaves Y₀ L₀ − Y₁ |L₁| ≥ 0 in every direction.
+
+    What two bands make of light from one side is negative on the other, where colours would come out wrong.
+    """
+    constant, linear = np.maximum(radiance[..., :1], 0), radiance[..., 1:]
+    length = np.linalg.norm(linear, axis=-1, keepdims=True)
+    share = np.minimum(Y0 * constant / np.maximum(Y1 * length, np.float32(1e-30)), 1)
+    return np.concatenate([constant, share * linear], axis=-1)

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from photon_bake.addon.camera_bake import bake_camera
 from photon_bake.addon.gather import Cascade, glossy_radiance, screen_irradiance
+from photon_bake.addon.gather.glossy_light import nowhere_negative
 from photon_bake.addon.gather.screen_volume import gather_once
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import Photons
 from photon_bake.addon.receivers import Camera, seen_surface
+from photon_bake.addon.sampling.spherical_harmonics import sh_basis
 from photon_bake.addon.scene import Channel, LightKind, Materials
 from photon_bake.addon.settings import settings_for
 from photon_bake.addon.tracers import LightTracer
@@ -100,6 +102,14 @@ def test_lossless_gloss_reflects_even_light_as_it_is(roughness):
     reflected = glossy_radiance(scene, seen, volumes, Workers())
     assert reflected.mean() == pytest.approx(1, rel=0.03)
     assert np.abs(reflected - 1).mean() < 0.2
+
+
+def test_light_is_nowhere_negative():
+    """Coefficients whose linear band is too long are cut to 0 in one direction; others stay as they are."""
+    radiance = np.array([[[1, 0, 0, 3], [2, 0.1, 0.2, 0.3], [-1, 0, 1, 0]]], np.float32)
+    positive = nowhere_negative(radiance)
+    assert positive[0, 0] @ sh_basis(np.array([[0, 0, -1.0]]))[0] == pytest.approx(0, abs=1e-6)
+    assert np.array_equal(positive[0, 1], radiance[0, 1]) and not positive[0, 2].any()
 
 
 def test_camera_sees_the_light_of_a_furnace():
