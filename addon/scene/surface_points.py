@@ -9,7 +9,7 @@ from ..sampling.sequences import r2_sequence
 from .scene import Scene
 
 _CHUNK = 1 << 16  # triangles
-_POINTS = 1 << 18  # in a chunk
+_POINTS = 1 << 15  # in a chunk
 _LONGEST = 16  # spacings, of an edge: what of larger triangles lies outside the box is cut off
 
 
