@@ -54,7 +54,7 @@ def screen_irradiance(
 
 def gathering_radius(seen: SeenSurface, photons: Photons, in_view: np.ndarray) -> float:
     """Radius h = C₀ √(A/(pN)) at path density p = 1, m; A and N are those of the picture instead of the scene."""
-    n = max(np.count_nonzero(in_view), 1)
+    n = max(int(np.count_nonzero(in_view)), 1)
     return float(np.sqrt(_PHOTONS_WITHIN / np.pi * seen.area.sum(dtype=np.float64) / n))
 
 

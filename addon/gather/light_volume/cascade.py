@@ -44,7 +44,7 @@ class Cascade:
             return LightVolume.of_photons(scene, tracer, inside, grid, n_cells // 4, part)
 
         def worthwhile(grid: Grid) -> bool:
-            return np.count_nonzero(grid.reaches(photons.position)) >= n_cells**2
+            return bool(np.count_nonzero(grid.reaches(photons.position)) >= n_cells**2)
 
         return Cascade._filled(scene, positions, n_cells, worthwhile, fill, workers)
 
@@ -65,7 +65,7 @@ class Cascade:
 
         def worthwhile(grid: Grid) -> bool:
             large = grid.length > _LEAST_LENGTH * scene.diagonal
-            return large and np.count_nonzero(grid.reaches(positions)) >= n_cells
+            return large and bool(np.count_nonzero(grid.reaches(positions)) >= n_cells)
 
         return Cascade._filled(scene, positions, n_cells, worthwhile, fill, workers)
 
