@@ -1,5 +1,7 @@
 """One bake, stage by stage: photons are traced, receivers gather them."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from .gather import (
@@ -8,7 +10,6 @@ from .gather import (
     DirectLight,
     GatherRays,
     Irradiance,
-    RadianceCache,
     build_radiance_cache,
     density_estimate,
     direct_irradiance,
@@ -64,13 +65,13 @@ def bake(
     photons = trace_photons(scene, of_photons, sources, settings.n_photons, settings.max_bounces, workers)
     inspector.see("photons", lambda: (photons.position + LIFT * region.radius * photons.normal, photons.power))
     direct = DirectLight(scene, light_tracer, sources)
-    given = (scene, receivers, settings, light_tracer, photons, workers)
+    gathering = _Gathering(scene, receivers, settings, light_tracer, photons, direct, workers, inspector)
     if settings.gather == "final":
-        indirect, stderr, counts = _by_final_gather(*given, direct)
+        indirect, stderr, counts = gathering.by_final_gather()
     elif settings.gather == "light_volume":
-        indirect, stderr, counts = _by_light_volume(*given, direct, inspector)
+        indirect, stderr, counts = gathering.by_light_volume()
     else:
-        indirect, stderr, counts = _by_density(*given)
+        indirect, stderr, counts = gathering.by_density()
     passes = {"indirect": indirect}
     if settings.add_direct:
         passes["direct"] = direct_irradiance(scene, direct, receivers, workers)
@@ -78,98 +79,69 @@ def bake(
     return Irradiance(value, stderr, passes, {"receivers": len(value), "stored_photons": len(photons), **counts})
 
 
-def _by_final_gather(
-    scene: Scene,
-    receivers: Receivers,
-    settings: BakeSettings,
-    tracer: LightTracer,
-    photons: Photons,
-    workers: Workers,
-    direct: DirectLight,
-) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
-    """Photons and direct light make a radiance cache; rays from the receivers gather from it."""
-    n_rays = settings.n_gather_rays
-    cache = _cache(scene, receivers, settings, tracer, photons, workers, direct, len(receivers) * n_rays)
-    rays = GatherRays(scene, tracer, direct, cache)
-    gathered = final_gather(rays, receivers, n_rays, settings.noise, workers)
-    counts = {"cache_elements": len(cache.elements), "gather_rays": gathered.n_rays}
+@dataclass(frozen=True)
+class _Gathering:
+    """What photons become at the receivers: irradiance (n, 3), its standard error (n,), and counts for the report."""
 
-    # What lamps send over mirrors and glass, photons find far better than rays do
-    focused, caustic = _caustics(scene, receivers, settings, tracer, photons, workers)
-    stderr = np.hypot(gathered.stderr, caustic.stderr)
-    return gathered.irradiance + caustic.irradiance, stderr, {**counts, "caustic_photons": focused}
+    scene: Scene
+    receivers: Receivers
+    settings: BakeSettings
+    tracer: LightTracer
+    photons: Photons
+    direct: DirectLight
+    workers: Workers
+    inspector: Inspector
 
+    def by_final_gather(self) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
+        """Photons and direct light make a radiance cache; rays from the receivers gather from it."""
+        n_rays, noise = self.settings.n_gather_rays, self.settings.noise
+        rays, n_elements = self._rays(len(self.receivers) * n_rays)
+        gathered = final_gather(rays, self.receivers, n_rays, noise, self.workers)
+        counts = {"cache_elements": n_elements, "gather_rays": gathered.n_rays}
+        return self._with_caustics(gathered.irradiance, gathered.stderr, counts)
 
-def _cache(
-    scene: Scene,
-    receivers: Receivers,
-    settings: BakeSettings,
-    tracer: LightTracer,
-    photons: Photons,
-    workers: Workers,
-    direct: DirectLight,
-    n_gathered: int,
-) -> RadianceCache:
-    """The radiance cache for so many gather rays."""
-    n_rays = settings.n_cache_rays
-    n_elements = worthwhile_elements(settings.n_cache_elements, n_rays, n_gathered)
-    return build_radiance_cache(scene, tracer, photons, direct, receivers, n_elements, n_rays, workers)
+    def by_light_volume(self) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
+        """A coarse but smooth grid takes up photons, or what rays gather; caustics, which are sharp, stay out of it."""
+        n_cells, n_rays, at = self.settings.n_grid_cells, self.settings.n_volume_rays, self.receivers.position
+        if n_rays:
+            rays, _ = self._rays(6 * n_cells**2 * n_rays)  # as on the walls of a room
+            volumes = Cascade.of_rays(self.scene, self.tracer, rays, n_rays, at, n_cells, self.workers)
+        else:
+            scattered = self.photons.where(self.photons.kind == PathKind.INDIRECT)
+            volumes = Cascade.of_photons(self.scene, self.tracer, scattered, at, n_cells, self.workers)
+        self.inspector.see("cells", volumes.cells)
+        irradiance, stderr = volumes.irradiance(at, self.receivers.normal, self.workers)
+        counts = {"volume_cells": sum(volume.grid.n_cells for volume in volumes.volumes)}
+        return self._with_caustics(irradiance, stderr, counts)
 
+    def by_density(self) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
+        """Receivers gather the photons around them."""
+        scattered = self.photons.where(self.photons.kind != PathKind.DIRECT)
+        density = self._density(scattered, self.settings.n_nearest)
+        return density.irradiance, density.stderr, {}
 
-def _caustics(
-    scene: Scene,
-    receivers: Receivers,
-    settings: BakeSettings,
-    tracer: LightTracer,
-    photons: Photons,
-    workers: Workers,
-) -> tuple[int, Density]:
-    """How many photons are focused, and their light; fewer than an estimate takes say nothing, and cost much time."""
-    focused = photons.where(photons.kind == PathKind.CAUSTIC)
-    n_nearest = settings.n_nearest // _CAUSTIC_SHARE
-    if len(focused) < n_nearest:
-        focused = Photons.none()
-    surfaces, radius = tracer.surfaces, settings.max_radius
-    return len(focused), density_estimate(scene, surfaces, focused, receivers, n_nearest, radius, workers)
+    def _rays(self, n_rays: int) -> tuple[GatherRays, int]:
+        """Rays that gather from a radiance cache worth so many of them, and its number of elements."""
+        n_cache_rays = self.settings.n_cache_rays
+        n_elements = worthwhile_elements(self.settings.n_cache_elements, n_cache_rays, n_rays)
+        scene, tracer, direct = self.scene, self.tracer, self.direct
+        cache = build_radiance_cache(
+            scene, tracer, self.photons, direct, self.receivers, n_elements, n_cache_rays, self.workers
+        )
+        return GatherRays(scene, tracer, direct, cache), len(cache.elements)
 
+    def _with_caustics(
+        self, irradiance: np.ndarray, stderr: np.ndarray, counts: dict[str, int]
+    ) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
+        """With what lamps send over mirrors and glass, which photons find far better than rays do."""
+        focused = self.photons.where(self.photons.kind == PathKind.CAUSTIC)
+        n_nearest = self.settings.n_nearest // _CAUSTIC_SHARE
+        if len(focused) < n_nearest:
+            focused = Photons.none()  # fewer than an estimate takes say nothing, and cost much time
+        caustic = self._density(focused, n_nearest)
+        counts = {**counts, "caustic_photons": len(focused)}
+        return irradiance + caustic.irradiance, np.hypot(stderr, caustic.stderr), counts
 
-def _by_light_volume(
-    scene: Scene,
-    receivers: Receivers,
-    settings: BakeSettings,
-    tracer: LightTracer,
-    photons: Photons,
-    workers: Workers,
-    direct: DirectLight,
-    inspector: Inspector,
-) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
-    """A coarse but smooth grid takes up photons, or what rays gather; caustics, which are sharp, stay out of it."""
-    n_cells, n_rays, at = settings.n_grid_cells, settings.n_volume_rays, receivers.position
-    if n_rays:
-        n_gathered = 6 * n_cells**2 * n_rays  # as on the walls of a room
-        cache = _cache(scene, receivers, settings, tracer, photons, workers, direct, n_gathered)
-        rays = GatherRays(scene, tracer, direct, cache)
-        volumes = Cascade.of_rays(scene, tracer, rays, n_rays, at, n_cells, workers)
-    else:
-        scattered = photons.where(photons.kind == PathKind.INDIRECT)
-        volumes = Cascade.of_photons(scene, tracer, scattered, at, n_cells, workers)
-    inspector.see("cells", volumes.cells)
-    irradiance, stderr = volumes.irradiance(at, receivers.normal, workers)
-    focused, caustic = _caustics(scene, receivers, settings, tracer, photons, workers)
-    counts = {"volume_cells": sum(volume.grid.n_cells for volume in volumes.volumes), "caustic_photons": focused}
-    return irradiance + caustic.irradiance, np.hypot(stderr, caustic.stderr), counts
-
-
-def _by_density(
-    scene: Scene,
-    receivers: Receivers,
-    settings: BakeSettings,
-    tracer: LightTracer,
-    photons: Photons,
-    workers: Workers,
-) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
-    """Receivers gather the photons around them."""
-    scattered = photons.where(photons.kind != PathKind.DIRECT)
-    n_nearest, max_radius = settings.n_nearest, settings.max_radius
-    density = density_estimate(scene, tracer.surfaces, scattered, receivers, n_nearest, max_radius, workers)
-    return density.irradiance, density.stderr, {}
+    def _density(self, photons: Photons, n_nearest: int) -> Density:
+        surfaces, radius = self.tracer.surfaces, self.settings.max_radius
+        return density_estimate(self.scene, surfaces, photons, self.receivers, n_nearest, radius, self.workers)

@@ -18,7 +18,10 @@ CHOICE_MEANINGS = {"gather": "How photons become light", "tracer": "What finds w
 _CHOICE_WORDS = {
     "final": ("Final Gather", "Every vertex looks around with rays: smooth, and exact with enough of them"),
     "density": ("Density Estimate", "Every vertex counts the photons around it: fast, but blurred by its radius"),
-    "light_volume": ("Light Volume", "Photons fill a coarse grid, which every vertex reads: a draft in seconds"),
+    "light_volume": (
+        "Light Volume",
+        "A few rays, or photons, fill a coarse grid, which every vertex reads: a draft in seconds",
+    ),
     "embree": ("Embree", "Meets the meshes themselves: exact, and the fastest"),
     "multi_image": ("Multi-Image", "Meets pictures of the scene in cube maps: inexact, and slow on a CPU"),
 }

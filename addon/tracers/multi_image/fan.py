@@ -21,8 +21,7 @@ class Fan:
     """Divides the fan between the photon and its direction, as the map nearest to the photon sees it.
 
     The energy f(p) = d² a (Eq. 2, 3) is taken with d relative to |p − t|, and for points that are clear of the photon.
-    As the paper has it, in metres and everywhere, it prefers the photon's own surface, where |p − t| is small: in the
-    Cornell box with 27 placed maps it then finds 82 % of the hits within 2 % of the diagonal instead of 94 %.
+    As the paper has it, in metres and everywhere, it prefers the photon's own surface, where |p − t| is small.
 
     `Found.loops` are the partitions.
     """
