@@ -1,13 +1,15 @@
 """Where light is wanted: points with a normal, and where each one's value goes."""
 
 from .camera import Camera, SeenSurface, seen_surface
-from .lightmap import LightmapMesh, Texels, texel_receivers
+from .charts import Charts, LightmapMesh
+from .lightmap import Texels, texel_receivers
 from .receivers import AttributeTarget, Receivers
 from .vertices import ReceiverMesh, vertex_receivers
 
 __all__ = [
     "AttributeTarget",
     "Camera",
+    "Charts",
     "LightmapMesh",
     "ReceiverMesh",
     "Receivers",

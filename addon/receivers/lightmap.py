@@ -7,32 +7,8 @@ import numpy as np
 
 from ..parallel import Workers
 from ..tracers import Tracer
+from .charts import Charts, LightmapMesh
 from .receivers import Receivers
-
-
-@dataclass(frozen=True)
-class LightmapMesh:
-    """An object that has a place in a lightmap: t triangles.
-
-    Attributes
-    ----------
-    object_name : str
-        For messages.
-    image : int
-        Which image its light goes to.
-    positions : (t, 3, 3) float32, m
-        Of the triangles' corners, world space.
-    normals : (t, 3, 3) float32
-        Unit shading normals of the corners, world space.
-    uv : (t, 3, 2) float32
-        Of the corners in that image, each in [0, 1]: already moved to the object's place in the atlas.
-    """
-
-    object_name: str
-    image: int
-    positions: np.ndarray
-    normals: np.ndarray
-    uv: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -50,9 +26,11 @@ class Texels:
     weight : (n,) float32
         Share of the texel's area that the receiver stands for; a texel that is covered whole by one chart has 1.
     chart : (n,) int32
-        Chart of the receiver, counted over all meshes: a set of triangles that share edges in space and in UV.
+        Chart of the receiver.
     uv : (n, 2) float32
         Where on the image the receiver lies, in [0, 1].
+    charts : Charts
+        The triangles that the receivers lie on.
     """
 
     sizes: tuple[tuple[int, int], ...]
@@ -62,6 +40,7 @@ class Texels:
     weight: np.ndarray
     chart: np.ndarray
     uv: np.ndarray
+    charts: Charts
 
     def __len__(self) -> int:
         return len(self.image)

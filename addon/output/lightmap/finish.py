@@ -1,14 +1,12 @@
 """Light at texels to finished images."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from ...parallel import Workers
-from ...receivers import Receivers
-from ...receivers.lightmap import LightmapMesh, Texels
+from ...receivers import Receivers, Texels
 
 Denoiser = Literal["auto", "oidn", "own", "none"]
 
@@ -37,7 +35,6 @@ def finish_lightmaps(
     stderr: np.ndarray,
     receivers: Receivers,
     texels: Texels,
-    meshes: Sequence[LightmapMesh],
     options: FinishOptions | None = None,
     workers: Workers | None = None,
 ) -> list[np.ndarray]:
