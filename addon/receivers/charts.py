@@ -44,7 +44,8 @@ class Charts:
 
     Attributes
     ----------
-    image : (t,) int32
+    mesh, image : (t,) int32
+        Which mesh and which image each triangle is of.
     positions, normals, uv
         As in `LightmapMesh`.
     chart : (t,) int32
@@ -56,6 +57,7 @@ class Charts:
         Triangle and first corner of each edge that no other triangle of the chart shares.
     """
 
+    mesh: np.ndarray
     image: np.ndarray
     positions: np.ndarray
     normals: np.ndarray
@@ -68,11 +70,12 @@ class Charts:
     def of(meshes: Sequence[LightmapMesh]) -> "Charts":
         """The charts of meshes."""
         counts = [len(mesh.positions) for mesh in meshes]
-        image = np.repeat(np.array([mesh.image for mesh in meshes], np.int32), counts)
+        mesh = np.repeat(np.arange(len(meshes), dtype=np.int32), counts)
+        image = np.array([one.image for one in meshes], np.int32)[mesh]
         positions, normals = (_joined(meshes, name, 3) for name in ("positions", "normals"))
         uv = _joined(meshes, "uv", 2)
         n = len(image)
-        corner = _corner_numbers(positions, uv, np.repeat(np.arange(len(meshes)), counts)).reshape(n, 3)
+        corner = _corner_numbers(positions, uv, mesh).reshape(n, 3)
         start, end = corner, corner[:, [1, 2, 0]]
         edge = (np.minimum(start, end) * (3 * n) + np.maximum(start, end)).reshape(-1)
         _, edge, count = np.unique(edge, return_inverse=True, return_counts=True)
@@ -83,7 +86,7 @@ class Charts:
         chart = _components(n, a // 3, b // 3)
         patch = _components(n, a[smooth] // 3, b[smooth] // 3)
         border = np.stack(np.divmod(np.flatnonzero(count[edge] == 1), 3), axis=1).astype(np.int32)
-        return Charts(image, positions, normals, uv, chart, patch, border)
+        return Charts(mesh, image, positions, normals, uv, chart, patch, border)
 
 
 def _joined(meshes: Sequence[LightmapMesh], name: str, n: int) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..parallel import Workers, slices
 
-_CHUNK = 1 << 17  # pairs of a triangle and a texel
+_CHUNK = 1 << 16  # pairs of a triangle and a texel
 _LEAST = 1e-12  # texels: area of an overlap that rounding alone makes
 
 

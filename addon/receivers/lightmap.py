@@ -1,14 +1,26 @@
 """Receivers at the texels of lightmaps."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..parallel import Workers
 from ..tracers import Tracer
 from .charts import Charts, LightmapMesh
+from .coverage import Fragments, cells_of, texels_of
 from .receivers import Receivers
+from .surroundings import look_around
+from .texel_points import TexelPoints, points_of
+
+LEAST_SHARE = 1e-3
+"""A chart that covers less of a texel gives it no receiver, unless it covers no texel better."""
+
+CELLS = 3
+"""A texel close to other surfaces is cut into so many cells along each side, each with its receiver."""
+
+_ALL = 0.95  # of a mesh's receivers inside of something: it is the surfaces that face the wrong way
+_STAGE = "Placing texels"
 
 
 @dataclass(frozen=True)
@@ -54,12 +66,96 @@ def texel_receivers(
 ) -> tuple[Receivers, Texels]:
     """Receivers for every texel that a chart touches, and where their values go.
 
+    Each patch of a chart (a part without sharp edges) has a receiver in each texel that it touches, at the mean place
+    of what it covers there.
+
     Parameters
     ----------
     sizes : sequence of (height, width)
         Of each image that the meshes name.
     tracer : Tracer, optional
-        With it, receivers that would start inside other geometry are pushed out of it or left out, and texels close
-        to other surfaces get several receivers.
+        With it, texels close to other surfaces get a receiver for each of `CELLS`² cells, and receivers that would
+        start inside other geometry are left out, or moved out of it where their texel has no other.
     """
-    raise NotImplementedError
+    workers = workers or Workers()
+    workers.progress.update(_STAGE, 0)
+    charts = Charts.of(meshes)
+    grid = _Grid.of(sizes)
+    corners = charts.uv.astype(np.float64) * grid.sizes[charts.image, None]
+    fragments = texels_of(corners, grid.sizes[charts.image], workers)
+    points, point_of_fragment = points_of(charts, corners, fragments, grid.texels(charts, fragments))
+    kept = _worthwhile(charts, points)
+    if tracer is None:
+        points = points.where(kept)
+    else:
+        around = look_around(points, tracer, workers, _STAGE)
+        close = fragments.where((around.near & kept)[point_of_fragment])
+        cells = cells_of(corners, close, CELLS, workers)
+        fine, _ = points_of(charts, corners, cells, grid.texels(charts, cells), CELLS)
+        around_fine = look_around(fine, tracer, workers, _STAGE)
+        far = kept & ~around.near
+        points = TexelPoints.join([points.where(far), fine])
+        inside = np.concatenate([around.inside[far], around_fine.inside])
+        way_out = np.concatenate([around.way_out[far], around_fine.way_out])
+        points = _outside(charts, points, inside, way_out)
+    return _receivers(points), _texels(points, charts, grid)
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """The texels of all images: width and height of each image (i, 2) int64, and number of its first texel (i,)."""
+
+    sizes: np.ndarray
+    first: np.ndarray
+
+    @staticmethod
+    def of(sizes: Sequence[tuple[int, int]]) -> "_Grid":
+        widths_heights = np.array(sizes, np.int64).reshape(-1, 2)[:, ::-1]
+        return _Grid(widths_heights, np.cumsum([0, *widths_heights.prod(axis=1)])[:-1])
+
+    def texels(self, charts: Charts, fragments: Fragments) -> np.ndarray:
+        """Number of the texel of each fragment, counted over all images."""
+        image = charts.image[fragments.triangle]
+        return self.first[image] + fragments.texel[:, 1].astype(np.int64) * self.sizes[image, 0] + fragments.texel[:, 0]
+
+
+def _worthwhile(charts: Charts, points: TexelPoints) -> np.ndarray:
+    """Which points stand for enough of their texel, or belong to a chart that has none better, (n,) bool."""
+    chart = charts.chart[points.triangle]
+    best = np.zeros(charts.chart.max(initial=-1) + 1)
+    np.maximum.at(best, chart, points.share)
+    return (points.share >= LEAST_SHARE) | (best[chart] < LEAST_SHARE)
+
+
+def _outside(charts: Charts, points: TexelPoints, inside: np.ndarray, way_out: np.ndarray) -> TexelPoints:
+    """The points outside of solids; those inside are moved out where their texel has no other and a way is known.
+
+    A mesh whose points all are inside stays as it is: it is hidden, or in a room whose surfaces face outwards.
+    """
+    mesh = charts.mesh[points.triangle]
+    n_meshes = int(charts.mesh.max(initial=-1)) + 1
+    share_inside = np.bincount(mesh, inside, n_meshes) / np.maximum(np.bincount(mesh, minlength=n_meshes), 1)
+    inside = inside & (share_inside < _ALL)[mesh]
+    served = np.isin(points.texel, points.texel[~inside])
+    moves = inside & ~served & way_out.any(axis=1)
+    moved = replace(points, position=points.position + np.where(moves[:, None], way_out, np.float32(0)))
+    return moved.where(~inside | moves)
+
+
+def _receivers(points: TexelPoints) -> Receivers:
+    return Receivers(points.position, points.normal, points.footprint)
+
+
+def _texels(points: TexelPoints, charts: Charts, grid: _Grid) -> Texels:
+    image = charts.image[points.triangle]
+    row, column = np.divmod(points.texel - grid.first[image], grid.sizes[image, 0])
+    return Texels(
+        sizes=tuple((int(height), int(width)) for width, height in grid.sizes),
+        image=image,
+        row=row.astype(np.int32),
+        column=column.astype(np.int32),
+        weight=points.share.astype(np.float32),
+        chart=charts.chart[points.triangle],
+        uv=(points.place / grid.sizes[image]).astype(np.float32),
+        charts=charts,
+    )

@@ -7,6 +7,8 @@ import numpy as np
 
 from ...parallel import Workers
 from ...receivers import Receivers, Texels
+from .dilation import dilated
+from .texel_images import texel_images
 
 Denoiser = Literal["auto", "oidn", "own", "none"]
 
@@ -47,4 +49,6 @@ def finish_lightmaps(
     stderr : (n,) float32
         Standard error of each, in the values' unit.
     """
-    raise NotImplementedError
+    options, workers = options or FinishOptions(), workers or Workers()
+    images = texel_images(values, stderr, receivers, texels)
+    return [dilated(image.value, image.covered, options.padding) for image in images]
