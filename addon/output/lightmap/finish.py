@@ -7,8 +7,12 @@ import numpy as np
 
 from ...parallel import Workers
 from ...receivers import Receivers, Texels
+from .borders import with_borders
 from .dilation import dilated
+from .seams import Seams, seams_of
 from .texel_images import texel_images
+
+_STAGE = "Finishing lightmaps"
 
 Denoiser = Literal["auto", "oidn", "own", "none"]
 
@@ -24,7 +28,7 @@ class FinishOptions:
     stitch : bool
         Whether charts that meet are made to agree along their seams.
     padding : int
-        How many texels around the charts take their nearest texel's value; −1: all texels.
+        How far around the charts, in texels, the nearest texel's value is taken; −1: over the whole image.
     """
 
     denoiser: Denoiser = "auto"
@@ -40,15 +44,20 @@ def finish_lightmaps(
     options: FinishOptions | None = None,
     workers: Workers | None = None,
 ) -> list[np.ndarray]:
-    """The images of the receivers' values, (height, width, 3) float32 each, row 0 at v = 0.
+    """The images of the receivers' values, (height, width, c) float32 each, row 0 at v = 0.
 
     Parameters
     ----------
-    values : (n, 3) float32
+    values : (n, c) float32
         Of each receiver.
     stderr : (n,) float32
         Standard error of each, in the values' unit.
     """
-    options, workers = options or FinishOptions(), workers or Workers()
+    options, progress = options or FinishOptions(), (workers or Workers()).progress
+    progress.update(_STAGE, 0)
     images = texel_images(values, stderr, receivers, texels)
-    return [dilated(image.value, image.covered, options.padding) for image in images]
+    progress.update(_STAGE, 0.5)
+    seams = seams_of(texels.charts, texels.sizes) if options.stitch else Seams.none()
+    bordered = with_borders(images, seams)
+    progress.update(_STAGE, 0.8)
+    return [dilated(image.value, image.known, options.padding) for image in bordered]
