@@ -1,20 +1,18 @@
 """Light at texels to finished images."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from ...parallel import Workers
 from ...receivers import Receivers, Texels
 from .borders import with_borders
+from .denoise import Denoiser, denoised
 from .dilation import dilated
 from .seams import Seams, seams_of
 from .texel_images import texel_images
 
 _STAGE = "Finishing lightmaps"
-
-Denoiser = Literal["auto", "oidn", "own", "none"]
 
 
 @dataclass(frozen=True)
@@ -49,15 +47,16 @@ def finish_lightmaps(
     Parameters
     ----------
     values : (n, c) float32
-        Of each receiver.
+        Of each receiver: three channels of light, and after them, if any, directional coefficients of each.
     stderr : (n,) float32
-        Standard error of each, in the values' unit.
+        Standard error of each one's light, in its unit: what has none is not denoised.
     """
-    options, progress = options or FinishOptions(), (workers or Workers()).progress
-    progress.update(_STAGE, 0)
+    options, workers = options or FinishOptions(), workers or Workers()
     images = texel_images(values, stderr, receivers, texels)
-    progress.update(_STAGE, 0.5)
+    images = denoised(images, options.denoiser, workers)
+    progress = workers.progress
+    progress.update(_STAGE, 0)
     seams = seams_of(texels.charts, texels.sizes) if options.stitch else Seams.none()
     bordered = with_borders(images, seams)
-    progress.update(_STAGE, 0.8)
+    progress.update(_STAGE, 0.7)
     return [dilated(image.value, image.known, options.padding) for image in bordered]

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import uniform_filter
 
 from ...receivers import Receivers, Texels
 
@@ -92,3 +93,10 @@ def _largest(texel: np.ndarray, weight: np.ndarray, chart: np.ndarray, size: tup
     order = np.argsort(weight, kind="stable")
     found[texel[order]] = chart[order]  # the last one stays
     return found.reshape(size)
+
+
+def mean_around(values: np.ndarray, covered: np.ndarray) -> np.ndarray:
+    """Means of the covered texels' values (h, w) over the 5 × 5 texels around each."""
+    total = uniform_filter(np.where(covered, values, np.float32(0)), 5)
+    share = uniform_filter(covered.astype(np.float32), 5)
+    return np.where(covered, total / np.maximum(share, np.float32(1e-6)), 0)

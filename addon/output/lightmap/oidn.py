@@ -1,0 +1,110 @@
+"""OpenImageDenoise on lightmaps, chart by chart."""
+
+import importlib.util
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from ...parallel import Workers
+from .texel_images import TexelImage, mean_around
+
+_APART = 16  # texels: at least so far apart are the charts of one pass
+_REACH = 4  # standard errors that a value may be changed by
+
+
+def has_oidn() -> bool:
+    """Whether the pyoidn wheel is there."""
+    return importlib.util.find_spec("pyoidn") is not None
+
+
+def denoised_by_oidn(image: TexelImage, workers: Workers, stage: str) -> np.ndarray:
+    """The image's values through OpenImageDenoise's filter for lightmaps, (h, w, c) float32.
+
+    The first three channels are light; the others, directional coefficients, are filtered as shares of it. So that no
+    light bleeds from chart to chart, charts that lie close to each other go through the filter in separate passes, in
+    which everything around a chart has the value of its nearest texel. No value is changed by more than its noise
+    accounts for.
+
+    Raises
+    ------
+    RuntimeError
+        If OpenImageDenoise fails.
+    """
+    pass_of_chart = _passes(image.chart)
+    pass_of_texel = np.where(image.covered, pass_of_chart[image.chart], -1)
+    n_passes = int(pass_of_chart.max(initial=-1)) + 1
+    result = image.value.copy()
+    for number in range(n_passes):
+        workers.progress.update(stage, number / n_passes)
+        own = pass_of_texel == number
+        row, column = distance_transform_edt(~own, return_distances=False, return_indices=True)
+        result[own] = _all_filtered(image.value[row, column])[own]
+    reach = _REACH * np.sqrt(mean_around(image.stderr**2, image.covered))[..., None]
+    return np.clip(result, image.value - reach, image.value + reach)
+
+
+def _all_filtered(values: np.ndarray) -> np.ndarray:
+    """Light, and after it any number of directional coefficients of its three colours, through the filter."""
+    light = _filtered(values[..., :3], directional=False)
+    parts = [light]
+    for first in range(3, values.shape[2], 3):
+        share = values[..., first : first + 3] / np.maximum(values[..., :3], np.float32(1e-20))
+        parts.append(light * _filtered(np.clip(share, -1, 1), directional=True))
+    return np.concatenate(parts, axis=2)
+
+
+def _filtered(values: np.ndarray, directional: bool) -> np.ndarray:
+    """Three channels (h, w, 3) through the filter."""
+    import pyoidn
+
+    colour = np.ascontiguousarray(values, np.float32)
+    result = np.empty_like(colour)
+    with pyoidn.Device() as device:
+        device.commit()
+        with pyoidn.Filter(device, pyoidn.OIDN_FILTER_TYPE_RT_LIGHTMAP) as filter_:
+            filter_.set_image(pyoidn.OIDN_IMAGE_COLOR, colour, pyoidn.OIDN_FORMAT_FLOAT3)
+            filter_.set_image(pyoidn.OIDN_IMAGE_OUTPUT, result, pyoidn.OIDN_FORMAT_FLOAT3)
+            filter_.set_bool("directional", directional)
+            filter_.commit()
+            filter_.execute()
+        message = device.get_error()
+    if message:
+        raise RuntimeError(message)
+    return result
+
+
+def _passes(chart: np.ndarray) -> np.ndarray:
+    """Pass of each chart, such that no two charts of a pass are closer than `_APART`, (charts,) int32.
+
+    Passes are independent sets of the graph of close charts, each found by Luby's algorithm (1986).
+    """
+    a, b = _close_charts(chart)
+    n = int(chart.max(initial=-1)) + 1
+    rank = np.random.default_rng(0).permutation(n)
+    pass_of_chart = np.full(n, -1, np.int32)
+    used = np.zeros(n, bool)
+    used[chart[chart >= 0]] = True
+    number = 0
+    while (used & (pass_of_chart < 0)).any():
+        free = used & (pass_of_chart < 0)
+        while free.any():
+            best_beside = np.full(n, -1)
+            np.maximum.at(best_beside, a, np.where(free[b], rank[b], -1))
+            chosen = free & (rank > best_beside)
+            pass_of_chart[chosen] = number
+            free[chosen] = False
+            free[a[chosen[b]]] = False
+        number += 1
+    return pass_of_chart
+
+
+def _close_charts(chart: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of charts of a chart image (h, w) that are closer than `_APART`, each in both orders."""
+    distance, (row, column) = distance_transform_edt(chart < 0, return_indices=True)
+    nearest = np.where(distance <= _APART / 2, chart[row, column], -1).astype(np.int64)
+    sides = (nearest[:, :-1], nearest[:, 1:]), (nearest[:-1], nearest[1:])
+    a, b = (np.concatenate([side[i].reshape(-1) for side in sides]) for i in range(2))
+    meet = (a != b) & (a >= 0) & (b >= 0)
+    n = nearest.max(initial=0) + 1
+    low, high = np.divmod(np.unique(np.minimum(a, b)[meet] * n + np.maximum(a, b)[meet]), n)
+    return np.concatenate([low, high]), np.concatenate([high, low])
