@@ -168,22 +168,22 @@ def material(kind, **inputs):
     return new
 
 
-def tables(scenes, pictures=None):
+def tables(scenes, options):
     """Markdown tables; and pictures in a folder, if one is given."""
     cornell = scenes["cornell"]
     rows = grid_rows(cornell, np.load(cornell.with_suffix(".npz")))
     texts = [table("Light volume on cornell, 50,000 points", GRID_HEAD, rows)]
     rows = draft_rows("classroom", scenes["classroom"])
     texts.append(table("Whole bakes by the command line", DRAFT_HEAD, rows))
-    if pictures:
-        grid_picture(cornell, pictures / "light_volume_cornell.png")
-        caustics_picture(pictures / "caustics.png")
+    if options.pictures:
+        grid_picture(cornell, options.pictures / "light_volume_cornell.png")
+        caustics_picture(options.pictures / "caustics.png")
     return texts
 
 
 def main():
     options = scene_options(__doc__).parse_args()
-    tables(scenes_in(options.scenes), options.pictures)
+    tables(scenes_in(options.scenes), options)
 
 
 if __name__ == "__main__":

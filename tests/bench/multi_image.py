@@ -202,19 +202,19 @@ TABLES = (
 )
 
 
-def tables(scenes, pictures=None):
+def tables(scenes, options):
     """Markdown tables; and pictures of the photons in a folder, if one is given."""
     found = []
     for name, path in scenes.items():
         found += cases(path)
-        if pictures and name in PICTURED:
-            photon_picture(found[-1], camera_of_scene(320, 240), pictures / f"photons_{name}.png")
+        if options.pictures and name in PICTURED:
+            photon_picture(found[-1], camera_of_scene(320, 240), options.pictures / f"photons_{name}.png")
     return [table(title, head, [row for case in found for row in rows(case)]) for title, head, rows in TABLES]
 
 
 def main():
     options = scene_options(__doc__).parse_args()
-    tables(scenes_in(options.scenes), options.pictures)
+    tables(scenes_in(options.scenes), options)
 
 
 if __name__ == "__main__":

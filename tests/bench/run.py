@@ -1,10 +1,11 @@
 """Measures the engine: rays a second against Embree's own, error and time against Cycles, whole scenes.
 
     make bench ARGS="[--scenes DIR] [--output FILE.md] [--pictures DIR] [--only PART]"
+    make bench ARGS="--only speed [--scene NAME…] [--receivers N…] [--quality Q…] [--cycles-anew]"
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
-demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: rays, error,
-scenes, volume, images or extraction.
+demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
+error, scenes, volume, images or extraction.
 """
 
 import json
@@ -18,11 +19,13 @@ from time import perf_counter
 from unittest import mock
 
 import bpy
+import equal_error
 import extraction
 import light_volume
 import multi_image
 import numpy as np
-from figures import ROOT, RecordingTracer, figures, load, relative_rmse, scene_options, scenes_in, table
+from cycles_bakes import bake_indirect, baked
+from figures import ROOT, RecordingTracer, figures, load, scene_options, scenes_in, table
 from photon_bake.addon.bake import bake
 from photon_bake.addon.gather import (
     DirectLight,
@@ -93,10 +96,9 @@ def rate_row(name, what, ours, tracer, asked):
 
 
 def errors(name, path, truth):
-    """Rows: error and time of each quality and gather at the probes, and of Cycles' bake at equal error."""
+    """Rows: error and time of each quality and gather at the probes, and of Cycles' bake."""
     scene, _, probes = load(path)
     element = probes.targets[0].receiver_of_element
-    cycles = cycles_curve(truth)
     rows = []
     for gather in ("final", "density", "light_volume"):
         for quality in QUALITIES:
@@ -104,12 +106,9 @@ def errors(name, path, truth):
             value = bake(scene, probes, settings_for(quality, gather=gather), EmbreeTracer(scene)).value[element]
             time = perf_counter() - start
             at_probe = value.reshape(-1, 3, 3).mean(axis=1) / np.pi
-            speed_up, extrapolated = equal_error(cycles, relative_rmse(at_probe, truth), time)
-            mark = " (extrapolated)" if extrapolated else ""
-            rows.append([name, gather, quality, f"{time:.1f}", *figures(at_probe, truth), f"{speed_up:.1f}{mark}"])
-    rows.append([name, "path tracing", "2048 rays", *path_traced(scene, probes, element, truth), ""])
-    rows += [[name, "Cycles", f"{n} samples", f"{time:.1f}", f"{error:.2%}", "", "", ""] for n, time, error in cycles]
-    return rows
+            rows.append([name, gather, quality, f"{time:.1f}", *figures(at_probe, truth)])
+    rows.append([name, "path tracing", "2048 rays", *path_traced(scene, probes, element, truth)])
+    return [*rows, *cycles_rows(name, truth)]
 
 
 def path_traced(scene, probes, element, truth):
@@ -131,35 +130,13 @@ def path_traced(scene, probes, element, truth):
     return f"{perf_counter() - start:.1f}", *figures(at_probe, truth)
 
 
-def cycles_curve(truth, samples=(16, 64, 256)):
-    """Samples, seconds and error of Cycles' own vertex bake of the probes."""
+def cycles_rows(name, truth, samples=(16, 64, 256)):
+    """Rows: time and error of Cycles' own vertex bake of the probes."""
     probes = bpy.data.objects["Probes"]
-    cycles = bpy.context.scene.cycles
-    bpy.context.scene.render.engine = "CYCLES"
-    cycles.device, cycles.use_adaptive_sampling = "CPU", False
-    cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = 32
-    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0
-    bpy.ops.object.select_all(action="DESELECT")
-    probes.select_set(True)
-    bpy.context.view_layer.objects.active = probes
-    attribute = probes.data.color_attributes.active_color
-    curve = []
     for n in samples:
-        cycles.samples = n
-        time = seconds(lambda: bpy.ops.object.bake(type="DIFFUSE", pass_filter={"INDIRECT"}, target="VERTEX_COLORS"))
-        color = np.empty(len(attribute.data) * 4, np.float32)
-        attribute.data.foreach_get("color", color)
-        curve.append((n, time, relative_rmse(color.reshape(-1, 3, 4)[..., :3].mean(axis=1), truth)))
-    return curve
-
-
-def equal_error(curve, error, time):
-    """Cycles' seconds for our error over ours: interpolated in log-log, or extrapolated by 1/√n beyond its curve."""
-    _, times, errors_ = (np.array(column, float) for column in zip(*curve, strict=True))
-    if error < errors_[-1]:
-        return times[-1] * (errors_[-1] / error) ** 2 / time, True
-    order = np.argsort(errors_)
-    return float(np.exp(np.interp(np.log(error), np.log(errors_[order]), np.log(times[order])))) / time, False
+        time = bake_indirect(probes, n)
+        at_probe = baked(probes).reshape(-1, 3, 3).mean(axis=1)
+        yield [name, "Cycles", f"{n} samples", f"{time:.1f}", *figures(at_probe, truth)]
 
 
 def whole_scene(name, path):
@@ -188,7 +165,7 @@ def ray_tables(scenes, _):
 
 
 def error_tables(scenes, _):
-    head = ["Scene", "Gather", "Quality", "Seconds", "Relative RMSE", "Mean", "Median", "Times faster than Cycles"]
+    head = ["Scene", "Gather", "Quality", "Seconds", "Relative RMSE", "Mean", "Median"]
     truths = {name: np.load(path.with_suffix(".npz")) for name, path in scenes.items()}
     rows = [row for name, path in scenes.items() for row in errors(name, path, truths[name])]
     return [table("Error and time at the probes", head, rows)]
@@ -205,6 +182,7 @@ def extraction_tables(*_):
 
 
 PARTS = {
+    "speed": equal_error.tables,
     "rays": ray_tables,
     "error": error_tables,
     "scenes": scene_tables,
@@ -225,6 +203,7 @@ def main():
     parser = scene_options(__doc__)
     parser.add_argument("--output", type=Path, default=ROOT / "build/bench.md")
     parser.add_argument("--only", choices=PARTS)
+    equal_error.add_options(parser)
     options = parser.parse_args()
     scenes = scenes_in(options.scenes)
     if not scenes:
@@ -233,7 +212,7 @@ def main():
     texts = [f"Python {sys.version.split()[0]}, Blender {bpy.app.version_string}, {os.cpu_count()} cores\n"]
     for name, tables in PARTS.items():
         if options.only in (None, name):
-            texts += tables(scenes, options.pictures)
+            texts += tables(scenes, options)
     options.output.parent.mkdir(parents=True, exist_ok=True)
     options.output.write_text("\n".join(texts))
     print(f"Written to {options.output}")
