@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 from camera_only import LIFT, camera_only_mesh
 
-_SPLITS = 5
+_SMALL = 1 / 64  # of the region's diagonal
 
 
 def add_receivers(scene, region, n):
@@ -40,7 +40,7 @@ def _add_twin(obj, place):
     bpy.context.view_layer.update()
 
 
-def grown(points, share=0.01):
+def grown(points, share=0.003):
     """The box (2, 3) round points, grown by a share of its diagonal on every side."""
     low, high = points.min(axis=0), points.max(axis=0)
     margin = share * np.linalg.norm(high - low)
@@ -48,17 +48,20 @@ def grown(points, share=0.01):
 
 
 def _inside(corners, region):
-    """The parts of triangles (t, 3, 3) in a box: those across its sides are cut in four again and again."""
+    """The parts of triangles (t, 3, 3) in a box: those across its sides are cut in four until they are small."""
     low, high = region
+    small = _SMALL * np.linalg.norm(high - low)
     found = []
-    for _ in range(_SPLITS):
+    while len(corners):
         least, most = corners.min(axis=1), corners.max(axis=1)
         corners = corners[((least <= high) & (most >= low)).all(axis=1)]
-        within = ((corners >= low) & (corners <= high)).all(axis=(1, 2))
-        found.append(corners[within])
-        corners = _quarters(corners[~within])
-    middle = corners.mean(axis=1)
-    return np.concatenate([*found, corners[((middle >= low) & (middle <= high)).all(axis=1)]])
+        least, most = corners.min(axis=1), corners.max(axis=1)
+        within = ((least >= low) & (most <= high)).all(axis=1)
+        fine = ~within & ((most - least).max(axis=1) < small)
+        middle = corners.mean(axis=1)
+        found.append(corners[within | (fine & ((middle >= low) & (middle <= high)).all(axis=1))])
+        corners = _quarters(corners[~within & ~fine])
+    return np.concatenate(found)
 
 
 def _quarters(corners):

@@ -2,6 +2,7 @@
 
     make bench ARGS="[--scenes DIR] [--output FILE.md] [--pictures DIR] [--only PART]"
     make bench ARGS="--only speed [--scene NAME…] [--receivers N…] [--quality Q…] [--cycles-anew]"
+    make bench ARGS="--make-truth NAME…"
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
@@ -24,8 +25,10 @@ import extraction
 import light_volume
 import multi_image
 import numpy as np
+import truth
 from cycles_bakes import bake_indirect, baked
 from figures import ROOT, RecordingTracer, figures, load, scene_options, scenes_in, table
+from own_scenes import OWN_SCENES
 from photon_bake.addon.bake import bake
 from photon_bake.addon.gather import (
     DirectLight,
@@ -203,8 +206,13 @@ def main():
     parser = scene_options(__doc__)
     parser.add_argument("--output", type=Path, default=ROOT / "build/bench.md")
     parser.add_argument("--only", choices=PARTS)
+    parser.add_argument("--make-truth", nargs="+", choices=OWN_SCENES, help="Cycles' values for scenes of our own")
     equal_error.add_options(parser)
     options = parser.parse_args()
+    for name in options.make_truth or ():
+        truth.make(name)
+    if options.make_truth:
+        return
     scenes = scenes_in(options.scenes)
     if not scenes:
         print(f"No scenes with truth in {options.scenes}: measuring rays on the demo scene alone.")

@@ -1,11 +1,11 @@
 """Converged Cycles values at probes, computed once and kept: truth/NAME.npz for the scenes of our own.
 
-    python tests/bench/truth.py NAME…
+    make bench ARGS="--make-truth NAME…"
 
-computes them anew, in up to ten minutes of two cores a scene. The shared scenes bring theirs, NAME/NAME.npz, made in the same way.
+computes them anew, in up to ten minutes of two cores a scene. The shared scenes bring theirs, NAME/NAME.npz, made in
+the same way.
 """
 
-import argparse
 import hashlib
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -94,7 +94,7 @@ def open_own(name):
     """
     build(name)
     path = FOLDER / f"{name}.npz"
-    remedy = f"make it anew: python tests/bench/truth.py {name}"
+    remedy = f'make it anew: make bench ARGS="--make-truth {name}"'
     if not path.exists():
         raise SystemExit(f"There is no truth of '{name}': {remedy}")
     with np.load(path) as file:
@@ -177,14 +177,3 @@ def fingerprint():
 def _bytes(*values):
     """Numbers with four digits after the point, and words."""
     return repr([value if isinstance(value, (str, type(None))) else f"{value + 0.0:.4f}" for value in values]).encode()
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("names", nargs="+", choices=OWN_SCENES)
-    for name in parser.parse_args().names:
-        make(name)
-
-
-if __name__ == "__main__":
-    main()
