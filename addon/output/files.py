@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryFile
+from typing import BinaryIO
 
 from ..errors import BakeError
 
@@ -24,6 +25,22 @@ def atomic_path(path: Path) -> Iterator[Path]:
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[BinaryIO]:
+    """A binary file to write to, which becomes `path` if the block ends well; if not, `path` stays as it was.
+
+    Raises
+    ------
+    BakeError
+        If the file cannot be written.
+    """
+    try:
+        with atomic_path(path) as temporary, temporary.open("wb") as file:
+            yield file
+    except OSError as error:
+        raise BakeError(f"{path} cannot be written ({error.strerror}); choose another place.") from error
 
 
 def check_writable(path: Path) -> None:

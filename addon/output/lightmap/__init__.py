@@ -1,5 +1,23 @@
 """From the light at texels to finished lightmaps: images, their borders and seams, noise, and files."""
 
+from .denoise import Denoiser
+from .directional import KINDS, decode_directional, encode_directional, light_for_normals
 from .finish import FinishOptions, finish_lightmaps
+from .image_files import PATTERN, SUFFIX, FileFormat, image_path, write_lightmap
+from .oidn import has_oidn
 
-__all__ = ["FinishOptions", "finish_lightmaps"]
+__all__ = [
+    "KINDS",
+    "PATTERN",
+    "SUFFIX",
+    "Denoiser",
+    "FileFormat",
+    "FinishOptions",
+    "decode_directional",
+    "encode_directional",
+    "finish_lightmaps",
+    "has_oidn",
+    "image_path",
+    "light_for_normals",
+    "write_lightmap",
+]

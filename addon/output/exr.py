@@ -1,0 +1,54 @@
+"""OpenEXR files."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from .files import whole_file
+
+Compression = Literal["none", "rle", "zips", "zip", "piz", "dwaa", "dwab"]
+
+_LARGEST_HALF = 65504.0
+
+
+def write_exr(
+    path: Path,
+    channels: Mapping[str, np.ndarray],
+    metadata: Mapping[str, str | int | float] | None = None,
+    half: bool = True,
+    compression: Compression = "zip",
+) -> None:
+    """Write an OpenEXR file of scan lines, whole or not at all.
+
+    Parameters
+    ----------
+    channels : dict of str to (h, w) float32
+        By name, as in ``R`` or, in a layer, ``Indirect.R``; row 0 is the top.
+    metadata : dict of str to str, int or float, optional
+        Attributes of the header.
+    half : bool
+        Whether values become 16-bit floats, of which the largest is 65504; unsigned integers stay as they are.
+    compression : str
+        ``dwaa`` and ``dwab`` lose a little, all others nothing.
+
+    Raises
+    ------
+    BakeError
+        If the file cannot be written.
+    """
+    import OpenEXR
+
+    def pixels(values: np.ndarray) -> np.ndarray:
+        if half and values.dtype != np.uint32:
+            values = np.clip(values, -_LARGEST_HALF, _LARGEST_HALF).astype(np.float16)
+        return np.ascontiguousarray(values)
+
+    header = {
+        **(metadata or {}),
+        "compression": getattr(OpenEXR, f"{'no' if compression == 'none' else compression}_COMPRESSION".upper()),
+        "type": OpenEXR.scanlineimage,
+    }
+    with whole_file(path) as file, OpenEXR.File(header, {name: pixels(v) for name, v in channels.items()}) as exr:
+        exr.write(file)
