@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from ..sampling.vectors import dot
 
@@ -124,5 +122,9 @@ def _smooth(normals: np.ndarray, corner: np.ndarray, a: np.ndarray, b: np.ndarra
 
 def _components(n: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Number of the connected set of each of n things, a pair (a, b) being connected, (n,) int32."""
+    # Here, since Blender's start imports this room and should not wait for SciPy
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     links = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(n, n))
     return connected_components(links, directed=False)[1]

@@ -173,9 +173,8 @@ def _cut(polygon: np.ndarray, inside: np.ndarray) -> np.ndarray:
     following, inside_next = np.roll(polygon, -1, axis=1), np.roll(inside, -1, axis=1)
     crosses = (inside >= 0) != (inside_next >= 0)
     t = inside / np.where(crosses, inside - inside_next, 1)
-    places = np.empty((n, k, 2, 2))
-    places[:, :, 0], places[:, :, 1] = polygon, polygon + t[..., None] * (following - polygon)
-    places = places.reshape(n, 2 * k, 2)
+    places = np.empty((n, 2 * k, 2))
+    places[:, ::2], places[:, 1::2] = polygon, polygon + t[..., None] * (following - polygon)
     used = np.stack([inside >= 0, crosses], axis=2).reshape(n, 2 * k)
     row, place = np.nonzero(used)
     # Rounding may make one crossing too many of a corner on the line

@@ -166,12 +166,11 @@ class _Plane:
 def _columns(image: TexelImage) -> tuple[np.ndarray, ...]:
     """Value, chart, place, covered, outside and off_centre of `_Plane` for one image."""
     covered = image.covered
-    row, column = distance_transform_edt(~covered, return_distances=False, return_indices=True)
-    if not covered.any():
-        row, column = np.indices(covered.shape)
+    nearest = distance_transform_edt(~covered, return_distances=False, return_indices=True)
+    row, column = nearest if covered.any() else np.indices(covered.shape)
     outside = binary_dilation(covered, np.ones((3, 3), bool)) & ~covered
-    middle = np.stack(np.indices(covered.shape)[::-1], axis=-1) + 0.5
-    off_centre = covered & (np.abs(image.place - middle).max(axis=2) > _OFF_CENTRE)
+    away = np.abs(image.place - np.floor(image.place) - np.float32(0.5))
+    off_centre = covered & (away.max(axis=2) > _OFF_CENTRE)
     value = image.value[row, column]
     columns = (image.chart[row, column], covered, outside, off_centre)
     chart, *masks = (column.reshape(-1) for column in columns)
@@ -179,7 +178,7 @@ def _columns(image: TexelImage) -> tuple[np.ndarray, ...]:
 
 
 def _least_squares(matrix: csr_array, target: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """X (n, c) with least |matrix x − target|², the one near `start` where there are several.
+    """Values x (n, c) with least |matrix x − target|², the one near `start` where there are several.
 
     By conjugate gradients (Hestenes and Stiefel 1952), preconditioned by the diagonal, for all columns at once; SciPy's
     own takes one at a time, and many threads for each of its short sums.

@@ -52,7 +52,7 @@ def texel_images(values: np.ndarray, stderr: np.ndarray, receivers: Receivers, t
         weight, chart = texels.weight[k].astype(np.float64), texels.chart[k]
         texel = texels.row[k].astype(np.int64) * size[1] + texels.column[k]
         means = _Means(texel, weight, size)
-        place = texels.uv[k] * np.float32(size[::-1])
+        place = texels.uv[k] * np.array(size[::-1], np.float32)
         variance = means.of((weight * stderr[k].astype(np.float64) ** 2)[:, None])[..., 0]
         normal = means.of(receivers.normal[k])
         normal /= np.maximum(np.linalg.norm(normal, axis=2, keepdims=True), np.float32(1e-20))
