@@ -1,4 +1,4 @@
-"""The zip, installed into an empty Blender whose Python has neither embreex nor SciPy, bakes."""
+"""The zip, installed into an empty Blender whose Python has none of the wheels, bakes."""
 
 import importlib.util
 import os
@@ -29,7 +29,7 @@ INSTALL = (
 import importlib.util, sys
 site, zip_path = sys.argv[1:]
 sys.path.append(site)
-for name in ("embreex", "scipy", "photon_bake"):
+for name in ("embreex", "scipy", "OpenEXR", "photon_bake"):
     assert importlib.util.find_spec(name) is None, f"{name} is there before the zip is installed"
 
 import bpy
@@ -50,8 +50,8 @@ sys.path.append(site)
 
 import bpy
 bpy.ops.wm.read_userpref()
-import embreex, scipy
-for module in (embreex, scipy):
+import embreex, scipy, OpenEXR
+for module in (embreex, scipy, OpenEXR):
     assert module.__file__.startswith(os.environ["BLENDER_USER_RESOURCES"]), module.__file__
 
 bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
@@ -94,11 +94,11 @@ def zip_path():
 
 @pytest.fixture
 def bare_python(tmp_path):
-    """Run code in this Python with an empty Blender user folder and without embreex, SciPy and the checkout."""
+    """Run code in this Python with an empty Blender user folder and without the wheels and the checkout."""
     site = tmp_path / "site"
     site.mkdir()
     for path in Path(sysconfig.get_paths()["purelib"]).iterdir():
-        if not path.name.startswith(("embreex", "scipy", "photon_bake")):
+        if not path.name.startswith(("embreex", "scipy", "OpenEXR", "openexr", "photon_bake")):
             (site / path.name).symlink_to(path)
     resources = tmp_path / "resources"
     resources.mkdir()
@@ -129,4 +129,4 @@ def test_a_zip_holds_the_extension_and_its_wheels_only(zip_path):
         "addon", "blender_manifest.toml", "operators", "shaders", "wheels"
     }  # fmt: skip
     wheels = [name for name in names if name.startswith("wheels/")]
-    assert sorted(name.split("/")[1].split("-")[0] for name in wheels) == ["embreex", "scipy"]
+    assert sorted(name.split("/")[1].split("-")[0] for name in wheels) == ["embreex", "openexr", "scipy"]
