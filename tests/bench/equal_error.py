@@ -24,7 +24,7 @@ from photon_bake.addon.scene import Scene
 from photon_bake.addon.settings import settings_for
 from photon_bake.addon.tracers.embree import EmbreeTracer
 from receiver_grid import add_receivers, grown
-from truth import Truth, open_own
+from truth import Truth, open_scene
 
 QUALITIES = ("draft", "medium", "high")
 NUMBERS = (20_000, 200_000, 1_000_000)
@@ -44,12 +44,8 @@ class Case:
 
     @staticmethod
     def open(name, path, n):
-        """Open a scene of our own, or a file, and put about n receivers and the probes into it."""
-        if path is None:
-            truth = open_own(name)
-        else:
-            truth = Truth.read(path.with_suffix(".npz"))
-            bpy.ops.wm.open_mainfile(filepath=str(path))
+        """Open a scene of our own, or a file, and put about n receivers into it."""
+        truth = open_scene(name, path)
         start = perf_counter()
         scene = extract_scene(bpy.context.evaluated_depsgraph_get())
         seconds = perf_counter() - start
@@ -176,6 +172,10 @@ def measure_cycles(case, anew):
     return rivals.Rival("Cycles", samples, errors, start, per_sample * len(case.receivers) / n), row
 
 
+GROWTH_HEAD = ["Scene", "Quality", *(f"{n:,} receivers, s" for n in NUMBERS), "Times as many", "Times as long"]
+GROWTH_HEAD += ["Bytes a receiver"]
+
+
 def growth_rows(points):
     """Rows of `GROWTH_HEAD`: how the time of each scene and quality grows with the receivers."""
     rows = []
@@ -184,12 +184,11 @@ def growth_rows(points):
         if len(found) > 1:
             times = [f"{found[n].seconds:.1f}" if n in found else "" for n in NUMBERS]
             few, many = found[min(found)], found[max(found)]
-            more = len(many.case.receivers) / len(few.case.receivers)
-            rows.append([name, quality, *times, f"{more:.0f}", f"{many.seconds / few.seconds:.1f}"])
+            numbers = [len(point.case.receivers) for point in (few, many)]
+            size = growth.bytes_each([few.memory, many.memory], numbers)
+            ratios = [f"{numbers[1] / numbers[0]:.0f}", f"{many.seconds / few.seconds:.1f}"]
+            rows.append([name, quality, *times, *ratios, "" if size is None else f"{size:.0f}"])
     return rows
-
-
-GROWTH_HEAD = ["Scene", "Quality", *(f"{n:,} receivers, s" for n in NUMBERS), "Times as many", "Times as long"]
 
 
 def summary(points):
@@ -213,6 +212,9 @@ def tables(scenes, options):
     if rows := growth_rows(points):
         texts.append(table("Growth with receivers", GROWTH_HEAD, rows))
     if not options.scene:
-        rows = growth.rows(Case.open("cornell", scenes["cornell"], NUMBERS[0]))
-        texts.append(table("Growth with photons and triangles, cornell", growth.HEAD, rows))
+        bakes = growth.measure(Case.open("cornell", scenes["cornell"], NUMBERS[0]))
+        texts.append(table("Growth with photons and triangles, cornell", growth.HEAD, [bake.row for bake in bakes]))
+        more = [bake for bake in bakes if bake.changed == "photons"]
+        size = growth.bytes_each([bake.memory for bake in more], [bake.n_stored for bake in more])
+        texts += [] if size is None else [f"A stored photon takes {size:.0f} bytes more, whatever it is needed for.\n"]
     return texts

@@ -18,7 +18,7 @@ from own_scenes import OWN_SCENES
 from photon_bake.addon.blender import extract_scene
 from photon_bake.addon.tracers.embree import EmbreeTracer
 from rivals import Rival
-from truth import Truth, open_own
+from truth import open_scene
 
 SAMPLES = (1, 4, 16, 64)
 HEAD = [
@@ -138,11 +138,7 @@ def _uv_under(probes, uv_of_triangle):
 
 def measure(name, path, n_texels):
     """Rows of `HEAD`, and the `Rival`."""
-    if path is None:
-        truth = open_own(name)
-    else:
-        truth = Truth.read(path.with_suffix(".npz"))
-        bpy.ops.wm.open_mainfile(filepath=str(path))
+    truth = open_scene(name, path)
     lightmap, rows, errors, times, filter_times = make_lightmap(n_texels), [], [], [], []
     filtered(np.zeros((16, 16, 3), np.float32))  # the library is loaded once
     for n in SAMPLES:

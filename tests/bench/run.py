@@ -23,9 +23,9 @@ import bpy
 import equal_error
 import extraction
 import light_volume
+import make_truth
 import multi_image
 import numpy as np
-import truth
 from cycles_bakes import bake_indirect, baked
 from figures import ROOT, RecordingTracer, figures, load, scene_options, scenes_in, table
 from own_scenes import OWN_SCENES
@@ -206,14 +206,14 @@ def main():
     parser = scene_options(__doc__)
     parser.add_argument("--output", type=Path, default=ROOT / "build/bench.md")
     parser.add_argument("--only", choices=PARTS)
-    parser.add_argument("--make-truth", nargs="+", choices=OWN_SCENES, help="Cycles' values for scenes of our own")
+    parser.add_argument("--make-truth", nargs="+", metavar="NAME", help="converge Cycles' values at the scenes' probes")
     equal_error.add_options(parser)
     options = parser.parse_args()
-    for name in options.make_truth or ():
-        truth.make(name)
-    if options.make_truth:
-        return
     scenes = scenes_in(options.scenes)
+    if options.make_truth:
+        for name in options.make_truth:
+            make_truth.make(name, None if name in OWN_SCENES else scenes[name])
+        return
     if not scenes:
         print(f"No scenes with truth in {options.scenes}: measuring rays on the demo scene alone.")
         scenes, options.only = demo_scene(), "rays"

@@ -1,35 +1,20 @@
-"""Converged Cycles values at probes, computed once and kept: truth/NAME.npz for the scenes of our own.
+"""Converged Cycles values at probes, computed once and kept.
 
-    make bench ARGS="--make-truth NAME…"
-
-computes them anew, in up to ten minutes of two cores a scene. The shared scenes bring theirs, NAME/NAME.npz, made in
-the same way.
+truth/NAME.npz holds those of the scenes of our own. Shared scenes bring theirs, NAME/NAME.npz; to these truth/NAME.npz
+adds what more samples told. make_truth.py makes both.
 """
 
 import hashlib
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from time import process_time
 
 import bpy
 import numpy as np
-from camera_only import LIFT, add_probes
-from cycles_bakes import bake_indirect, baked
-from own_scenes import OWN_SCENES, build
-from photon_bake.addon.blender import extract_scene
-from photon_bake.addon.output import atomic_path
-from photon_bake.addon.sampling.warps import sample_cosine_hemisphere, to_world
-from photon_bake.addon.scene.surface_points import surface_points
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from camera_only import add_probes
+from own_scenes import build
 
 FOLDER = Path(__file__).parent / "truth"
-N_PROBES = 400
-NOISE = 0.005
-MAX_CPU_SECONDS = 1200
-_N_SAMPLES = 4096  # of a run
-_MIN_RUNS = 4
-_PROBE_SIZE = 2e-5  # of the region's diagonal
 
 
 @dataclass(frozen=True)
@@ -61,6 +46,11 @@ class Truth:
         return float(self.mean[self.keep].mean())
 
     @property
+    def key(self):
+        """Equal for equal truths."""
+        return hashlib.sha256(self.mean.tobytes()).hexdigest()[:16]
+
+    @property
     def noise(self):
         """RMS standard error over the mean."""
         return float(np.sqrt(np.mean(self.stderr[self.keep] ** 2))) / self.kept_mean
@@ -84,69 +74,41 @@ class Truth:
         return float(np.median(np.linalg.norm(self.off(value), axis=2) / np.maximum(own, 1e-9)))
 
 
-def open_own(name):
-    """Build a scene of our own with its probes, and read its truth.
+def open_scene(name, path):
+    """Open a shared scene's file, or build a scene of our own where `path` is None; with probes. Return its truth.
 
     Raises
     ------
     SystemExit
         If there is no truth for the scene as it is now.
     """
+    return _open_own(name) if path is None else _open_shared(name, path)
+
+
+def _open_own(name):
     build(name)
-    path = FOLDER / f"{name}.npz"
-    remedy = f'make it anew: make bench ARGS="--make-truth {name}"'
-    if not path.exists():
-        raise SystemExit(f"There is no truth of '{name}': {remedy}")
-    with np.load(path) as file:
+    if not (FOLDER / f"{name}.npz").exists():
+        raise SystemExit(f"There is no truth of '{name}': {_remedy(name)}")
+    with np.load(FOLDER / f"{name}.npz") as file:
         if str(file["fingerprint"]) != fingerprint():
-            raise SystemExit(f"The truth of '{name}' is that of an older scene: {remedy}")
+            raise SystemExit(f"The truth of '{name}' is that of an older scene: {_remedy(name)}")
         add_probes(file["position"], file["normal"], float(file["size"]))
-    return Truth.read(path)
+    return Truth.read(FOLDER / f"{name}.npz")
 
 
-def make(name):
-    """Bake a scene's probes with Cycles, run after run, until noise is under `NOISE` or time is up.
-
-    What there is is kept after every run.
-    """
-    build(name)
-    is_of = fingerprint()
-    region = np.array(OWN_SCENES[name].region, np.float32)
-    position, normal = choose_probes(extract_scene(bpy.context.evaluated_depsgraph_get()), region)
-    size = _PROBE_SIZE * np.linalg.norm(region[1] - region[0])
-    probes, runs, start, noise = add_probes(position, normal, size), [], process_time(), np.inf
-    while len(runs) < _MIN_RUNS or (noise > NOISE and process_time() - start < MAX_CPU_SECONDS):
-        bake_indirect(probes, _N_SAMPLES, seed=100 + len(runs))
-        runs.append(baked(probes).reshape(-1, 3, 3).swapaxes(0, 1))  # a probe's three vertices are independent
-        values = np.concatenate(runs)
-        stderr = values.std(axis=0, ddof=1) / np.sqrt(len(values))
-        truth = Truth(position, values.mean(axis=0), stderr, np.ones(len(position), bool))
-        noise = truth.noise
-        print(f"{name}: run {len(runs)}, {process_time() - start:.0f} s of CPU, noise {noise:.2%}", flush=True)
-        extra = {"normal": normal, "size": size, "n_samples": len(values) * _N_SAMPLES, "fingerprint": is_of}
-        FOLDER.mkdir(exist_ok=True)
-        with atomic_path(FOLDER / f"{name}.npz") as path:
-            np.savez_compressed(path, **asdict(truth), **extra)
+def _open_shared(name, path):
+    bpy.ops.wm.open_mainfile(filepath=str(path))
+    truth = Truth.read(path.with_suffix(".npz"))
+    if not (FOLDER / f"{name}.npz").exists():
+        return truth
+    with np.load(FOLDER / f"{name}.npz") as file:
+        if str(file["fingerprint"]) != truth.key:
+            raise SystemExit(f"What is known beyond the truth of '{name}' is of an older one: {_remedy(name)}")
+    return Truth.read(FOLDER / f"{name}.npz")
 
 
-def choose_probes(scene, region, n=N_PROBES, n_rays=32):
-    """Positions and normals of n points even by area over the surfaces in a region, lifted off them, (n, 3) float32.
-
-    Points inside things are left out: those from which rays meet the back of a surface.
-    """
-    random = np.random.default_rng(1)
-    diagonal = np.linalg.norm(region[1] - region[0])
-    parts = list(surface_points(scene, region, diagonal / 100))
-    x = np.concatenate([part.position for part in parts])
-    normal = scene.normals[np.concatenate([part.triangle for part in parts])]
-    inside = ((x >= region[0] - LIFT * diagonal) & (x <= region[1] + LIFT * diagonal)).all(axis=1)
-    chosen = random.permutation(np.flatnonzero(inside))
-    x, normal = x[chosen] + np.float32(LIFT * diagonal) * normal[chosen], normal[chosen]
-    normals = normal.repeat(n_rays, axis=0)
-    rays = to_world(sample_cosine_hemisphere(random.random((len(normals), 2))), normals).astype(np.float32)
-    hits = EmbreeTracer(scene).closest_hit(x.repeat(n_rays, axis=0), rays)
-    under = (hits.hit & hits.back(rays)).reshape(-1, n_rays).mean(axis=1) > 1 / 16
-    return x[~under][:n].astype(np.float32), normal[~under][:n].astype(np.float32)
+def _remedy(name):
+    return f'make it anew: make bench ARGS="--make-truth {name}"'
 
 
 def fingerprint():
