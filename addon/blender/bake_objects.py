@@ -1,5 +1,7 @@
 """Which objects a bake writes to."""
 
+from collections.abc import Callable
+
 import bpy
 
 from ..errors import BakeError
@@ -7,9 +9,14 @@ from .vertex_meshes import check_target
 from .visibility import RenderVisibility, hidden_in_viewport
 from .warn import Warnings
 
+Check = Callable[["bpy.types.Object", "bpy.types.Depsgraph"], None]
+
 
 def bake_objects(
-    depsgraph: "bpy.types.Depsgraph", names: list[str] | None = None, warnings: list[str] | None = None
+    depsgraph: "bpy.types.Depsgraph",
+    names: list[str] | None = None,
+    warnings: list[str] | None = None,
+    check: Check = check_target,
 ) -> "list[bpy.types.Object]":
     """The original mesh objects to bake.
 
@@ -22,6 +29,8 @@ def bake_objects(
         is baked, and those that cannot be are left out with a warning.
     warnings : list of str, optional
         Sentences about objects left out are appended.
+    check : callable
+        Raises a `BakeError` for an object that cannot be baked to; by default for one whose vertices cannot.
 
     Raises
     ------
@@ -29,12 +38,12 @@ def bake_objects(
         If there is nothing to bake, a name is not an object's, or an object asked for cannot be baked to.
     """
     if names is not None:
-        return _named(depsgraph, names)
+        return _named(depsgraph, names, check)
     warn = Warnings(warnings)
     chosen, refusals = [], []
     for obj in _shown(depsgraph.view_layer):
         try:
-            check_target(obj, depsgraph)
+            check(obj, depsgraph)
         except BakeError as error:
             if obj.mode == "EDIT":
                 raise  # the user is at work on it and would be surprised to find it left out
@@ -61,13 +70,13 @@ def _shown(view_layer: "bpy.types.ViewLayer") -> "list[bpy.types.Object]":
     return meshes
 
 
-def _named(depsgraph: "bpy.types.Depsgraph", names: list[str]) -> "list[bpy.types.Object]":
+def _named(depsgraph: "bpy.types.Depsgraph", names: list[str], check: Check) -> "list[bpy.types.Object]":
     objects = []
     for name in dict.fromkeys(names):
         obj = depsgraph.view_layer.objects.get(name)
         if obj is None:
             raise BakeError(f"There is no object '{name}' in the view layer: check the name.")
-        check_target(obj, depsgraph)
+        check(obj, depsgraph)
         objects.append(obj)
     if not objects:
         raise BakeError("Nothing to bake: no object was named.")

@@ -132,9 +132,32 @@ def check_target(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> N
     BakeError
         If not, naming the object and what to do.
     """
+    check_is_mesh(obj)
+    check_editable(obj)
+    check_shape(obj, depsgraph)
+    _check_modifiers(obj, depsgraph)
+
+
+def check_is_mesh(obj: "bpy.types.Object") -> None:
+    """Make sure that an object is a mesh.
+
+    Raises
+    ------
+    BakeError
+        If not, naming the object and what to do.
+    """
     if obj.type != "MESH":
         raise BakeError(f"Object '{obj.name}' is not a mesh: convert it to one (Object > Convert) to bake to it.")
-    check_editable(obj)
+
+
+def check_shape(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> None:
+    """Make sure that a mesh object has surfaces that are there.
+
+    Raises
+    ------
+    BakeError
+        If not, naming the object and what to do.
+    """
     if not len(obj.data.polygons):
         raise BakeError(f"Object '{obj.name}' has no faces to bake to: give it some, or leave it out.")
     if not obj.visible_get(view_layer=depsgraph.view_layer):
@@ -144,7 +167,6 @@ def check_target(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> N
     to_world(np.zeros((1, 3), np.float32), np.array(evaluated.matrix_world, np.float64), obj.name)
     if abs(np.linalg.det(linear)) <= 1e-9 * np.linalg.norm(linear, axis=0).prod():
         raise BakeError(f"Object '{obj.name}' has zero scale along an axis: give it a scale (N panel > Item > Scale).")
-    _check_modifiers(obj, depsgraph)
 
 
 def _check_modifiers(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> None:

@@ -1,0 +1,103 @@
+"""The charts of objects' meshes, ready to be packed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import sqrt
+
+import bpy
+import numpy as np
+
+from ..errors import BakeError
+from ..parallel import Workers
+from .lightmap_charts import ANGLES, Faces, chart_of_triangles, laid_flat
+from .lightmap_checks import share_overlapping
+from .lightmap_packing import Packed, Piece, PiecesAt, pack
+
+_TEXELS_TO_LOOK = 1 << 16  # in which a mesh's charts are looked at for overlaps
+_STAGE = "Unwrapping"
+
+
+@dataclass
+class Pieces:
+    """What objects bring into images: the charts of a mesh, or where objects share one, its image as a whole.
+
+    Attributes
+    ----------
+    objects : list of (object name, mesh name)
+    of_mesh : dict of str to Piece
+        Charts of each mesh, as large as on its largest object.
+    """
+
+    objects: list[tuple[str, str]]
+    of_mesh: dict[str, Piece]
+    _alone: dict[tuple[str, float], Packed] = field(default_factory=dict)
+
+    @staticmethod
+    def of(objects: "list[bpy.types.Object]", depsgraph: "bpy.types.Depsgraph", workers: Workers) -> "Pieces":
+        """The pieces of objects."""
+        owners: dict[str, list[np.ndarray]] = {}
+        meshes = {obj.data.name: obj.data for obj in objects}
+        for obj in objects:
+            linear = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)[:3, :3]
+            owners.setdefault(obj.data.name, []).append(linear)
+        of_mesh = {}
+        for i, (name, matrices) in enumerate(owners.items()):
+            workers.progress.update(_STAGE, i / len(owners))
+            largest = max(matrices, key=lambda matrix: abs(np.linalg.det(matrix)))
+            of_mesh[name] = _unwrapped(Faces.of(meshes[name], largest), name, workers)
+        workers.progress.update(_STAGE, 1)
+        return Pieces([(obj.name, obj.data.name) for obj in objects], of_mesh)
+
+    def is_shared(self, mesh: str) -> bool:
+        """Whether several objects have the mesh."""
+        return sum(of == mesh for _, of in self.objects) > 1
+
+    def alone(self, mesh: str, density: float, ring: int) -> Packed:
+        """The image of a mesh by itself."""
+        key = (mesh, density)
+        if key not in self._alone:
+            packed = pack([self.of_mesh[mesh]], density, ring)
+            if packed is None:
+                raise BakeError(f"The charts of mesh '{mesh}' cannot be packed: choose a UV map of it.")
+            self._alone[key] = packed
+        return self._alone[key]
+
+    def any_shared(self, chosen: Sequence[int]) -> bool:
+        """Whether one of some objects has a mesh that others have too."""
+        return any(self.is_shared(self.objects[i][1]) for i in chosen)
+
+    def at(self, chosen: Sequence[int], ring: int, inner_density: float) -> PiecesAt:
+        """Pieces of some objects; meshes that objects share are packed at `inner_density`, or the image's own if 0."""
+
+        def pieces(density: float) -> list[Piece]:
+            return [self._of_mesh(self.objects[i][1], ring, inner_density or density) for i in chosen]
+
+        return pieces
+
+    def _of_mesh(self, mesh: str, ring: int, density: float) -> Piece:
+        if not self.is_shared(mesh) or not density:
+            return self.of_mesh[mesh]
+        alone = self.alone(mesh, density, ring)
+        return Piece.rectangle(alone.width / density, alone.height / density)
+
+    def split(self, chosen: Sequence[int]) -> list[list[int]]:
+        """Two halves of some objects with about as much surface each."""
+        areas = {i: self.of_mesh[self.objects[i][1]].area for i in chosen}
+        halves: list[list[int]] = [[], []]
+        for i in sorted(chosen, key=lambda i: (-areas[i], i)):
+            min(halves, key=lambda half: sum(areas[j] for j in half)).append(i)
+        return [sorted(half) for half in halves]
+
+
+def _unwrapped(faces: Faces, name: str, workers: Workers) -> Piece:
+    """The charts of a mesh, of which none lies over itself."""
+    if not faces.area > 0:
+        raise BakeError(f"The faces of mesh '{name}' have no area: give it some, or leave its objects out.")
+    density = sqrt(_TEXELS_TO_LOOK / faces.area)
+    for angle in ANGLES:
+        uv = laid_flat(faces, angle)
+        piece = Piece.of(uv, faces.triangles, chart_of_triangles(faces, uv))
+        packed = pack([piece], density, 1)
+        if packed and not share_overlapping(packed.uv[0][faces.triangles], (packed.height, packed.width), workers):
+            break
+    return piece

@@ -1,0 +1,65 @@
+"""Every knob of lightmaps, said once for the panel, the command line and the docs."""
+
+from dataclasses import dataclass, field, fields
+from typing import Any, Literal, get_args
+
+from .errors import BakeError
+
+AtlasKind = Literal["per_object", "shared"]
+LightmapFormat = Literal["exr_half", "exr_float", "hdr", "rgbm", "rgbd"]
+DenoiserName = Literal["auto", "oidn", "own", "none"]
+
+LIGHTMAP_CHOICES: dict[str, tuple[str, ...]] = {
+    "atlas": get_args(AtlasKind),
+    "file_format": get_args(LightmapFormat),
+    "denoiser": get_args(DenoiserName),
+}
+"""The knobs that are one of several names."""
+
+LARGEST_SIZE = 16_384
+
+MADE_UV_MAP = "Lightmap"
+"""Name of the UV map that is made where none is chosen; one of that name is made anew in each bake."""
+
+
+def _knob(default: Any, meaning: str, low: float | None = None, high: float | None = None) -> Any:
+    limits = {} if low is None else {"low": low, "high": high}
+    return field(default=default, metadata={"meaning": meaning, **limits})
+
+
+@dataclass(frozen=True)
+class LightmapSettings:
+    """How lightmaps are laid out and written.
+
+    Raises
+    ------
+    BakeError
+        If a value is out of its range, naming the knob and the range.
+    """
+
+    atlas: AtlasKind = "per_object"
+    uv_map: str = _knob("", f"UV map that is used as it lies; empty: one is made, named {MADE_UV_MAP}")
+    density: float = _knob(16.0, "Texels a metre; 0: as many as fit into Size", 0.0, 4096.0)
+    size: int = _knob(0, "Texels along a side of every image; 0: as many as Density asks for", 0, LARGEST_SIZE)
+    max_size: int = _knob(2048, "Most texels along a side that Density may ask for", 16, LARGEST_SIZE)
+    padding: int = _knob(0, "Mip level down to which charts stay apart: 2^level texels lie around each", 0, 6)
+    file_format: LightmapFormat = "exr_half"
+    value_range: float = _knob(8.0, "Brightest light that RGBM and RGBD can store", 0.01, 1e6)
+    denoiser: DenoiserName = "auto"
+
+    def __post_init__(self) -> None:
+        for name, choices in LIGHTMAP_CHOICES.items():
+            if getattr(self, name) not in choices:
+                raise BakeError(f"{name} is {getattr(self, name)!r}; choose one of {', '.join(choices)}.")
+        for knob in fields(self):
+            value = getattr(self, knob.name)
+            if "low" in knob.metadata and not knob.metadata["low"] <= value <= knob.metadata["high"]:
+                low, high = knob.metadata["low"], knob.metadata["high"]
+                raise BakeError(f"{knob.name} is {value}; choose a value from {low:g} to {high:g}.")
+        if not self.size and not self.density:
+            raise BakeError("size and density are both 0; choose texels a metre, or the images' size.")
+
+    @property
+    def ring(self) -> int:
+        """Texels around each chart that belong to no other: what a bilinear look-up at the padding's level reaches."""
+        return 1 << self.padding
