@@ -64,6 +64,10 @@ class Charts:
     patch: np.ndarray
     border: np.ndarray
 
+    @property
+    def n_charts(self) -> int:
+        return int(self.chart.max(initial=-1)) + 1
+
     @staticmethod
     def of(meshes: Sequence[LightmapMesh]) -> "Charts":
         """The charts of meshes."""

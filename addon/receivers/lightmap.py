@@ -10,7 +10,7 @@ from ..tracers import Tracer
 from .charts import Charts, LightmapMesh
 from .coverage import Fragments, cells_of, texels_of
 from .receivers import Receivers
-from .surroundings import look_around
+from .surroundings import look_around, ways_out
 from .texel_points import TexelPoints, points_of
 
 LEAST_SHARE = 1e-3
@@ -38,7 +38,8 @@ class Texels:
     weight : (n,) float32
         Share of the texel's area that the receiver stands for; a texel that is covered whole by one chart has 1.
     chart : (n,) int32
-        Chart of the receiver.
+        Chart of the receiver. What of a chart is hidden inside other geometry counts as a chart of its own, numbered
+        `Charts.n_charts` on.
     uv : (n, 2) float32
         Where on the image the receiver lies, in [0, 1].
     charts : Charts
@@ -75,7 +76,7 @@ def texel_receivers(
         Of each image that the meshes name.
     tracer : Tracer, optional
         With it, texels close to other surfaces get a receiver for each of `CELLS`² cells, and receivers that would
-        start inside other geometry are left out, or moved out of it where their texel has no other.
+        start inside other geometry are left out or moved out of it, as far as look-ups outside reach for them.
     """
     workers = workers or Workers()
     workers.progress.update(_STAGE, 0)
@@ -86,19 +87,17 @@ def texel_receivers(
     points, point_of_fragment = points_of(charts, corners, fragments, grid.texels(charts, fragments))
     kept = _worthwhile(charts, points)
     if tracer is None:
-        points = points.where(kept)
+        points, hidden = points.where(kept), np.zeros(int(kept.sum()), bool)
     else:
-        around = look_around(points, tracer, workers, _STAGE)
+        around = look_around(points, tracer, workers)
         close = fragments.where((around.near & kept)[point_of_fragment])
         cells = cells_of(corners, close, CELLS, workers)
         fine, _ = points_of(charts, corners, cells, grid.texels(charts, cells), CELLS)
-        around_fine = look_around(fine, tracer, workers, _STAGE)
         far = kept & ~around.near
         points = TexelPoints.join([points.where(far), fine])
-        inside = np.concatenate([around.inside[far], around_fine.inside])
-        way_out = np.concatenate([around.way_out[far], around_fine.way_out])
-        points = _outside(charts, points, inside, way_out)
-    return _receivers(points), _texels(points, charts, grid)
+        inside = np.concatenate([around.inside[far], look_around(fine, tracer, workers).inside])
+        points, hidden = _pushed_out(charts, points, inside, tracer, workers)
+    return Receivers(points.position, points.normal, points.footprint), _texels(points, hidden, charts, grid)
 
 
 @dataclass(frozen=True)
@@ -122,32 +121,37 @@ class _Grid:
 def _worthwhile(charts: Charts, points: TexelPoints) -> np.ndarray:
     """Which points stand for enough of their texel, or belong to a chart that has none better, (n,) bool."""
     chart = charts.chart[points.triangle]
-    best = np.zeros(charts.chart.max(initial=-1) + 1)
+    best = np.zeros(charts.n_charts)
     np.maximum.at(best, chart, points.share)
     return (points.share >= LEAST_SHARE) | (best[chart] < LEAST_SHARE)
 
 
-def _outside(charts: Charts, points: TexelPoints, inside: np.ndarray, way_out: np.ndarray) -> TexelPoints:
-    """The points outside of solids; those inside are moved out where their texel has no other and a way is known.
+def _pushed_out(
+    charts: Charts, points: TexelPoints, inside: np.ndarray, tracer: Tracer, workers: Workers
+) -> tuple[TexelPoints, np.ndarray]:
+    """The points that are worth a receiver, and which of them are hidden in solids, (n,) bool.
 
-    A mesh whose points all are inside stays as it is: it is hidden, or in a room whose surfaces face outwards.
+    Of those inside solids, the ones whose texel has points outside as well are left out, and those next to such texels
+    are moved out: look-ups outside reach for them. The rest stay, and are dark. A mesh whose points all are inside
+    stays as it is: it is hidden, or in a room whose surfaces face outwards.
     """
     mesh = charts.mesh[points.triangle]
     n_meshes = int(charts.mesh.max(initial=-1)) + 1
     share_inside = np.bincount(mesh, inside, n_meshes) / np.maximum(np.bincount(mesh, minlength=n_meshes), 1)
     inside = inside & (share_inside < _ALL)[mesh]
-    served = np.isin(points.texel, points.texel[~inside])
-    moves = inside & ~served & way_out.any(axis=1)
-    moved = replace(points, position=points.position + np.where(moves[:, None], way_out, np.float32(0)))
-    return moved.where(~inside | moves)
+    kept = ~inside | ~np.isin(points.texel, points.texel[~inside])
+    points, inside = points.where(kept), inside[kept]
+    k = np.flatnonzero(inside)
+    way = ways_out(points.where(k), tracer, workers)
+    position, place, hidden = points.position.copy(), points.place.copy(), inside.copy()
+    position[k] += np.einsum("ns,nsi->ni", way, points.across[k])
+    place[k] += way
+    hidden[k] = ~way.any(axis=1)
+    return replace(points, position=position, place=place), hidden
 
 
-def _receivers(points: TexelPoints) -> Receivers:
-    return Receivers(points.position, points.normal, points.footprint)
-
-
-def _texels(points: TexelPoints, charts: Charts, grid: _Grid) -> Texels:
-    image = charts.image[points.triangle]
+def _texels(points: TexelPoints, hidden: np.ndarray, charts: Charts, grid: _Grid) -> Texels:
+    image, chart = charts.image[points.triangle], charts.chart[points.triangle]
     row, column = np.divmod(points.texel - grid.first[image], grid.sizes[image, 0])
     return Texels(
         sizes=tuple((int(height), int(width)) for width, height in grid.sizes),
@@ -155,7 +159,7 @@ def _texels(points: TexelPoints, charts: Charts, grid: _Grid) -> Texels:
         row=row.astype(np.int32),
         column=column.astype(np.int32),
         weight=points.share.astype(np.float32),
-        chart=charts.chart[points.triangle],
+        chart=np.where(hidden, chart + charts.n_charts, chart),
         uv=(points.place / grid.sizes[image]).astype(np.float32),
         charts=charts,
     )

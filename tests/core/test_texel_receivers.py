@@ -14,7 +14,7 @@ from photon_bake.addon.scene import LightKind
 from photon_bake.addon.settings import settings_for
 from photon_bake.addon.tracers.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, scene_of
-from photon_bake.tests.core.unwrapped import mesh_of, unwrapped_box, unwrapped_plane
+from photon_bake.tests.core.unwrapped import look_up, mesh_of, points_on, unwrapped_box, unwrapped_plane
 
 COORDINATE = st.floats(-3, 15)
 
@@ -154,15 +154,36 @@ def post_on_a_floor(inwards=False):
     return scene_of(*merge(plane(), (post[0] + np.float32([0, 0, 0.2]), post[1])))
 
 
-def test_texels_under_a_post_have_no_receivers_and_those_at_its_foot_have_several():
+def test_texels_at_a_posts_foot_see_what_is_outside_and_those_under_it_are_dark():
+    """Texels are 2/21 m wide; the post's walls stand 0.15 texels into those of rows and columns 7 and 13."""
     tracer = EmbreeTracer(post_on_a_floor())
     receivers, texels = texel_receivers([unwrapped_plane(0.5)], [(21, 21)], tracer)
-    assert (np.abs(receivers.position[:, :2]).max(axis=1) > 0.3).all()
+    hidden = texels.chart == 1
+    middle = np.maximum(np.abs(texels.row - 10), np.abs(texels.column - 10))
+    assert (middle[hidden] <= 2).all() and (middle[~hidden] >= 2).all()
+    assert (np.abs(receivers.position[:, :2]).max(axis=1) > 0.3)[~hidden].all()
+    assert (np.abs(receivers.position[:, :2]).max(axis=1) < 0.3)[hidden].all()
     n_receivers = np.zeros((21, 21), int)
     np.add.at(n_receivers, (texels.row, texels.column), 1)
-    assert (n_receivers[8:13, 8:13] == 0).all(), "texels wholly under the post"
     foot = np.concatenate([n_receivers[7, 8:13], n_receivers[13, 8:13], n_receivers[8:13, 7], n_receivers[8:13, 13]])
-    assert (foot > 1).all() and n_receivers[0, 0] == 1
+    assert (foot > 1).all() and n_receivers[0, 0] == 1 and n_receivers.all()
+    assert np.abs((texels.uv - 0.5) * 2 - receivers.position[:, :2]).max() < 1e-5
+
+
+@pytest.mark.parametrize("size", [20, 21, 22, 23, 24, 27])
+def test_light_at_a_posts_foot_does_not_darken(size):
+    """Where a floor of light 1 + x ends at a post, dark within: look-ups outside must see the floor alone."""
+    mesh = unwrapped_plane(0.5)
+    receivers, texels = texel_receivers([mesh], [(size, size)], EmbreeTracer(post_on_a_floor()))
+    outside = np.abs(receivers.position[:, :2]).max(axis=1) > 0.3
+    values = np.repeat(np.where(outside, 1 + receivers.position[:, 0], 0)[:, None], 3, axis=1).astype(np.float32)
+    stderr = np.zeros(len(values), np.float32)
+    (image,) = finish_lightmaps(values, stderr, receivers, texels, FinishOptions(denoiser="none"))
+    positions, uv = points_on(mesh, 4000)
+    largest = np.abs(positions[:, :2]).max(axis=1)
+    around = (largest > 0.3) & (largest < 0.5)
+    assert np.abs(look_up(image, uv)[around, 0] - 1 - positions[around, 0]).max() < 0.02
+    assert look_up(image, [(0.5, 0.5)])[0, 0] == pytest.approx(0)
 
 
 def test_what_lies_wholly_in_a_wall_is_pushed_out_if_the_wall_is_near():
@@ -176,8 +197,9 @@ def test_what_lies_wholly_in_a_wall_is_pushed_out_if_the_wall_is_near():
     moved = receivers.position[texels.column == 0]
     assert len(moved) > 0 and (moved[:, 0] > 0.3).all() and (moved[:, 0] < 0.32).all()
     deep = mesh_of([hidden - np.array([0.2, 0, 0]), far], uvs)
-    _, texels = texel_receivers([deep], [(1, 2)], EmbreeTracer(post_on_a_floor()))
-    assert (texels.column == 1).all()
+    receivers, texels = texel_receivers([deep], [(1, 2)], EmbreeTracer(post_on_a_floor()))
+    assert (texels.chart[texels.column == 0] >= texels.charts.n_charts).all()
+    assert (receivers.position[texels.column == 0, 0] < 0.1).all()
 
 
 def test_in_a_room_that_faces_outwards_nothing_is_left_out():
