@@ -22,7 +22,7 @@ def error_plot(points, path):
     names = list(dict.fromkeys(point.case.name for point in points))
     n_columns = min(3, len(names))
     n_rows = -(-len(names) // n_columns)
-    size = (3.6 * n_columns, 2.9 * n_rows + 0.5)
+    size = (max(3.6 * n_columns, 6), 2.9 * n_rows + 0.5)
     figure, panels = plt.subplots(n_rows, n_columns, figsize=size, squeeze=False, layout="constrained")
     for panel in panels.flat[len(names) :]:
         panel.axis("off")
