@@ -151,7 +151,9 @@ def measure(scenes, options):
     """Points, and rows of `CYCLES_HEAD`."""
     points, rows = [], []
     paths = {**scenes, **dict.fromkeys(OWN_SCENES)}
-    names = [name for name in paths if not options.scene or name in options.scene]
+    names = options.scene or list(paths)
+    if unknown := set(names) - set(paths):
+        raise SystemExit(f"There is no scene {', '.join(unknown)}; choose from {', '.join(paths)}.")
     for name, n, qualities in plan(names, options):
         case = Case.open(name, paths[name], n)
         rival, row = measure_cycles(case, options.cycles_anew and n == min(options.receivers or NUMBERS))
