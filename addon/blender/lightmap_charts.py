@@ -15,9 +15,6 @@ from ..receivers import Charts, LightmapMesh
 from .meshes import attribute, read_mesh
 from .temporary import Temporary
 
-ANGLES = (66.0, 45.0, 20.0, 1.0)
-"""Angles between a chart's faces and its plane, degrees: the next is taken where a chart would lie over itself."""
-
 
 @dataclass(frozen=True)
 class Faces:
@@ -47,6 +44,17 @@ class Faces:
         mesh.polygons.foreach_get("loop_total", n_corners)
         corner_vertex = attribute(mesh, ".corner_vert", "value", (len(mesh.loops),), np.int32)
         return Faces((positions @ linear.T).astype(np.float32), corner_vertex, n_corners, read_mesh(mesh).corners)
+
+    def where(self, chosen: np.ndarray) -> "Faces":
+        """The faces that a mask (f,) chooses."""
+        corner = chosen[self.face_of_corner()]
+        number = np.cumsum(corner, dtype=np.int32) - 1
+        triangles = self.triangles[corner[self.triangles[:, 0]]]
+        return Faces(self.positions, self.corner_vertex[corner], self.n_corners[chosen], number[triangles])
+
+    def face_of_corner(self) -> np.ndarray:
+        """The face of each corner, (c,) int32."""
+        return np.repeat(np.arange(len(self.n_corners), dtype=np.int32), self.n_corners)
 
     def corners(self) -> np.ndarray:
         """Positions of the triangles' corners, (t, 3, 3) float32, m."""
@@ -119,7 +127,7 @@ def _joined(faces: Faces) -> np.ndarray:
     place = np.ascontiguousarray(faces.positions + np.float32(0)).view([("", np.float32)] * 3)
     _, first, same = np.unique(place, return_index=True, return_inverse=True)
     joined = first[same.reshape(-1)].astype(np.int32)[faces.corner_vertex]
-    face = np.repeat(np.arange(len(faces.n_corners)), faces.n_corners)
+    face = faces.face_of_corner()
     order = np.lexsort([joined, face])
     twice = (np.diff(face[order]) == 0) & (np.diff(joined[order]) == 0)
     spoilt = np.isin(face, face[order][1:][twice])

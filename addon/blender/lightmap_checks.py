@@ -5,9 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..errors import BakeError
-from ..parallel import Workers
 from ..receivers import LightmapMesh
-from ..receivers.coverage import texels_of
+from ..receivers.coverage import middles_in
 
 _SPARE = 1e-4
 """How far texture coordinates may leave the image, as rounding does."""
@@ -15,10 +14,8 @@ _SPARE = 1e-4
 _OVERLAP = 0.005
 """Share of an object's texels that may lie twice in the image: folds finer than what is seen."""
 
-_FULL = 1.01  # texels of area in a texel that are more than one
 
-
-def check_uv(meshes: Sequence[LightmapMesh], sizes: Sequence[tuple[int, int]], uv_map: str, workers: Workers) -> None:
+def check_uv(meshes: Sequence[LightmapMesh], sizes: Sequence[tuple[int, int]], uv_map: str) -> None:
     """Make sure that texture coordinates lie in their images, and no two faces in one place.
 
     Raises
@@ -35,17 +32,17 @@ def check_uv(meshes: Sequence[LightmapMesh], sizes: Sequence[tuple[int, int]], u
                 "one made."
             )
     for image, size in enumerate(sizes):
-        _check_image([mesh for mesh in meshes if mesh.image == image], size, uv_map, workers)
+        _check_image([mesh for mesh in meshes if mesh.image == image], size, uv_map)
 
 
-def _check_image(meshes: list[LightmapMesh], size: tuple[int, int], uv_map: str, workers: Workers) -> None:
+def _check_image(meshes: list[LightmapMesh], size: tuple[int, int], uv_map: str) -> None:
     if not meshes:
         return
     mesh_of_triangle = np.repeat(np.arange(len(meshes)), [len(mesh.uv) for mesh in meshes])
-    texel, triangle, area = _coverage(np.concatenate([mesh.uv for mesh in meshes]), size, workers)
+    texel, triangle = _middles(np.concatenate([mesh.uv for mesh in meshes]), size)
     mesh = mesh_of_triangle[triangle]
     n_all = np.bincount(mesh, minlength=len(meshes))
-    over = np.bincount(texel, area, size[0] * size[1])[texel] > _FULL
+    over = np.bincount(texel, minlength=size[0] * size[1])[texel] > 1
     n_over = np.bincount(mesh[over], minlength=len(meshes))
     worst = int(np.argmax(n_over / np.maximum(n_all, 1)))
     if n_over[worst] <= _OVERLAP * n_all[worst]:
@@ -64,17 +61,18 @@ def _check_image(meshes: list[LightmapMesh], size: tuple[int, int], uv_map: str,
     )
 
 
-def share_overlapping(uv: np.ndarray, size: tuple[int, int], workers: Workers) -> float:
-    """Share of the texels of triangles (t, 3, 2) in an image (height, width) that more than one triangle fills."""
-    texel, _, area = _coverage(uv, size, workers)
-    total = np.bincount(texel, area, size[0] * size[1])
-    return float((total > _FULL).sum() / max((total > 0).sum(), 1))
+def overlapping(uv: np.ndarray, size: tuple[int, int]) -> np.ndarray:
+    """Which triangles (t, 3, 2) share the middle of a texel of the image (height, width) with others."""
+    texel, triangle = _middles(uv, size)
+    return np.unique(triangle[np.bincount(texel, minlength=size[0] * size[1])[texel] > 1])
 
 
-def _coverage(uv: np.ndarray, size: tuple[int, int], workers: Workers) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Each overlap of a triangle with a texel: number of the texel, triangle, and area in texels."""
-    width_height = np.array(size[::-1])
-    corners = np.clip(uv, 0, 1).astype(np.float64) * width_height
-    fragments = texels_of(corners, np.broadcast_to(width_height, (len(uv), 2)), workers)
-    texel = fragments.texel[:, 1].astype(np.int64) * size[1] + fragments.texel[:, 0]
-    return texel, fragments.triangle, fragments.area
+def _middles(uv: np.ndarray, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """Texels whose middle lies inside of a triangle: pairs of the texel's number and the triangle."""
+    corners = np.clip(uv, 0, 1).astype(np.float64) * size[::-1]
+    pairs = [
+        (texel[:, 1].astype(np.int64) * size[1] + texel[:, 0], triangle) for triangle, texel in middles_in(corners)
+    ]
+    nothing = np.zeros(0, np.int64)
+    texel, triangle = (np.concatenate([nothing, *column]) for column in zip((nothing, nothing), *pairs, strict=True))
+    return texel, triangle

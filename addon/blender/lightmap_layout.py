@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import BakeError
 from ..lightmap_settings import LARGEST_SIZE, MADE_UV_MAP, LightmapSettings
-from ..parallel import Workers
+from ..progress import Progress
 from .lightmap_charts import Faces, areas
 from .lightmap_packing import Packed, Piece, PiecesAt, fill, pack, whole_blocks
 from .lightmap_pieces import Pieces
@@ -71,7 +71,7 @@ def lay_out(
     depsgraph: "bpy.types.Depsgraph",
     settings: LightmapSettings,
     warnings: list[str],
-    workers: Workers,
+    progress: Progress,
 ) -> Layout:
     """Find images and places for the light of objects; changes no data-block.
 
@@ -82,7 +82,7 @@ def lay_out(
     """
     if settings.uv_map:
         return _as_chosen(objects, depsgraph, settings, warnings)
-    pieces = Pieces.of(objects, depsgraph, workers)
+    pieces = Pieces.of(objects, depsgraph, progress)
     return (_per_object if settings.atlas == "per_object" else _shared)(pieces, settings, warnings)
 
 

@@ -8,10 +8,14 @@ import bpy
 import numpy as np
 
 from ..errors import BakeError
-from ..parallel import Workers
-from .lightmap_charts import ANGLES, Faces, chart_of_triangles, laid_flat
-from .lightmap_checks import share_overlapping
+from ..progress import Progress
+from .lightmap_charts import Faces, chart_of_triangles, laid_flat
+from .lightmap_checks import overlapping
 from .lightmap_packing import Packed, Piece, PiecesAt, pack
+
+ANGLES = (66.0, 45.0, 20.0)
+"""Angles between a chart's faces and its plane, degrees: the next is taken for charts that would lie over themselves.
+"""
 
 _TEXELS_TO_LOOK = 1 << 16  # in which a mesh's charts are looked at for overlaps
 _STAGE = "Unwrapping"
@@ -33,7 +37,7 @@ class Pieces:
     _alone: dict[tuple[str, float], Packed] = field(default_factory=dict)
 
     @staticmethod
-    def of(objects: "list[bpy.types.Object]", depsgraph: "bpy.types.Depsgraph", workers: Workers) -> "Pieces":
+    def of(objects: "list[bpy.types.Object]", depsgraph: "bpy.types.Depsgraph", progress: Progress) -> "Pieces":
         """The pieces of objects."""
         owners: dict[str, list[np.ndarray]] = {}
         meshes = {obj.data.name: obj.data for obj in objects}
@@ -42,10 +46,10 @@ class Pieces:
             owners.setdefault(obj.data.name, []).append(linear)
         of_mesh = {}
         for i, (name, matrices) in enumerate(owners.items()):
-            workers.progress.update(_STAGE, i / len(owners))
+            progress.update(_STAGE, i / len(owners))
             largest = max(matrices, key=lambda matrix: abs(np.linalg.det(matrix)))
-            of_mesh[name] = _unwrapped(Faces.of(meshes[name], largest), name, workers)
-        workers.progress.update(_STAGE, 1)
+            of_mesh[name] = _unwrapped(Faces.of(meshes[name], largest), name)
+        progress.update(_STAGE, 1)
         return Pieces([(obj.name, obj.data.name) for obj in objects], of_mesh)
 
     def is_shared(self, mesh: str) -> bool:
@@ -89,15 +93,36 @@ class Pieces:
         return [sorted(half) for half in halves]
 
 
-def _unwrapped(faces: Faces, name: str, workers: Workers) -> Piece:
-    """The charts of a mesh, of which none lies over itself."""
+def _unwrapped(faces: Faces, name: str) -> Piece:
+    """The charts of a mesh, of which none lies over itself: those that would are cut into smaller ones."""
     if not faces.area > 0:
         raise BakeError(f"The faces of mesh '{name}' have no area: give it some, or leave its objects out.")
-    density = sqrt(_TEXELS_TO_LOOK / faces.area)
+    face_of_corner = faces.face_of_corner()
+    face_of_triangle = face_of_corner[faces.triangles[:, 0]]
+    uv = np.zeros((len(face_of_corner), 2), np.float32)
+    chart = np.zeros(len(faces.triangles), np.int32)
+    folded = np.ones(len(faces.n_corners), bool)
     for angle in ANGLES:
-        uv = laid_flat(faces, angle)
-        piece = Piece.of(uv, faces.triangles, chart_of_triangles(faces, uv))
-        packed = pack([piece], density, 1)
-        if packed and not share_overlapping(packed.uv[0][faces.triangles], (packed.height, packed.width), workers):
+        part = faces.where(folded)
+        flat = laid_flat(part, angle)
+        of_part = chart_of_triangles(part, flat)
+        uv[folded[face_of_corner]] = flat
+        triangles = folded[face_of_triangle]
+        chart[triangles] = of_part + chart.max() + 1
+        folded[face_of_triangle[triangles]] = _overlaps_itself(part, flat, of_part)
+        if not folded.any():
             break
-    return piece
+    else:
+        apart = folded[face_of_triangle]  # each face by itself
+        chart[apart] = face_of_triangle[apart] + chart.max() + 1
+    return Piece.of(uv, faces.triangles, chart)
+
+
+def _overlaps_itself(faces: Faces, uv: np.ndarray, chart: np.ndarray) -> np.ndarray:
+    """Whether the chart of each triangle (t,) lies over itself."""
+    area = faces.area
+    packed = pack([Piece.of(uv, faces.triangles, chart)], sqrt(_TEXELS_TO_LOOK / area), 1) if area > 0 else None
+    if packed is None:
+        return np.zeros(len(chart), bool)
+    over = overlapping(packed.uv[0][faces.triangles], (packed.height, packed.width))
+    return np.isin(chart, chart[over])

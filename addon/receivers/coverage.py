@@ -11,6 +11,7 @@ import numpy as np
 from ..parallel import Workers, slices
 
 _CHUNK = 1 << 16  # pairs of a triangle and a texel
+_LEAST_WAY = 1e-3  # texels from a triangle's edges, along rows
 _LEAST = 1e-12  # texels: area of an overlap that rounding alone makes
 
 
@@ -85,20 +86,29 @@ def cells_of(corners: np.ndarray, fragments: Fragments, n: int, workers: Workers
     return Fragments.join([Fragments.none(), *workers.map(overlaps, chunks)])
 
 
-def _touched(corners: np.ndarray, sizes: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Chunks of pairs of a triangle (p,) and a texel (p, 2) in its reach: row by row, what the triangle spans there."""
-    low = np.maximum(np.floor(corners[..., 1].min(axis=1)), 0).astype(np.int64)
-    high = np.minimum(np.ceil(corners[..., 1].max(axis=1)), sizes[:, 1]).astype(np.int64)
-    for triangle, step in _unrolled(np.maximum(high - low, 0)):
+def middles_in(corners: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Chunks of pairs of a triangle (p,) and a texel (p, 2) whose middle lies inside of it, `_LEAST_WAY` at least.
+
+    Parameters
+    ----------
+    corners : (t, 3, 2) float64
+        In texels, as in `texels_of`, and inside of the image.
+    """
+    a, b = corners, corners[:, [1, 2, 0]]
+    low = np.ceil(corners[..., 1].min(axis=1) - 0.5).astype(np.int64)
+    high = np.floor(corners[..., 1].max(axis=1) - 0.5).astype(np.int64)
+    for triangle, step in unrolled(np.maximum(high - low + 1, 0)):
         row = low[triangle] + step
-        left, right = _span(corners[triangle], row)
-        left = np.maximum(np.floor(left), 0).astype(np.int64)
-        right = np.minimum(np.ceil(right), sizes[triangle, 0]).astype(np.int64)
-        for k, across in _unrolled(np.maximum(right - left, 0)):
+        rise = (b[triangle] - a[triangle])[..., 1]
+        t = (row[:, None] + 0.5 - a[triangle, :, 1]) / np.where(rise == 0, np.nan, rise)
+        x = a[triangle, :, 0] + np.where((t >= 0) & (t <= 1), t, np.nan) * (b[triangle] - a[triangle])[..., 0]
+        left = np.ceil(np.nan_to_num(np.fmin.reduce(x, axis=1), nan=1.0) + _LEAST_WAY - 0.5).astype(np.int64)
+        right = np.floor(np.nan_to_num(np.fmax.reduce(x, axis=1), nan=0.0) - _LEAST_WAY - 0.5).astype(np.int64)
+        for k, across in unrolled(np.maximum(right - left + 1, 0)):
             yield triangle[k].astype(np.int32), np.stack([left[k] + across, row[k]], axis=1).astype(np.int32)
 
 
-def _unrolled(counts: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def unrolled(counts: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Item i `counts[i]` times, with 0, 1, … beside it, in chunks."""
     ends = np.cumsum(counts)
     start, total = 0, int(ends[-1]) if len(ends) else 0
@@ -107,6 +117,19 @@ def _unrolled(counts: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         item = np.searchsorted(ends, k, side="right")
         start = ends[item] - counts[item]
         yield item, k - start
+
+
+def _touched(corners: np.ndarray, sizes: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Chunks of pairs of a triangle (p,) and a texel (p, 2) in its reach: row by row, what the triangle spans there."""
+    low = np.maximum(np.floor(corners[..., 1].min(axis=1)), 0).astype(np.int64)
+    high = np.minimum(np.ceil(corners[..., 1].max(axis=1)), sizes[:, 1]).astype(np.int64)
+    for triangle, step in unrolled(np.maximum(high - low, 0)):
+        row = low[triangle] + step
+        left, right = _span(corners[triangle], row)
+        left = np.maximum(np.floor(left), 0).astype(np.int64)
+        right = np.minimum(np.ceil(right), sizes[triangle, 0]).astype(np.int64)
+        for k, across in unrolled(np.maximum(right - left, 0)):
+            yield triangle[k].astype(np.int32), np.stack([left[k] + across, row[k]], axis=1).astype(np.int32)
 
 
 def _span(corners: np.ndarray, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
