@@ -4,6 +4,7 @@ from .camera import Camera, SeenSurface, seen_surface
 from .charts import Charts, LightmapMesh
 from .lightmap import Texels, texel_receivers
 from .receivers import AttributeTarget, Receivers
+from .seams import Seams
 from .vertices import ReceiverMesh, vertex_receivers
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "LightmapMesh",
     "ReceiverMesh",
     "Receivers",
+    "Seams",
     "SeenSurface",
     "Texels",
     "seen_surface",

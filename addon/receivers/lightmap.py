@@ -10,6 +10,7 @@ from ..tracers import Tracer
 from .charts import Charts, LightmapMesh
 from .coverage import Fragments, cells_of, texels_of
 from .receivers import Receivers
+from .seams import Seams, seams_of
 from .surroundings import look_around, ways_out
 from .texel_points import TexelPoints, points_of
 
@@ -44,6 +45,8 @@ class Texels:
         Where on the image the receiver lies, in [0, 1].
     charts : Charts
         The triangles that the receivers lie on.
+    seams : Seams
+        Where the charts meet.
     """
 
     sizes: tuple[tuple[int, int], ...]
@@ -54,6 +57,7 @@ class Texels:
     chart: np.ndarray
     uv: np.ndarray
     charts: Charts
+    seams: Seams
 
     def __len__(self) -> int:
         return len(self.image)
@@ -97,7 +101,7 @@ def texel_receivers(
         points = TexelPoints.join([points.where(far), fine])
         inside = np.concatenate([around.inside[far], look_around(fine, tracer, workers).inside])
         points, hidden = _pushed_out(charts, points, inside, tracer, workers)
-    return Receivers(points.position, points.normal, points.footprint), _texels(points, hidden, charts, grid)
+    return Receivers(points.position, points.normal, points.footprint), _texels(points, hidden, charts, grid, tracer)
 
 
 @dataclass(frozen=True)
@@ -150,11 +154,12 @@ def _pushed_out(
     return replace(points, position=position, place=place), hidden
 
 
-def _texels(points: TexelPoints, hidden: np.ndarray, charts: Charts, grid: _Grid) -> Texels:
+def _texels(points: TexelPoints, hidden: np.ndarray, charts: Charts, grid: _Grid, tracer: Tracer | None) -> Texels:
+    sizes = tuple((int(height), int(width)) for width, height in grid.sizes)
     image, chart = charts.image[points.triangle], charts.chart[points.triangle]
     row, column = np.divmod(points.texel - grid.first[image], grid.sizes[image, 0])
     return Texels(
-        sizes=tuple((int(height), int(width)) for width, height in grid.sizes),
+        sizes=sizes,
         image=image,
         row=row.astype(np.int32),
         column=column.astype(np.int32),
@@ -162,4 +167,5 @@ def _texels(points: TexelPoints, hidden: np.ndarray, charts: Charts, grid: _Grid
         chart=np.where(hidden, chart + charts.n_charts, chart),
         uv=(points.place / grid.sizes[image]).astype(np.float32),
         charts=charts,
+        seams=seams_of(charts, sizes, tracer),
     )

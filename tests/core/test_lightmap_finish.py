@@ -9,10 +9,12 @@ from photon_bake.addon.output.lightmap import FinishOptions, finish_lightmaps, h
 from photon_bake.addon.output.lightmap.denoise import denoised
 from photon_bake.addon.output.lightmap.dilation import dilated
 from photon_bake.addon.output.lightmap.oidn import _passes
-from photon_bake.addon.output.lightmap.seams import seams_of
 from photon_bake.addon.output.lightmap.texel_images import texel_images
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.receivers import Charts, texel_receivers
+from photon_bake.addon.receivers.seams import seams_of
+from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.tests.core.scenes import box, merge, plane, scene_of
 from photon_bake.tests.core.unwrapped import look_up, mesh_of, points_on, unwrapped_box, unwrapped_plane
 
 needs_oidn = pytest.mark.skipif(not has_oidn(), reason="without the pyoidn wheel")
@@ -122,6 +124,30 @@ def test_seams_of_objects_that_meet_and_of_unequal_triangles():
         len(here) >= 20 and np.abs(here[:, 0] - 0.8 * 20).max() < 1e-4 and np.abs(there[:, 0] - 0.3 * 30).max() < 1e-4
     )
     assert np.abs((here[:, 1] / 20 - 0.5) / 0.3 - (there[:, 1] / 30 - 0.5) / 0.2).max() < 1e-4
+
+
+def test_a_floor_parts_a_wall():
+    """Two squares stand on each other; a floor on the one's edge makes their light differ."""
+    lower, upper = (unwrapped_plane(0.3 if k else 0.2) for k in range(2))
+    upper = mesh_of(upper.positions + np.array([0, 2, 0]), upper.uv, image=1)
+    charts, sizes = Charts.of([lower, upper]), ((20, 20), (30, 30))
+    vertices, triangles = plane()
+    walls = merge((vertices, triangles), (vertices + np.float32([0, 2, 0]), triangles))
+    floor = np.array([(-1, 1, 0), (0, 1, 0), (0, 1, 1), (-1, 1, 1)]), np.array([[0, 1, 2], [0, 2, 3]])
+    whole = seams_of(charts, sizes, EmbreeTracer(scene_of(*walls)))
+    parted = seams_of(charts, sizes, EmbreeTracer(scene_of(*merge(walls, floor))))
+    assert len(whole.image) == len(seams_of(charts, sizes).image)
+    assert abs(2 * len(parted.image) - len(whole.image)) <= 2
+    assert (parted.place[parted.image == 1][:, 0] > 15).all()
+
+
+def test_seams_of_a_smooth_cube_are_seen_through():
+    """No surface parts the sides of a sharp bend."""
+    for inwards in (False, True):
+        mesh = unwrapped_box(0.02, inwards, degrees=15, smooth=True)
+        charts, sizes = Charts.of([mesh]), ((80, 100),)
+        tracer = EmbreeTracer(scene_of(*box(1.0, inwards)))
+        assert len(seams_of(charts, sizes, tracer).image) == len(seams_of(charts, sizes).image) > 500
 
 
 def test_a_black_border_does_not_turn_negative():

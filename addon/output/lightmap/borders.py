@@ -17,7 +17,7 @@ import numpy as np
 from scipy.ndimage import binary_dilation, distance_transform_edt
 from scipy.sparse import coo_array, csr_array, vstack
 
-from .seams import Seams
+from ...receivers import Seams
 from .texel_images import TexelImage
 
 SEAM = 3.0

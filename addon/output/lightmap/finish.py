@@ -5,11 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...parallel import Workers
-from ...receivers import Receivers, Texels
+from ...receivers import Receivers, Seams, Texels
 from .borders import with_borders
 from .denoise import Denoiser, denoised
 from .dilation import dilated
-from .seams import Seams, seams_of
 from .texel_images import texel_images
 
 _STAGE = "Finishing lightmaps"
@@ -56,7 +55,7 @@ def finish_lightmaps(
     images = denoised(images, options.denoiser, workers)
     progress = workers.progress
     progress.update(_STAGE, 0)
-    seams = seams_of(texels.charts, texels.sizes) if options.stitch else Seams.none()
+    seams = texels.seams if options.stitch else Seams.none()
     bordered = with_borders(images, seams)
     progress.update(_STAGE, 0.7)
     return [dilated(image.value, image.known, options.padding) for image in bordered]

@@ -1,0 +1,167 @@
+"""Seams: where charts meet in space and lie apart on their images."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..sampling.vectors import dot
+from ..tracers import Tracer
+from .charts import Charts
+
+_A_TEXEL = 2  # samples
+_NEIGHBOURS = 12  # samples among which an edge's partners are looked for
+_SAME_PLACE = 0.1  # texels
+_SAME_NORMAL = float(np.cos(np.radians(10)))
+_ASIDE = 0.1  # texels from a seam, to both of its sides and up, where it is seen whether another surface parts them
+_SHORTEST = 1e-3  # texels
+
+
+@dataclass(frozen=True)
+class Seams:
+    """s pairs of places that are one place of the surface, on smooth seams.
+
+    Attributes
+    ----------
+    image : (s, 2) int32
+        Of the pair's two places.
+    place : (s, 2, 2) float64
+        Places, in texels from their image's corner, along u and v.
+    """
+
+    image: np.ndarray
+    place: np.ndarray
+
+    @staticmethod
+    def none() -> "Seams":
+        """No seams."""
+        return Seams(np.zeros((0, 2), np.int32), np.zeros((0, 2, 2)))
+
+
+@dataclass(frozen=True)
+class _Edges:
+    """The border edges of charts.
+
+    Attributes
+    ----------
+    image : (e,) int32
+    position, normal, place : (e, 2, …)
+        Of their ends: in space, m; shading normals; on the image, texels.
+    inwards : (e, 3)
+        Unit vectors along the surface, into the chart.
+    texel : (e,), m
+        Side of a texel along the edge.
+    n_samples : (e,) int64
+    """
+
+    image: np.ndarray
+    position: np.ndarray
+    normal: np.ndarray
+    place: np.ndarray
+    inwards: np.ndarray
+    texel: np.ndarray
+    n_samples: np.ndarray
+
+    @staticmethod
+    def of(charts: Charts, sizes: tuple[tuple[int, int], ...]) -> "_Edges":
+        """The border edges that are longer than a point on the image."""
+        triangle, corner = charts.border.T
+        ends = np.stack([corner, (corner + 1) % 3], axis=1)
+        widths_heights = np.array(sizes, np.float64)[charts.image[triangle], None, ::-1]
+        place = charts.uv[triangle[:, None], ends] * widths_heights
+        length = np.linalg.norm(place[:, 1] - place[:, 0], axis=1)
+        k = np.flatnonzero(length > _SHORTEST)
+        triangle, ends, place, length = triangle[k], ends[k], place[k], length[k]
+        position = charts.positions[triangle[:, None], ends].astype(np.float64)
+        along = _unit(position[:, 1] - position[:, 0])
+        aside = charts.positions[triangle].mean(axis=1) - position[:, 0]
+        inwards = _unit(aside - dot(aside, along)[:, None] * along)
+        texel = np.linalg.norm(position[:, 1] - position[:, 0], axis=1) / length
+        n_samples = np.ceil(_A_TEXEL * length).astype(np.int64)
+        normal = charts.normals[triangle[:, None], ends]
+        return _Edges(charts.image[triangle], position, normal, place, inwards, texel, n_samples)
+
+    def __len__(self) -> int:
+        return len(self.image)
+
+    def samples(self) -> tuple[np.ndarray, np.ndarray]:
+        """Edge of each sample, and how far along it lies, evenly spaced."""
+        edge = np.repeat(np.arange(len(self)), self.n_samples)
+        first = np.cumsum(self.n_samples) - self.n_samples
+        return edge, (np.arange(len(edge)) - first[edge] + 0.5) / self.n_samples[edge]
+
+    def nearest(self, edge: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How far along its edge the place next to each position (n, 3) lies, and their distance, (n,) each."""
+        start, way = self.position[edge, 0], self.position[edge, 1] - self.position[edge, 0]
+        along = np.clip(dot(position - start, way) / np.maximum(dot(way, way), 1e-30), 0, 1)
+        return along, np.linalg.norm(start + along[:, None] * way - position, axis=1)
+
+
+def seams_of(charts: Charts, sizes: tuple[tuple[int, int], ...], tracer: Tracer | None = None) -> Seams:
+    """The seams of charts: samples of their borders that lie on another border with a normal alike.
+
+    Parameters
+    ----------
+    sizes : tuple of (height, width)
+        Of the images.
+    tracer : Tracer, optional
+        Leaves out where another surface stands on the seam, as a floor that parts a wall: light may jump there.
+    """
+    edges = _Edges.of(charts, sizes)
+    edge, along = edges.samples()
+    if len(edge) < 2:
+        return Seams.none()
+    position = _between(edges.position, edge, along)
+    sample, other = _pairs(edges, edge, position)
+    along_other, distance = edges.nearest(other, position[sample])
+    normal = _unit(_between(edges.normal, edge[sample], along[sample]))
+    normal_other = _unit(_between(edges.normal, other, along_other))
+    alike = dot(normal, normal_other) > _SAME_NORMAL
+    texel = np.minimum(edges.texel[edge[sample]], edges.texel[other])
+    k = np.flatnonzero(alike & (distance < _SAME_PLACE * texel))
+    if tracer is not None:
+        aside = _ASIDE * texel[k, None]
+        above = position[sample[k]] + aside * _unit(normal[k] + normal_other[k])
+        a, b = (above + aside * edges.inwards[of] for of in (edge[sample[k]], other[k]))
+        k = k[~_parted(a, b, tracer)]
+    here, there = edge[sample[k]], other[k]
+    places = _between(edges.place, here, along[sample[k]]), _between(edges.place, there, along_other[k])
+    return Seams(np.stack([edges.image[here], edges.image[there]], axis=1), np.stack(places, axis=1))
+
+
+def _pairs(edges: _Edges, edge: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Every sample with every other edge that its edge may meet: samples and edges, (n,) each."""
+    a, b = _edges_that_may_meet(edges, edge, position)
+    first = np.cumsum(edges.n_samples) - edges.n_samples
+    pair = np.repeat(np.arange(len(a)), edges.n_samples[a])
+    start = np.cumsum(edges.n_samples[a]) - edges.n_samples[a]
+    return first[a[pair]] + np.arange(len(pair)) - start[pair], b[pair]
+
+
+def _edges_that_may_meet(edges: _Edges, edge: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of edges that have samples close to each other, in both orders."""
+    from scipy.spatial import cKDTree  # here, since Blender's start imports this room and should not wait for SciPy
+
+    spacing = float((edges.texel / _A_TEXEL).max())
+    distance, neighbour = cKDTree(position).query(position, _NEIGHBOURS, distance_upper_bound=spacing)
+    k, column = np.nonzero(np.isfinite(distance))
+    a, b = edge[k], edge[neighbour[k, column]]
+    low, high = np.minimum(a, b)[a != b], np.maximum(a, b)[a != b]
+    low, high = np.divmod(np.unique(low * len(edges) + high), len(edges))
+    return np.concatenate([low, high]), np.concatenate([high, low])
+
+
+def _parted(a: np.ndarray, b: np.ndarray, tracer: Tracer) -> np.ndarray:
+    """Whether a surface stands between points (n, 3), (n,) bool."""
+    a, way = a.astype(np.float32), (b - a).astype(np.float32)
+    length = np.maximum(np.sqrt(dot(way, way)), np.float32(1e-30))
+    return tracer.closest_hit(a, way / length[:, None], length).hit
+
+
+def _between(ends: np.ndarray, edge: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """Values along edges, of values (e, 2, d) at their ends, (n, d)."""
+    return ends[edge, 0] + along[:, None] * (ends[edge, 1] - ends[edge, 0])
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    """Vectors (n, d) of unit length."""
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-30)
