@@ -2,22 +2,19 @@
 
 import traceback
 from threading import Thread
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import bpy
 
 from ..addon.errors import BakeError, Cancelled
 from ..addon.inspector import Inspector
 from ..addon.progress import Progress
-from ..addon.receivers import Receivers
 from ..addon.settings import BakeSettings
 from ..addon.ui.debug_views import debug_views
 from ..addon.ui.redraw import redraw_view3d
 from ..addon.ui.state import bake_state, duration
-from .vertex_bake import VertexBake
-
-if TYPE_CHECKING:
-    from ..addon.gather import Irradiance
+from .bake_job import BakeJob, Solved
+from .vertex_target import WantedVertices
 
 TICK = 0.1
 """Seconds between two looks at the bake's thread."""
@@ -29,24 +26,24 @@ class Solver(Thread):
     It knows nothing of the operator, which Blender takes away when a file is opened or the extension is turned off.
     """
 
-    def __init__(self, bake: VertexBake, settings: BakeSettings, progress: Progress, inspector: Inspector) -> None:
+    def __init__(self, job: BakeJob, settings: BakeSettings, progress: Progress, inspector: Inspector) -> None:
         super().__init__(name="Photon Bake")
-        self.bake, self.progress = bake, progress
+        self.job, self.progress = job, progress
         self._settings, self._inspector = settings, inspector
-        self._light: tuple[Receivers, Irradiance] | None = None
+        self._solved: Solved | None = None
         self._error: Exception | None = None
 
     def run(self) -> None:
         try:
-            self._light = self.bake.solve(self._settings, self.progress, self._inspector)
+            self._solved = self.job.solve(self._settings, self.progress, self._inspector)
         except Exception as error:
             self._error = error
 
-    def light(self) -> "tuple[Receivers, Irradiance]":
+    def solved(self) -> Solved:
         """What came out; raises what went wrong."""
-        if self._light is None:
+        if self._solved is None:
             raise self._error or Cancelled
-        return self._light
+        return self._solved
 
 
 class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
@@ -114,18 +111,19 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         properties = context.scene.photon_bake
         progress = bake_state.start(properties.gather)
         names = selected_meshes(context) if properties.selected_only else None
-        bake = VertexBake.prepare(context, properties.attribute, progress, names, properties.light_group)
-        self._solver = Solver(bake, properties.settings(), progress, debug_views.start())
+        wanted = [WantedVertices(properties.attribute)]
+        job = BakeJob.prepare(context, wanted, progress, names, properties.light_group)
+        self._solver = Solver(job, properties.settings(), progress, debug_views.start())
 
     def _finish(self) -> set[str]:
-        bake = self._solver.bake
-        receivers, irradiance = self._solver.light()
-        bake.write(receivers, irradiance, self._solver.progress)
-        result = f"{len(receivers):,} points in {duration(bake_state.seconds)}"
+        job, solved = self._solver.job, self._solver.solved()
+        job.write(solved, self._solver.progress)
+        irradiance = solved.irradiance
+        result = f"{len(irradiance.value):,} points in {duration(bake_state.seconds)}"
         if irradiance.relative_noise > 0:
             result += f", noise {irradiance.relative_noise:.1%}"
-        bake_state.stop(result=result, warnings=bake.warnings)
-        for warning in bake.warnings:
+        bake_state.stop(result=result, warnings=job.warnings)
+        for warning in job.warnings:
             self.report({"WARNING"}, warning)
         self.report({"INFO"}, f"Baked {result}.")
         return {"FINISHED"}

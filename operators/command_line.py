@@ -18,9 +18,10 @@ from ..addon.output import Report, atomic_path, check_writable, peak_memory_mb
 from ..addon.progress import Progress
 from ..addon.ui.state import duration
 from .bake_indirect import describe
+from .bake_job import BakeJob
 from .command_options import COMMAND, Options, parse
 from .console import ProgressLine, ctrl_c_cancels, say
-from .vertex_bake import VertexBake
+from .vertex_target import WantedVertices
 
 DONE, FAILED, CANCELLED = 0, 1, 130
 SAVING = "Saving"
@@ -59,10 +60,11 @@ def _bake(options: Options, progress: Progress, report: Report) -> None:
     for path in (options.save, options.report):
         if path is not None:
             check_writable(path)
-    bake = VertexBake.prepare(bpy.context, options.attribute, progress, options.objects, options.light_group)
-    report.warnings = bake.warnings
-    receivers, irradiance = bake.solve(options.settings, progress)
-    bake.write(receivers, irradiance, progress)
+    wanted = [WantedVertices(options.attribute)]
+    job = BakeJob.prepare(bpy.context, wanted, progress, options.objects, options.light_group)
+    report.warnings = job.warnings
+    solved = job.solve(options.settings, progress)
+    job.write(solved, progress)
     if options.save is not None:
         progress.update(SAVING, 0)
         _save(options.save)
@@ -70,9 +72,9 @@ def _bake(options: Options, progress: Progress, report: Report) -> None:
         with suppress(Cancelled):  # too late: it is saved
             progress.update(SAVING, 1)
     report.status = "done"
-    report.objects = [target.object_name for target in receivers.targets]
-    report.counts = {**bake.counts, "receivers": len(receivers), **irradiance.counts}
-    report.relative_noise = irradiance.relative_noise
+    report.objects = job.object_names
+    report.counts = {**job.counts, **solved.irradiance.counts}
+    report.relative_noise = solved.irradiance.relative_noise
 
 
 def _save(path: Path) -> None:

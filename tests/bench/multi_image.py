@@ -21,7 +21,7 @@ from photon_bake.addon.tracers import Hits, LightTracer
 from photon_bake.addon.tracers.embree import EmbreeTracer
 from photon_bake.addon.tracers.multi_image import LightRays, MultiImageTracer, Tally, lit_region
 from photon_bake.addon.tracers.multi_image.box import through_box
-from photon_bake.operators.vertex_bake import N_LIGHT_RAYS
+from photon_bake.operators.bake_job import N_LIGHT_RAYS
 
 N_RAYS = N_PHOTONS = 100_000
 N_PHOTONS_OF_ROOM = 3_000_000  # of which few come in through the windows

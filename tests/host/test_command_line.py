@@ -7,8 +7,8 @@ import signal
 import bpy
 import numpy as np
 import pytest
+from photon_bake.operators.bake_job import BakeJob
 from photon_bake.operators.command_line import run
-from photon_bake.operators.vertex_bake import VertexBake
 
 from .scenes import add_cube, add_lamp, add_plane
 
@@ -169,7 +169,7 @@ def test_a_wrong_light_group_fails_with_a_sentence(capfd):
 
 @pytest.mark.parametrize("option", ["--save", "--report"])
 def test_an_unwritable_place_is_found_before_the_bake(tmp_path, option, capfd, monkeypatch):
-    monkeypatch.setattr(VertexBake, "solve", lambda *_: pytest.fail("it baked"))
+    monkeypatch.setattr(BakeJob, "solve", lambda *_: pytest.fail("it baked"))
     assert run([*QUICK, option, str(tmp_path / "missing" / "file.blend")]) == 1
     said = capfd.readouterr().err.splitlines()
     assert len(said) == 1 and "cannot be written" in said[0]
@@ -182,7 +182,7 @@ def test_ctrl_c_cancels_and_its_handler_goes(tmp_path, monkeypatch, capfd):
             progress.update("Tracing photons", 0.5)
         pytest.fail("nobody cancelled")
 
-    monkeypatch.setattr(VertexBake, "solve", solve)
+    monkeypatch.setattr(BakeJob, "solve", solve)
     before, report = signal.getsignal(signal.SIGINT), tmp_path / "r.json"
     assert run([*QUICK, "--report", str(report), "--save", str(tmp_path / "x.blend")]) == 130
     assert signal.getsignal(signal.SIGINT) == before

@@ -12,7 +12,8 @@ from photon_bake.addon.progress import Progress
 from photon_bake.addon.settings import CHOICES, BakeSettings, settings_for
 from photon_bake.addon.ui.state import STAGE_SHARES, bake_state, share_done
 from photon_bake.operators.bake_indirect import Solver
-from photon_bake.operators.vertex_bake import VertexBake
+from photon_bake.operators.bake_job import BakeJob
+from photon_bake.operators.vertex_target import WantedVertices
 
 from .scenes import add_cube, add_lamp, add_plane
 
@@ -57,7 +58,7 @@ def test_the_progress_bar_knows_every_stage(room, gather):
 
     progress = Progress(listen)
     room.gather, room.add_direct = gather, True
-    bake = VertexBake.prepare(bpy.context, "Indirect", progress)
+    bake = BakeJob.prepare(bpy.context, [WantedVertices()], progress)
     bake.solve(room.settings(), progress)
     assert set(STAGE_SHARES[gather]) <= set(shown)
     assert done == sorted(done) and done[-1] == pytest.approx(1)
@@ -125,7 +126,7 @@ def test_a_cancelled_bake_changes_nothing(room, monkeypatch):
         progress.cancel()
         progress.update("Tracing photons", 0)
 
-    monkeypatch.setattr(VertexBake, "solve", solve)
+    monkeypatch.setattr(BakeJob, "solve", solve)
     assert bpy.ops.photon_bake.bake_indirect() == {"CANCELLED"}
     assert light_of("Box") is None and not bake_state.running and not bake_state.error
 
@@ -134,7 +135,7 @@ def test_a_fault_of_ours_is_told_and_leaves_nothing_running(room, monkeypatch, c
     def solve(self, settings, progress, inspector):
         raise ZeroDivisionError("by zero")
 
-    monkeypatch.setattr(VertexBake, "solve", solve)
+    monkeypatch.setattr(BakeJob, "solve", solve)
     with pytest.raises(RuntimeError, match="unexpectedly"):
         bpy.ops.photon_bake.bake_indirect()
     assert "Traceback" in capfd.readouterr().err
@@ -155,27 +156,27 @@ def test_one_bake_at_a_time(room):
 
 def test_a_thread_solves_and_can_be_stopped(room):
     progress = Progress()
-    bake = VertexBake.prepare(bpy.context, "Indirect", progress)
+    bake = BakeJob.prepare(bpy.context, [WantedVertices()], progress)
     solver = Solver(bake, room.settings(), progress, Inspector())
     solver.start()
     solver.join()
-    receivers, irradiance = solver.light()
-    assert len(receivers) == len(irradiance.value)
+    solved = solver.solved()
+    assert len(solved.products[0].receivers) == len(solved.irradiance.value) > 0
     progress.cancel()
     stopped = Solver(bake, room.settings(), progress, Inspector())
     stopped.start()
     stopped.join()
     with pytest.raises(Cancelled):
-        stopped.light()
+        stopped.solved()
 
 
 def test_a_mesh_edited_meanwhile_is_refused(room):
     progress = Progress()
-    bake = VertexBake.prepare(bpy.context, "Indirect", progress)
+    bake = BakeJob.prepare(bpy.context, [WantedVertices()], progress)
     light = bake.solve(room.settings(), progress)
     bpy.data.objects["Floor"].data.vertices.add(1)
     with pytest.raises(BakeError, match="Floor"):
-        bake.write(*light, progress)
+        bake.write(light, progress)
     assert light_of("Box") is None
 
 

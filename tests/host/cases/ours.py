@@ -7,7 +7,8 @@ import bpy
 import numpy as np
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.settings import BakeSettings, settings_for
-from photon_bake.operators.vertex_bake import VertexBake
+from photon_bake.operators.bake_job import BakeJob
+from photon_bake.operators.vertex_target import WantedVertices
 
 from .means import Mean
 from .registry import Case
@@ -21,7 +22,7 @@ SETTINGS = settings_for(
 
 def our_bake(case: Case) -> tuple[Mean, list[str]]:
     """Our bake of the probes of the scene as it is, and what it warns of."""
-    job = VertexBake.prepare(bpy.context, "Indirect", Progress(), ["Probes"], case.light_group)
+    job = BakeJob.prepare(bpy.context, [WantedVertices()], Progress(), ["Probes"], case.light_group)
     settings = settings_of(case)
     with ThreadPoolExecutor() as pool:
         runs = list(pool.map(lambda seed: _at_probes(job, replace(settings, seed=seed)), SEEDS))
@@ -35,7 +36,7 @@ def settings_of(case: Case) -> BakeSettings:
     return replace(SETTINGS, **more, n_nearest=round(case.effort**0.5 * SETTINGS.n_nearest))
 
 
-def _at_probes(job: VertexBake, settings: BakeSettings) -> np.ndarray:
+def _at_probes(job: BakeJob, settings: BakeSettings) -> np.ndarray:
     """One bake, (3,)."""
-    receivers, light = job.solve(settings, Progress())
-    return light.value[receivers.targets[0].receiver_of_element].mean(axis=0, dtype=np.float64) / np.pi
+    (light,) = job.solve(settings, Progress()).products
+    return light.irradiance.value[light.receivers.targets[0].receiver_of_element].mean(axis=0, dtype=np.float64) / np.pi

@@ -1,0 +1,218 @@
+"""A bake in three steps, for the button, for scripts and for the command line: one solve for all that is asked for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from ..addon.blender import extract_scene
+from ..addon.inspector import Inspector
+from ..addon.parallel import Workers
+from ..addon.progress import Progress
+from ..addon.receivers import AttributeTarget, Receivers
+from ..addon.scene import Scene
+from ..addon.settings import BakeSettings
+from ..addon.tracers import Tracer
+
+if TYPE_CHECKING:
+    from ..addon.gather import Irradiance
+
+N_LIGHT_RAYS = 1000
+"""That are followed to see which surfaces cube maps are to show."""
+
+READING, WRITING = "Reading the scene", "Writing the light"
+
+
+class Product(Protocol):
+    """What a target makes of light, ready to be written."""
+
+    def write(self) -> list[str]:
+        """Write it to Blender's data and to files, all or nothing, and return warnings; for the main thread."""
+
+
+class Points(Protocol):
+    """Where a target wants light."""
+
+    receivers: Receivers
+
+    def finish(self, irradiance: "Irradiance", workers: Workers) -> Product:
+        """Make the product of the receivers' light; touches none of Blender's data."""
+
+
+class Target(Protocol):
+    """Something that light is baked to, as it was read out of Blender's data.
+
+    Attributes
+    ----------
+    object_names : list of str
+        Objects that get light.
+    """
+
+    object_names: list[str]
+
+    def points(self, tracer: Tracer, workers: Workers, warnings: list[str]) -> Points:
+        """Where light is wanted; touches none of Blender's data."""
+
+
+class Wanted(Protocol):
+    """A target that was asked for."""
+
+    def read(self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]) -> Target:
+        """Read it out of Blender's data, for objects of some names or for all.
+
+        Raises
+        ------
+        BakeError
+            If nothing can be baked to, or an object asked for cannot take the light.
+        """
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Light that is ready to be written.
+
+    Attributes
+    ----------
+    irradiance : Irradiance
+        Of all targets' receivers, one after the other.
+    products : list of Product
+        One a target.
+    """
+
+    irradiance: "Irradiance"
+    products: list[Product]
+
+
+@dataclass
+class BakeJob:
+    """What a bake needs to know of Blender's data: after `prepare` it can be solved on any thread.
+
+    Attributes
+    ----------
+    scene : Scene
+    targets : list of Target
+    warnings : list of str
+        Grows as the bake goes.
+    counts : dict of str to int
+        Of the scene and the cube maps, for the report; grows too.
+    """
+
+    scene: Scene
+    targets: list[Target]
+    warnings: list[str]
+    counts: dict[str, int]
+
+    @classmethod
+    def prepare(
+        cls,
+        context: Any,
+        wanted: Sequence[Wanted],
+        progress: Progress,
+        names: list[str] | None = None,
+        light_group: str = "",
+    ) -> "BakeJob":
+        """Read what the bake needs out of Blender's data; for the main thread.
+
+        Parameters
+        ----------
+        context : bpy.types.Context
+        wanted : sequence of Wanted
+        progress : Progress
+        names : list of str, optional
+            Objects to bake; without names every renderable mesh object.
+        light_group : str
+            Whose light is baked alone; empty for all light.
+
+        Raises
+        ------
+        BakeError
+            If the scene cannot be baked, or an object cannot take the light.
+        """
+        progress.update(READING, 0)
+        warnings: list[str] = []
+        depsgraph = context.evaluated_depsgraph_get()
+        targets = [one.read(depsgraph, names, progress, warnings) for one in wanted]
+        depsgraph = context.evaluated_depsgraph_get()  # making UV maps may have left it behind
+        scene = extract_scene(depsgraph, warnings, light_group)
+        progress.update(READING, 1)
+        return cls(scene, targets, list(dict.fromkeys(warnings)), {"triangles": scene.n_triangles})
+
+    @property
+    def object_names(self) -> list[str]:
+        """Objects that get light, each once."""
+        return list(dict.fromkeys(name for target in self.targets for name in target.object_names))
+
+    def solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None = None) -> Solved:
+        """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it."""
+        from ..addon.bake import bake  # here, as Blender's start should not wait for SciPy
+
+        inspector = inspector or Inspector()
+        workers = Workers(settings.seed, settings.n_threads, progress)
+        tracer = make_tracer(self.scene, self.warnings)
+        points = [target.points(tracer, workers, self.warnings) for target in self.targets]
+        receivers = _joined([one.receivers for one in points])
+        maps = None
+        if settings.tracer == "multi_image" and len(receivers):
+            maps = self._take_cube_maps(tracer, receivers, settings, workers, inspector)
+        light = bake(self.scene, receivers, settings, tracer, progress, inspector, photon_tracer=maps)
+        ends = np.cumsum([len(one.receivers) for one in points])
+        parts = [_part(light, slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
+        return Solved(light, [one.finish(part, workers) for one, part in zip(points, parts, strict=True)])
+
+    def write(self, solved: Solved, progress: Progress) -> None:
+        """Write the light; for the main thread."""
+        progress.update(WRITING, 0)
+        for product in solved.products:
+            self.warnings += product.write()
+        progress.update(WRITING, 1)
+
+    def _take_cube_maps(
+        self, tracer: Tracer, receivers: Receivers, settings: BakeSettings, workers: Workers, inspector: Inspector
+    ) -> Tracer:
+        """A tracer through cube maps around the receivers, which `tracer` takes."""
+        from ..addon.photons import emitted_rays, light_sources, region_of
+        from ..addon.tracers.multi_image import LightRays, MultiImageTracer, lit_region
+
+        region = lit_region(receivers.position)
+        sources = light_sources(self.scene, region_of(receivers.position))
+        rays = emitted_rays(sources, N_LIGHT_RAYS, settings.seed)
+        light = LightRays(np.concatenate([r.origins for r in rays]), np.concatenate([r.directions for r in rays]))
+        images = MultiImageTracer.build(
+            self.scene, tracer, region, settings.n_maps, settings.map_size, workers=workers, light=light
+        )
+        self.counts.update(cube_maps=len(images.maps), cube_map_bytes=images.maps.n_bytes)
+        inspector.see("maps", lambda: (images.maps.centres, None))
+        return images
+
+
+def _joined(parts: list[Receivers]) -> Receivers:
+    """All receivers, in order."""
+    targets: list[AttributeTarget] = []
+    first = 0
+    for part in parts:
+        for target in part.targets:
+            of_element = target.receiver_of_element
+            moved = np.where(of_element >= 0, of_element + np.int32(first), np.int32(-1))
+            targets.append(replace(target, receiver_of_element=moved))
+        first += len(part)
+    names = ("position", "normal", "footprint")
+    return Receivers(*(np.concatenate([getattr(part, name) for part in parts]) for name in names), tuple(targets))
+
+
+def _part(light: "Irradiance", rows: slice) -> "Irradiance":
+    """The light of some receivers."""
+    passes = {name: values[rows] for name, values in light.passes.items()}
+    return replace(light, value=light.value[rows], stderr=light.stderr[rows], passes=passes)
+
+
+def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:
+    """Embree's tracer, or where Embree is not installed Blender's own with a notice."""
+    try:
+        from ..addon.tracers.embree import EmbreeTracer
+    except ImportError:
+        from ..addon.blender import BVHTracer
+
+        warnings.append("embreex is not installed, so Blender's slower BVH traces rays: install the extension's zip.")
+        return BVHTracer(scene)
+    return EmbreeTracer(scene)
