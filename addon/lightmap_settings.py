@@ -18,6 +18,9 @@ LIGHTMAP_CHOICES: dict[str, tuple[str, ...]] = {
 
 LARGEST_SIZE = 16_384
 
+LIGHTMAP_FOLDER = "lightmaps"
+"""Where files go that nobody gave a folder for: beside the .blend file."""
+
 MADE_UV_MAP = "Lightmap"
 """Name of the UV map that is made where none is chosen; one of that name is made anew in each bake."""
 
@@ -39,8 +42,8 @@ class LightmapSettings:
 
     atlas: AtlasKind = "per_object"
     uv_map: str = _knob("", f"UV map that is used as it lies; empty: one is made, named {MADE_UV_MAP}")
-    density: float = _knob(16.0, "Texels a metre; 0: as many as fit into Size", 0.0, 4096.0)
-    size: int = _knob(0, "Texels along a side of every image; 0: as many as Density asks for", 0, LARGEST_SIZE)
+    density: float = _knob(16.0, "Texels a metre, where Size is 0", 0.01, 4096.0)
+    size: int = _knob(0, "Texels along a side of every image, filled; 0: as many as Density asks for", 0, LARGEST_SIZE)
     max_size: int = _knob(2048, "Most texels along a side that Density may ask for", 16, LARGEST_SIZE)
     padding: int = _knob(0, "Mip level down to which charts stay apart: 2^level texels lie around each", 0, 6)
     file_format: LightmapFormat = "exr_half"
@@ -56,8 +59,6 @@ class LightmapSettings:
             if "low" in knob.metadata and not knob.metadata["low"] <= value <= knob.metadata["high"]:
                 low, high = knob.metadata["low"], knob.metadata["high"]
                 raise BakeError(f"{knob.name} is {value}; choose a value from {low:g} to {high:g}.")
-        if not self.size and not self.density:
-            raise BakeError("size and density are both 0; choose texels a metre, or the images' size.")
 
     @property
     def ring(self) -> int:

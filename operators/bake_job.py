@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -25,7 +26,21 @@ READING, WRITING = "Reading the scene", "Writing the light"
 
 
 class Product(Protocol):
-    """What a target makes of light, ready to be written."""
+    """What a target makes of light, ready to be written.
+
+    Attributes
+    ----------
+    files : list of Path
+        That writing it writes.
+    counts : dict of str to int
+        For the report.
+    """
+
+    @property
+    def files(self) -> list[Path]: ...
+
+    @property
+    def counts(self) -> dict[str, int]: ...
 
     def write(self) -> list[str]:
         """Write it to Blender's data and to files, all or nothing, and return warnings; for the main thread."""
@@ -34,7 +49,8 @@ class Product(Protocol):
 class Points(Protocol):
     """Where a target wants light."""
 
-    receivers: Receivers
+    @property
+    def receivers(self) -> Receivers: ...
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> Product:
         """Make the product of the receivers' light; touches none of Blender's data."""
@@ -49,7 +65,8 @@ class Target(Protocol):
         Objects that get light.
     """
 
-    object_names: list[str]
+    @property
+    def object_names(self) -> list[str]: ...
 
     def points(self, tracer: Tracer, workers: Workers, warnings: list[str]) -> Points:
         """Where light is wanted; touches none of Blender's data."""
@@ -82,6 +99,19 @@ class Solved:
 
     irradiance: "Irradiance"
     products: list[Product]
+
+    @property
+    def files(self) -> list[Path]:
+        """That writing the products writes."""
+        return [path for product in self.products for path in product.files]
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """What the bake counted, for its report."""
+        counts = dict(self.irradiance.counts)
+        for product in self.products:
+            counts |= product.counts
+        return counts
 
 
 @dataclass

@@ -18,9 +18,10 @@ from ..addon.output import Report, atomic_path, check_writable, peak_memory_mb
 from ..addon.progress import Progress
 from ..addon.ui.state import duration
 from .bake_indirect import describe
-from .bake_job import BakeJob
+from .bake_job import BakeJob, Wanted
 from .command_options import COMMAND, Options, parse
 from .console import ProgressLine, ctrl_c_cancels, say
+from .lightmap_target import WantedLightmaps
 from .vertex_target import WantedVertices
 
 DONE, FAILED, CANCELLED = 0, 1, 130
@@ -60,8 +61,7 @@ def _bake(options: Options, progress: Progress, report: Report) -> None:
     for path in (options.save, options.report):
         if path is not None:
             check_writable(path)
-    wanted = [WantedVertices(options.attribute)]
-    job = BakeJob.prepare(bpy.context, wanted, progress, options.objects, options.light_group)
+    job = BakeJob.prepare(bpy.context, _wanted(options), progress, options.objects, options.light_group)
     report.warnings = job.warnings
     solved = job.solve(options.settings, progress)
     job.write(solved, progress)
@@ -73,8 +73,20 @@ def _bake(options: Options, progress: Progress, report: Report) -> None:
             progress.update(SAVING, 1)
     report.status = "done"
     report.objects = job.object_names
-    report.counts = {**job.counts, **solved.irradiance.counts}
+    report.files = [str(path) for path in solved.files]
+    report.counts = {**job.counts, **solved.counts}
     report.relative_noise = solved.irradiance.relative_noise
+
+
+def _wanted(options: Options) -> list[Wanted]:
+    """What is baked; lightmaps first, as files may fail to be written, and then nothing else should be."""
+    wanted: list[Wanted] = []
+    if options.lightmaps is not None:
+        scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
+        wanted.append(WantedLightmaps(options.lightmaps, options.output, scene, options.preview))
+    if "vertex" in options.targets:
+        wanted.append(WantedVertices(options.attribute))
+    return wanted
 
 
 def _save(path: Path) -> None:
@@ -92,9 +104,10 @@ def _save(path: Path) -> None:
 def _begin(options: Options) -> Report:
     return Report(
         scene=bpy.data.filepath,
-        attribute=options.attribute,
+        attribute=options.attribute if "vertex" in options.targets else "",
         light_group=options.light_group,
         settings=asdict(options.settings),
+        lightmap_settings=asdict(options.lightmaps) if options.lightmaps else {},
         versions=versions(),
     )
 
@@ -123,8 +136,10 @@ def _summary(report: Report) -> str:
     memory = f", {report.peak_memory_mb:.0f} MB at most" if report.peak_memory_mb else ""
     objects = f"{len(report.objects)} object" + ("s" if len(report.objects) != 1 else "")
     saved = f"; saved to {report.saved}" if report.saved else "; not saved"
+    maps = report.counts.get("lightmaps", 0)
+    lightmaps = f" into {maps} lightmap" + ("s" if maps != 1 else "") if maps else ""
     return (
-        f"Baked {report.counts['receivers']:,} points of {objects} "
+        f"Baked {report.counts['receivers']:,} points of {objects}{lightmaps} "
         f"in {duration(report.total_seconds)}{noise}{memory}{saved}."
     )
 
@@ -132,7 +147,7 @@ def _summary(report: Report) -> str:
 def versions() -> dict[str, str]:
     """Versions of everything that has a say in the light."""
     found = {"photon_bake": _own_version(), "blender": bpy.app.version_string, "python": platform.python_version()}
-    for package in ("numpy", "scipy", "embreex"):
+    for package in ("numpy", "scipy", "embreex", "xatlas", "OpenEXR", "pyoidn"):
         try:
             found[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:

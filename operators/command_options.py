@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any, get_args
 
 from ..addon.errors import BakeError
+from ..addon.lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
 from ..addon.settings import CHOICES, BakeSettings, Quality, settings_for
 from ..addon.ui.properties import CHOICE_MEANINGS
 
 COMMAND = "photon_bake"
-PLANNED = ("lightmap", "camera")
+PLANNED = ("camera",)
+TARGETS = ("vertex", "lightmap")
 
 KNOB_OPTIONS = {
     "--photons": "n_photons",
@@ -27,6 +29,21 @@ KNOB_OPTIONS = {
 }
 """The options that are a number of `BakeSettings`."""
 
+LIGHTMAP_OPTIONS = {
+    "--uv": "uv_map",
+    "--density": "density",
+    "--size": "size",
+    "--max-size": "max_size",
+    "--padding": "padding",
+    "--range": "value_range",
+}
+"""Those that are a number or a name of `LightmapSettings`."""
+
+LIGHTMAP_CHOICE_OPTIONS = {"--atlas": "atlas", "--format": "file_format", "--denoise": "denoiser"}
+
+_LIGHTMAP_KNOBS = [*LIGHTMAP_OPTIONS.values(), *LIGHTMAP_CHOICE_OPTIONS.values()]
+_OF_LIGHTMAPS = {**LIGHTMAP_OPTIONS, **LIGHTMAP_CHOICE_OPTIONS, "--output": "output", "--preview": "preview"}
+
 
 @dataclass(frozen=True)
 class Options:
@@ -40,6 +57,14 @@ class Options:
     attribute : str
     light_group : str
         Whose light is baked alone; empty for all light.
+    targets : list of str
+        Of `TARGETS`, each once.
+    lightmaps : LightmapSettings or None
+        None: no lightmaps are asked for.
+    output : Path
+        Folder for images.
+    preview : Path or None
+        PNG with all lightmaps.
     save : Path or None
         None: do not save.
     report : Path or None
@@ -50,6 +75,10 @@ class Options:
     objects: list[str] | None
     attribute: str
     light_group: str
+    targets: list[str]
+    lightmaps: LightmapSettings | None
+    output: Path
+    preview: Path | None
     save: Path | None
     report: Path | None
 
@@ -72,8 +101,15 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
     given = parser.parse_args(arguments)
     if given.save == "" and not loaded_file:
         parser.error("--save has no file to save over; give --save FILE.blend")
+    targets = list(dict.fromkeys(given.target or ["vertex"]))
+    for option, name in _OF_LIGHTMAPS.items():
+        if getattr(given, name) is not None and "lightmap" not in targets:
+            parser.error(f"{option} is for lightmaps: give --target lightmap too")
+    if "lightmap" in targets and given.output is None and not loaded_file:
+        parser.error("the lightmaps have no folder: give --output DIR")
     try:
-        settings = settings_for(given.quality, **_changes(given))
+        settings = settings_for(given.quality, **_given(given, [*KNOB_OPTIONS.values(), *CHOICES, "add_direct"]))
+        lightmaps = LightmapSettings(**_given(given, [*_LIGHTMAP_KNOBS])) if "lightmap" in targets else None
     except BakeError as error:
         parser.error(str(error))
     return Options(
@@ -81,14 +117,17 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         objects=given.objects,
         attribute=given.attribute,
         light_group=given.light_group or "",
+        targets=targets,
+        lightmaps=lightmaps,
+        output=Path(given.output or Path(loaded_file).parent / LIGHTMAP_FOLDER).absolute(),
+        preview=None if given.preview is None else Path(given.preview).absolute(),
         save=None if given.save is None else Path(given.save or loaded_file).absolute(),
         report=None if given.report is None else Path(given.report).absolute(),
     )
 
 
-def _changes(given: Namespace) -> dict[str, Any]:
-    """What the options change in the quality's settings."""
-    names = [*KNOB_OPTIONS.values(), *CHOICES, "add_direct"]
+def _given(given: Namespace, names: list[str]) -> dict[str, Any]:
+    """Those of the named options that were given."""
     return {name: getattr(given, name) for name in names if getattr(given, name) is not None}
 
 
@@ -101,7 +140,8 @@ def _parser() -> ArgumentParser:
         allow_abbrev=False,
     )
     add = parser.add_argument
-    add("--target", type=_one_of("vertex"), action="append", metavar="vertex", help="where the light goes")
+    meaning = "where the light goes; repeatable, for one bake of all; default vertex"
+    add("--target", type=_one_of(*TARGETS), action="append", metavar="|".join(TARGETS), help=meaning)
     add("--objects", type=_names, metavar="NAME[,NAME…]", help="objects to bake; default: every renderable mesh object")
     add("--attribute", type=_name, default="Indirect", metavar="NAME", help="colour attribute; default %(default)s")
     add("--light-group", type=_name, metavar="NAME", help="bake the light of one light group alone")
@@ -116,9 +156,26 @@ def _parser() -> ArgumentParser:
         add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(knob.metadata["meaning"]))
     meaning = _sentence(knobs["add_direct"].metadata["meaning"])
     add("--direct", dest="add_direct", action="store_true", default=None, help=meaning)
+    _add_lightmap_options(parser)
     add("--save", nargs="?", const="", metavar="FILE.blend", help="save the file, here or over the loaded one")
     add("--report", metavar="FILE.json", help="write what the bake did, also when it fails")
     return parser
+
+
+def _add_lightmap_options(parser: ArgumentParser) -> None:
+    group = parser.add_argument_group("lightmaps (--target lightmap)")
+    add = group.add_argument
+    add("--output", metavar="DIR", help=f"folder for the files; default {LIGHTMAP_FOLDER} beside the loaded file")
+    knobs = {knob.name: knob for knob in fields(LightmapSettings)}
+    for option, name in LIGHTMAP_OPTIONS.items():
+        knob = knobs[name]
+        metavar = "NAME" if knob.type is str else "N"
+        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(knob.metadata["meaning"]))
+    for option, name in LIGHTMAP_CHOICE_OPTIONS.items():
+        choices = LIGHTMAP_CHOICES[name]
+        meaning = f"{_sentence(CHOICE_MEANINGS[name])}; default {knobs[name].default}"
+        add(option, dest=name, type=_one_of(*choices), metavar="|".join(choices), help=meaning)
+    add("--preview", metavar="FILE.png", help="write a picture of all lightmaps")
 
 
 def _one_of(*choices: str) -> Callable[[str], str]:

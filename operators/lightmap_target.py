@@ -40,11 +40,14 @@ class WantedLightmaps:
         For their files; made where it is missing.
     scene : str
         Name of the scene, for the files' names.
+    preview : Path or None
+        A PNG with all of them to look at.
     """
 
     settings: LightmapSettings
     folder: Path
     scene: str
+    preview: Path | None = None
 
     def read(
         self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -58,9 +61,11 @@ class WantedLightmaps:
         layout = lay_out(objects, depsgraph, settings, warnings, progress)
         paths = [image_path(self.folder, self.scene, name, KIND, settings.file_format) for name in layout.names]
         _check_paths(paths, self.folder)
+        if self.preview is not None:
+            check_writable(self.preview)
         meshes = lightmap_meshes(objects, depsgraph, layout)
         check_uv(meshes, layout.sizes, layout.uv_map)
-        return LightmapTarget(meshes, layout, settings, paths)
+        return LightmapTarget(meshes, layout, settings, paths, self.preview)
 
 
 def _check_paths(paths: list[Path], folder: Path) -> None:
@@ -79,12 +84,13 @@ def _check_paths(paths: list[Path], folder: Path) -> None:
 
 @dataclass(frozen=True)
 class LightmapTarget:
-    """Objects that get lightmaps: their meshes in the images, and the images' files."""
+    """Objects that get lightmaps: their meshes in the images, the images' files, and a picture of all of them."""
 
     meshes: list[LightmapMesh]
     layout: Layout
     settings: LightmapSettings
     paths: list[Path]
+    preview: Path | None
 
     @property
     def object_names(self) -> list[str]:
@@ -139,7 +145,8 @@ class Lightmaps:
 
     def write(self) -> list[str]:
         """See `Product.write`."""
-        from ..addon.output.lightmap import write_lightmap
+        from ..addon.output.lightmap import contact_sheet, write_lightmap
+        from ..addon.output.png import write_png
 
         settings, paths = self.target.settings, self.target.paths
         check_unchanged(self.target.layout)
@@ -150,13 +157,19 @@ class Lightmaps:
                 for path, image in zip(paths, self.images, strict=True):
                     temporary = stack.enter_context(atomic_path(path))
                     write_lightmap(temporary, image, settings.file_format, settings.value_range)
+                if self.target.preview is not None:
+                    write_png(self.target.preview, contact_sheet(self.images))
         except OSError as error:
             raise BakeError(f"The lightmaps cannot be written ({error.strerror}): {error.filename}.") from error
         write_lightmaps(self.target.layout, paths, settings.file_format)
         return []
 
     @property
+    def files(self) -> list[Path]:
+        preview = self.target.preview
+        return self.target.paths + ([] if preview is None else [preview])
+
+    @property
     def counts(self) -> dict[str, int]:
-        """For the report."""
         texels = sum(height * width for height, width in self.target.layout.sizes)
         return {"lightmaps": len(self.images), "lightmap_texels": texels, "covered_texels": self.n_covered}

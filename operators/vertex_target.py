@@ -1,6 +1,7 @@
 """Light at vertices, as a colour attribute."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..addon.blender import bake_objects, check_color_attribute, receiver_meshes, write_color_attribute
@@ -63,6 +64,14 @@ class VertexLight:
     receivers: Receivers
     irradiance: "Irradiance"
     attribute: str
+
+    @property
+    def files(self) -> list[Path]:
+        return []
+
+    @property
+    def counts(self) -> dict[str, int]:
+        return {}
 
     def write(self) -> list[str]:
         """See `Product.write`."""

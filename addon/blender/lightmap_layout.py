@@ -149,14 +149,19 @@ def _shared(pieces: Pieces, settings: LightmapSettings, warnings: list[str]) -> 
     todo, atlases = [list(range(len(pieces.objects)))], []
     while todo:
         chosen = todo.pop(0)
-        pieces_at, turns = pieces.at(chosen, settings.ring, settings.density), not pieces.any_shared(chosen)
+        pieces_at, turns = pieces.at(chosen, settings.ring, _fixed_density(settings)), not pieces.any_shared(chosen)
         packed = _as_asked(pieces_at, settings, turns)
-        if packed is None and len(chosen) > 1 and settings.density:
+        if packed is None and len(chosen) > 1 and not settings.size:
             todo = pieces.split(chosen) + todo
             continue
         whose = f"'{pieces.objects[chosen[0]][0]}'" if len(chosen) == 1 else "all objects"
         atlases.append((chosen, packed or _smaller(pieces_at, settings, whose, warnings, turns)))
     return _of_atlases(pieces, atlases, settings)
+
+
+def _fixed_density(settings: LightmapSettings) -> float:
+    """Texels a metre, or 0 where they follow from the images' size."""
+    return 0.0 if settings.size else settings.density
 
 
 def _of_atlases(pieces: Pieces, atlases: list[tuple[list[int], Packed]], settings: LightmapSettings) -> Layout:
@@ -167,7 +172,7 @@ def _of_atlases(pieces: Pieces, atlases: list[tuple[list[int], Packed]], setting
             name, mesh = pieces.objects[i]
             scale_offset = WHOLE
             if pieces.is_shared(mesh):
-                made[mesh] = pieces.alone(mesh, settings.density or packed.density, settings.ring).uv[0]
+                made[mesh] = pieces.alone(mesh, _fixed_density(settings) or packed.density, settings.ring).uv[0]
                 (left, bottom), (right, top) = uv[0].tolist(), uv[2].tolist()
                 scale_offset = (right - left, top - bottom, left, bottom)
             else:
@@ -185,35 +190,34 @@ def _one_image(pieces_at: PiecesAt, settings: LightmapSettings, whose: str, warn
 
 def _as_asked(pieces_at: PiecesAt, settings: LightmapSettings, turns: bool = True) -> Packed | None:
     """The image of pieces at the density or of the size asked for; None if they do not fit."""
-    density, size, ring = settings.density, settings.size, settings.ring
-    if not density:
-        return fill(pieces_at, size, ring, turns)
-    pieces = pieces_at(density)
-    if _side(pieces, density) > (size or settings.max_size):
+    if settings.size:
+        return fill(pieces_at, settings.size, settings.ring, turns)
+    pieces = pieces_at(settings.density)
+    if _side(pieces, settings.density) > settings.max_size:
         return None
-    packed = pack(pieces, density, ring, size, turns)
-    fits = packed is not None and (size or max(packed.width, packed.height) <= settings.max_size)
-    return packed if fits else None
+    packed = pack(pieces, settings.density, settings.ring, 0, turns)
+    return packed if packed and max(packed.width, packed.height) <= settings.max_size else None
 
 
 def _smaller(
     pieces_at: PiecesAt, settings: LightmapSettings, whose: str, warnings: list[str], turns: bool = True
 ) -> Packed:
-    """The image of pieces that do not fit as they were asked for.
+    """The largest image there may be of pieces that would need a larger one.
 
     Raises
     ------
     BakeError
-        If the density is not to be lowered, or no density makes them fit.
+        If there are too many charts for it, whatever the density.
     """
-    density, size, ring, most = settings.density, settings.size, settings.ring, settings.max_size
-    limited = None if size else fill(pieces_at, most, ring, turns)
-    needed = _needed(pieces_at, density if (size and density) or limited else _LEAST_DENSITY, ring, turns)
+    side, ring = settings.size or settings.max_size, settings.ring
+    limited = None if settings.size else fill(pieces_at, side, ring, turns)
     if limited is None:
+        needed = _needed(pieces_at, _LEAST_DENSITY, ring, turns)
         raise BakeError(
-            f"The lightmap of {whose} does not fit into {size or most} × {size or most} texels: set "
-            f"{'Size' if size else 'Max Size'} to {needed} or more{', or Density lower' if size and density else ''}."
+            f"The charts of {whose} do not fit into a lightmap of {side} × {side} texels: set "
+            f"{'Size' if settings.size else 'Max Size'} to {needed} or more."
         )
+    needed = _needed(pieces_at, settings.density, ring, turns)
     warnings.append(_limited(whose, needed, limited.density, settings))
     return limited
 

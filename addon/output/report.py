@@ -25,13 +25,17 @@ class Report:
     saved : str
         Path of the .blend file that the light was saved to, empty if it was not.
     attribute : str
-        Name of the colour attribute.
+        Name of the colour attribute; empty where none was asked for.
     light_group : str
         Whose light alone was baked; empty for all light.
     objects : list of str
         Objects that got light.
+    files : list of str
+        Paths of the images that were written.
     settings : dict
         Every knob of `BakeSettings`.
+    lightmap_settings : dict
+        Every knob of `LightmapSettings`; empty where no lightmaps were asked for.
     stage_seconds : dict of str to float, s
         In the stages' order.
     total_seconds : float, s
@@ -52,7 +56,9 @@ class Report:
     attribute: str = ""
     light_group: str = ""
     objects: list[str] = field(default_factory=list)
+    files: list[str] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)
+    lightmap_settings: dict[str, Any] = field(default_factory=dict)
     stage_seconds: dict[str, float] = field(default_factory=dict)
     total_seconds: float = 0.0
     counts: dict[str, int] = field(default_factory=dict)

@@ -12,8 +12,14 @@ KNOBS = fields(BakeSettings)
 PRESET_KNOBS = [knob.name for knob in KNOBS if len({getattr(settings_for(q), knob.name) for q in QUALITIES}) > 1]
 """The knobs that the quality presets differ in."""
 
-CHOICE_MEANINGS = {"gather": "How photons become light", "tracer": "What finds where photons meet the scene"}
-"""What the knobs of `CHOICES` mean."""
+CHOICE_MEANINGS = {
+    "gather": "How photons become light",
+    "tracer": "What finds where photons meet the scene",
+    "atlas": "Which objects share an image",
+    "file_format": "What the light is stored in",
+    "denoiser": "What takes the noise out",
+}
+"""What the knobs of `CHOICES` and `LIGHTMAP_CHOICES` mean."""
 
 _CHOICE_WORDS = {
     "final": ("Final Gather", "Every vertex looks around with rays: smooth, and exact with enough of them"),

@@ -109,7 +109,10 @@ def test_relative_paths_stay_right_in_another_folder(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["--target", "lightmap"], "not in this version"),
+        (["--target", "lightmap"], "--output DIR"),
+        (["--density", "8"], "--target lightmap"),
+        (["--target", "lightmap", "--output", "maps", "--size", "99999"], "size"),
+        (["--target", "lightmap", "--output", "maps", "--format", "jpeg"], "choose exr_half"),
         (["--target", "camera"], "not in this version"),
         (["--tracer", "guess"], "choose embree or multi_image"),
         (["--gather", "guess"], "choose final or density or light_volume"),

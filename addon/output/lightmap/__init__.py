@@ -1,5 +1,6 @@
 """From the light at texels to finished lightmaps: images, their borders and seams, noise, and files."""
 
+from .contact_sheet import contact_sheet
 from .denoise import Denoiser
 from .directional import KINDS, decode_directional, encode_directional, light_for_normals
 from .finish import FinishOptions, finish_lightmaps
@@ -13,6 +14,7 @@ __all__ = [
     "Denoiser",
     "FileFormat",
     "FinishOptions",
+    "contact_sheet",
     "decode_directional",
     "encode_directional",
     "finish_lightmaps",
