@@ -103,6 +103,16 @@ def test_seams_of_a_smooth_cube_do_not_show(noise):
     assert errors[1] < 1.1 * errors[0], "agreement must not cost truth"
 
 
+def test_a_seam_between_light_and_darkness_stays():
+    """As where a wall goes on behind something flush with it."""
+    left, right = unwrapped_plane(0.3), unwrapped_plane(0.3)
+    right = mesh_of(right.positions + np.array([2, 0, 0]), right.uv, image=1)
+    receivers, texels = texel_receivers([left, right], [(20, 20), (20, 20)])
+    values = np.where(texels.image == 0, 1.0, 0.01)[:, None] * np.ones(3, np.float32)
+    lit, dark = finish_lightmaps(values.astype(np.float32), np.zeros(len(values)), receivers, texels, CLEAN)
+    assert lit == pytest.approx(1) and dark == pytest.approx(0.01)
+
+
 def test_sharp_edges_are_no_seams():
     mesh = unwrapped_box(0.02, inwards=False)
     assert len(seams_of(Charts.of([mesh]), ((80, 100),)).image) == 0

@@ -26,6 +26,9 @@ SEAM = 3.0
 CURVATURE = 0.1
 """Weight c of straightness where texels are not covered."""
 
+REAL_JUMP = 0.5
+"""A seam whose sides differ by more, as a share of the brighter one, parts lit from unlit; it stays as it is."""
+
 _OFF_CENTRE = 0.01  # texels
 _TOLERANCE, _STEPS = 1e-5, 300
 
@@ -52,17 +55,10 @@ def with_borders(images: Sequence[TexelImage], seams: Seams) -> list[Bordered]:
     """
     plane = _Plane.of(images)
     active = plane.outside | plane.off_centre
-    if len(seams.image):
-        looks = [plane.look_ups(seams.image[:, side], seams.place[:, side]) for side in range(2)]
-        # Only where both sides are known of
-        unknown = (~(plane.covered | plane.outside)).astype(np.float32)
-        sound = np.flatnonzero((looks[0] @ unknown < 1e-3) & (looks[1] @ unknown < 1e-3))
-        looks = [look[sound] for look in looks]
-        active[np.unique(np.concatenate([look.indices for look in looks]))] = True
-        active &= plane.covered | plane.outside
-        seam = SEAM * (looks[0] - looks[1])
-    else:
-        seam = csr_array((0, len(active)))
+    looks = plane.seam_look_ups(seams)
+    active[np.unique(np.concatenate([look.indices for look in looks]))] = True
+    active &= plane.covered | plane.outside
+    seam = SEAM * (looks[0] - looks[1])
     data_rows = np.flatnonzero(active & plane.covered)
     data = plane.look_ups(plane.image[data_rows], plane.place[data_rows])
     bends = CURVATURE * plane.bends(plane.outside | plane.off_centre)
@@ -134,6 +130,17 @@ class _Plane:
         found = found.tocsr()
         found.eliminate_zeros()
         return found
+
+    def seam_look_ups(self, seams: Seams) -> tuple[csr_array, csr_array]:
+        """Look-ups (s', N) at the two sides of seams, where both are known of and no jump is too large to be false."""
+        looks = [self.look_ups(seams.image[:, side], seams.place[:, side]) for side in range(2)]
+        unknown = (~(self.covered | self.outside)).astype(np.float32)
+        light = self.value[:, :3].mean(axis=1)
+        a, b = (look @ light for look in looks)
+        sound = np.abs(a - b) <= REAL_JUMP * np.maximum(a, b)
+        sound &= (looks[0] @ unknown < 1e-3) & (looks[1] @ unknown < 1e-3)
+        k = np.flatnonzero(sound)
+        return looks[0][k], looks[1][k]
 
     def bends(self, wanted: np.ndarray) -> csr_array:
         """Second differences along rows and columns, of triples in one chart with a wanted texel (N,), a matrix."""
