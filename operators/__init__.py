@@ -6,8 +6,16 @@ from ..addon.ui.state import bake_state
 from . import command_line
 from .bake_indirect import PHOTON_BAKE_OT_bake_indirect
 from .cancel import PHOTON_BAKE_OT_cancel
+from .export_gltf import PHOTON_BAKE_OT_export_gltf
+from .lightmap_preview import PHOTON_BAKE_OT_hide_lightmaps, PHOTON_BAKE_OT_show_lightmaps
 
-CLASSES = (PHOTON_BAKE_OT_bake_indirect, PHOTON_BAKE_OT_cancel)
+CLASSES = (
+    PHOTON_BAKE_OT_bake_indirect,
+    PHOTON_BAKE_OT_cancel,
+    PHOTON_BAKE_OT_show_lightmaps,
+    PHOTON_BAKE_OT_hide_lightmaps,
+    PHOTON_BAKE_OT_export_gltf,
+)
 
 
 def register() -> None:

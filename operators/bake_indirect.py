@@ -1,6 +1,7 @@
 """Bake Indirect: the button, and the same from a script."""
 
 import traceback
+from pathlib import Path
 from threading import Thread
 from typing import Any
 
@@ -13,7 +14,8 @@ from ..addon.settings import BakeSettings
 from ..addon.ui.debug_views import debug_views
 from ..addon.ui.redraw import redraw_view3d
 from ..addon.ui.state import bake_state, duration
-from .bake_job import BakeJob, Solved
+from .bake_job import BakeJob, Solved, Wanted
+from .lightmap_target import WantedLightmaps
 from .vertex_target import WantedVertices
 
 TICK = 0.1
@@ -109,10 +111,9 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
 
     def _prepare(self, context: Any) -> None:
         properties = context.scene.photon_bake
-        progress = bake_state.start(properties.gather)
+        progress = bake_state.start(properties.gather, "lightmap" in properties.targets)
         names = selected_meshes(context) if properties.selected_only else None
-        wanted = [WantedVertices(properties.attribute)]
-        job = BakeJob.prepare(context, wanted, progress, names, properties.light_group)
+        job = BakeJob.prepare(context, wanted_by(properties), progress, names, properties.light_group)
         self._solver = Solver(job, properties.settings(), progress, debug_views.start())
 
     def _finish(self) -> set[str]:
@@ -137,6 +138,22 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         bake_state.stop(error=sentence)
         self.report({"ERROR"}, sentence)
         return {"CANCELLED"}
+
+
+def wanted_by(properties: Any) -> list[Wanted]:
+    """What the panel asks for."""
+    wanted: list[Wanted] = []
+    if "lightmap" in properties.targets:
+        folder = properties.lightmap.folder
+        if folder.startswith("//") and not bpy.data.filepath:
+            raise BakeError("The file was never saved, so the lightmaps have no folder: save it, or choose a Folder.")
+        scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
+        wanted.append(WantedLightmaps(properties.lightmap.settings(), Path(bpy.path.abspath(folder)), scene))
+    if "vertex" in properties.targets:
+        wanted.append(WantedVertices(properties.attribute))
+    if not wanted:
+        raise BakeError("Nothing is chosen to bake to: choose Vertices or Lightmaps.")
+    return wanted
 
 
 def selected_meshes(context: Any) -> list[str]:

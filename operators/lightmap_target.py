@@ -161,7 +161,7 @@ class Lightmaps:
                     write_png(self.target.preview, contact_sheet(self.images))
         except OSError as error:
             raise BakeError(f"The lightmaps cannot be written ({error.strerror}): {error.filename}.") from error
-        write_lightmaps(self.target.layout, paths, settings.file_format)
+        write_lightmaps(self.target.layout, paths, settings)
         return []
 
     @property

@@ -5,12 +5,15 @@ from pathlib import Path
 
 import bpy
 
-from ..lightmap_settings import LightmapFormat
+from ..lightmap_settings import LightmapSettings
 
 OF = "photon_bake_lightmap"
 """Custom property of the images that are lightmaps: the name of what they are of."""
 
-_ENCODED: set[LightmapFormat] = {"rgbm", "rgbd"}
+ENCODING, RANGE = "lightmap_encoding", "lightmap_range"
+"""Custom properties of the same images: the file's format, and the largest light of RGBM and RGBD."""
+
+_ENCODED = {"rgbm", "rgbd"}
 
 
 def lightmap_image(name: str) -> "bpy.types.Image | None":
@@ -18,12 +21,19 @@ def lightmap_image(name: str) -> "bpy.types.Image | None":
     return next((image for image in bpy.data.images if image.get(OF) == name), None)
 
 
-def show_lightmaps(paths: Sequence[Path], names: Sequence[str], file_format: LightmapFormat) -> "list[bpy.types.Image]":
-    """Images of files, linear; those of earlier bakes are used again, with all that refers to them."""
-    return [_shown(path, name, file_format) for path, name in zip(paths, names, strict=True)]
+def lightmap_of_file(name: str) -> "bpy.types.Image | None":
+    """The image that is the lightmap in a file of some name."""
+    return next((image for image in bpy.data.images if OF in image and Path(image.filepath).name == name), None)
 
 
-def _shown(path: Path, name: str, file_format: LightmapFormat) -> "bpy.types.Image":
+def load_lightmaps(paths: Sequence[Path], names: Sequence[str], settings: LightmapSettings) -> None:
+    """Make images of files, linear; those of earlier bakes are used again, with all that refers to them."""
+    for path, name in zip(paths, names, strict=True):
+        _load(path, name, settings)
+
+
+def _load(path: Path, name: str, settings: LightmapSettings) -> None:
+    encoded = settings.file_format in _ENCODED
     image = lightmap_image(name)
     if image is None:
         image = bpy.data.images.load(str(path), check_existing=False)
@@ -32,11 +42,11 @@ def _shown(path: Path, name: str, file_format: LightmapFormat) -> "bpy.types.Ima
     elif image.packed_file is not None:
         image.unpack(method="REMOVE")
     image.source, image.filepath = "FILE", _from_blend_file(path)
-    image.colorspace_settings.name = "Non-Color" if file_format in _ENCODED else "Linear Rec.709"
-    image.alpha_mode = "CHANNEL_PACKED" if file_format in _ENCODED else "NONE"
+    image.colorspace_settings.name = "Non-Color" if encoded else "Linear Rec.709"
+    image.alpha_mode = "CHANNEL_PACKED" if encoded else "NONE"
+    image[ENCODING], image[RANGE] = settings.file_format, settings.value_range
     image.reload()
     image.use_fake_user = True  # nothing else may refer to it yet
-    return image
 
 
 def _from_blend_file(path: Path) -> str:

@@ -6,8 +6,8 @@ from pathlib import Path
 import bpy
 
 from ..errors import BakeError
-from ..lightmap_settings import LightmapFormat
-from .lightmap_images import show_lightmaps
+from ..lightmap_settings import LightmapSettings
+from .lightmap_images import load_lightmaps
 from .lightmap_layout import Layout
 from .lightmap_meshes import write_uv_map
 
@@ -35,7 +35,7 @@ def check_unchanged(layout: Layout) -> None:
             raise BakeError(f"Object '{place.object_name}' is in edit mode: leave edit mode and bake again.")
 
 
-def write_lightmaps(layout: Layout, paths: Sequence[Path], file_format: LightmapFormat) -> None:
+def write_lightmaps(layout: Layout, paths: Sequence[Path], settings: LightmapSettings) -> None:
     """Write the layout's UV maps and places to meshes and objects, and load the images' files.
 
     Raises
@@ -52,4 +52,4 @@ def write_lightmaps(layout: Layout, paths: Sequence[Path], file_format: Lightmap
             obj[IMAGE] = paths[place.image].name
             obj[UV_MAP] = layout.uv_map
             obj[SCALE_OFFSET] = place.scale_offset
-    show_lightmaps(paths, layout.names, file_format)
+    load_lightmaps(paths, layout.names, settings)

@@ -35,6 +35,7 @@ class PHOTON_BAKE_PT_bake(_Tab, bpy.types.Panel):
         properties = context.scene.photon_bake
         _draw_action(self.layout)
         column = _settings_column(self.layout)
+        column.row().prop(properties, "targets")
         column.prop(properties, "quality")
         column.prop(properties, "selected_only")
         _draw_outcome(self.layout, characters_in(context))
@@ -72,9 +73,50 @@ class PHOTON_BAKE_PT_output(_Tab, bpy.types.Panel):
     def draw(self, context: Any) -> None:
         properties = context.scene.photon_bake
         column = _settings_column(self.layout)
-        column.prop(properties, "attribute")
+        if "vertex" in properties.targets:
+            column.prop(properties, "attribute")
         column.prop_search(properties, "light_group", context.view_layer, "lightgroups")
         column.prop(properties, "add_direct")
+
+
+class PHOTON_BAKE_PT_lightmaps(_Tab, bpy.types.Panel):
+    """How lightmaps are laid out and written, and what to do with them."""
+
+    bl_label = "Lightmaps"
+    bl_parent_id = "PHOTON_BAKE_PT_bake"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return "lightmap" in context.scene.photon_bake.targets
+
+    def draw(self, context: Any) -> None:
+        lightmap = context.scene.photon_bake.lightmap
+        column = _settings_column(self.layout)
+        column.prop(lightmap, "folder")
+        column.prop(lightmap, "atlas")
+        column.prop(lightmap, "size")
+        if not lightmap.size:
+            column.prop(lightmap, "density")
+            column.prop(lightmap, "max_size")
+        _draw_uv_map(column, lightmap, context.object)
+        if not lightmap.uv_map:
+            column.prop(lightmap, "padding")
+        column.prop(lightmap, "file_format")
+        if lightmap.file_format in {"rgbm", "rgbd"}:
+            column.prop(lightmap, "value_range")
+        column.prop(lightmap, "denoiser")
+        row = self.layout.row(align=True)
+        row.operator("photon_bake.show_lightmaps", icon="MATERIAL")
+        row.operator("photon_bake.hide_lightmaps", icon="X", text="")
+        self.layout.operator("photon_bake.export_gltf", icon="EXPORT")
+
+
+def _draw_uv_map(column: Any, lightmap: Any, obj: "bpy.types.Object | None") -> None:
+    """The name of a UV map, to be found among those of the active object."""
+    if obj is not None and obj.type == "MESH":
+        column.prop_search(lightmap, "uv_map", obj.data, "uv_layers")
+    else:
+        column.prop(lightmap, "uv_map")
 
 
 class PHOTON_BAKE_PT_debug_views(_Tab, bpy.types.Panel):
@@ -143,7 +185,13 @@ def characters_in(context: Any) -> int:
     return max(16, int(context.region.width / context.preferences.system.ui_scale / 6.5) - 8)
 
 
-CLASSES = (PHOTON_BAKE_PT_bake, PHOTON_BAKE_PT_sampling, PHOTON_BAKE_PT_output, PHOTON_BAKE_PT_debug_views)
+CLASSES = (
+    PHOTON_BAKE_PT_bake,
+    PHOTON_BAKE_PT_lightmaps,
+    PHOTON_BAKE_PT_sampling,
+    PHOTON_BAKE_PT_output,
+    PHOTON_BAKE_PT_debug_views,
+)
 
 
 def register() -> None:

@@ -5,10 +5,12 @@ from typing import Any, get_args, get_type_hints
 
 import bpy
 
+from ..lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
 from ..settings import CHOICES, BakeSettings, Quality, settings_for
 
 QUALITIES: tuple[Quality, ...] = get_args(Quality)
 KNOBS = fields(BakeSettings)
+LIGHTMAP_KNOBS = fields(LightmapSettings)
 PRESET_KNOBS = [knob.name for knob in KNOBS if len({getattr(settings_for(q), knob.name) for q in QUALITIES}) > 1]
 """The knobs that the quality presets differ in."""
 
@@ -30,7 +32,22 @@ _CHOICE_WORDS = {
     ),
     "embree": ("Embree", "Meets the meshes themselves: exact, and the fastest"),
     "multi_image": ("Multi-Image", "Meets pictures of the scene in cube maps: inexact, and slow on a CPU"),
+    "per_object": ("Per Object", "Every object has an image of its own"),
+    "shared": ("Shared", "All objects lie in one image, or in as few as hold them"),
+    "exr_half": ("OpenEXR Half", "16 bits a channel: enough for light"),
+    "exr_float": ("OpenEXR Float", "32 bits a channel"),
+    "hdr": ("Radiance HDR", "8 bits a channel and a common exponent"),
+    "rgbm": ("PNG RGBM", "8 bits a channel, times a factor in alpha: for engines and texture compression"),
+    "rgbd": ("PNG RGBD", "8 bits a channel, over a divisor in alpha"),
+    "auto": ("Automatic", "OpenImageDenoise where the extension has it, otherwise our own"),
+    "oidn": ("OpenImageDenoise", "Chart by chart, so that nothing bleeds across"),
+    "own": ("Own Filter", "Averages neighbours with the same light, place and direction"),
+    "none": ("None", "The noise stays"),
 }
+_WANTED = [
+    ("vertex", "Vertices", "A colour attribute on each mesh", "VERTEXSEL", 1),
+    ("lightmap", "Lightmaps", "Images, on UV maps of their own", "TEXTURE", 2),
+]
 _QUALITY_ITEMS = [
     ("draft", "Draft", "Seconds: to see where the light goes"),
     ("medium", "Medium", "Good for most scenes"),
@@ -39,19 +56,25 @@ _QUALITY_ITEMS = [
 ]
 
 
+_LABELS = {"uv_map": "UV Map", "value_range": "Range", "denoiser": "Denoise"}
+
+
 def label(knob: str) -> str:
     """The name that a knob has in the panel: ``n_gather_rays`` is Gather Rays."""
     return knob.removeprefix("n_").replace("_", " ").title()
 
 
-def _property(knob: Field) -> Any:
-    """Blender's property for a knob, from the knob's own default, range and meaning."""
-    kind = get_type_hints(BakeSettings)[knob.name]
-    meta: dict[str, Any] = {"name": label(knob.name), "default": knob.default}
-    if knob.name in CHOICES:
-        items = [(choice, *_CHOICE_WORDS[choice]) for choice in CHOICES[knob.name]]
+def _property(settings: type, knob: Field) -> Any:
+    """Blender's property for a knob of a settings class, from the knob's own default, range and meaning."""
+    kind = get_type_hints(settings)[knob.name]
+    meta: dict[str, Any] = {"name": _LABELS.get(knob.name) or label(knob.name), "default": knob.default}
+    choices = {**CHOICES, **LIGHTMAP_CHOICES}.get(knob.name)
+    if choices:
+        items = [(choice, *_CHOICE_WORDS[choice]) for choice in choices]
         return bpy.props.EnumProperty(items=items, description=CHOICE_MEANINGS[knob.name], **meta)
     meta["description"] = knob.metadata["meaning"]
+    if kind is str:
+        return bpy.props.StringProperty(**meta)
     if kind is bool:
         return bpy.props.BoolProperty(**meta)
     meta.update(min=knob.metadata["low"], max=knob.metadata["high"])
@@ -76,6 +99,24 @@ def _set_quality(properties: "PhotonBakeProperties", index: int) -> None:
             setattr(properties, name, getattr(preset, name))
 
 
+class PhotonBakeLightmapProperties(bpy.types.PropertyGroup):
+    """What ``scene.photon_bake.lightmap`` holds: every knob of `LightmapSettings` under its own name, and a folder."""
+
+    __annotations__ = {
+        "folder": bpy.props.StringProperty(
+            name="Folder",
+            description="Where the images' files go; // is the folder of the .blend file",
+            default=f"//{LIGHTMAP_FOLDER}",
+            subtype="DIR_PATH",
+        ),
+        **{knob.name: _property(LightmapSettings, knob) for knob in LIGHTMAP_KNOBS},
+    }
+
+    def settings(self) -> LightmapSettings:
+        """The knobs as the engine takes them."""
+        return LightmapSettings(**{knob.name: getattr(self, knob.name) for knob in LIGHTMAP_KNOBS})
+
+
 class PhotonBakeProperties(bpy.types.PropertyGroup):
     """What ``scene.photon_bake`` holds: every knob of `BakeSettings` under its own name, and these."""
 
@@ -87,6 +128,10 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
             get=_get_quality,
             set=_set_quality,
         ),
+        "targets": bpy.props.EnumProperty(
+            name="Bake To", description="Where the light goes", items=_WANTED, options={"ENUM_FLAG"}, default={"vertex"}
+        ),
+        "lightmap": bpy.props.PointerProperty(type=PhotonBakeLightmapProperties, name="Lightmaps"),
         "attribute": bpy.props.StringProperty(
             name="Attribute",
             description="Colour attribute that the light is written to, made if it is not there",
@@ -102,7 +147,7 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
             description="Write light to the selected objects only; all objects still scatter and block it",
             default=False,
         ),
-        **{knob.name: _property(knob) for knob in KNOBS},
+        **{knob.name: _property(BakeSettings, knob) for knob in KNOBS},
     }
 
     def settings(self) -> BakeSettings:
@@ -112,6 +157,7 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
 
 def register() -> None:
     """Give every scene its settings, ``scene.photon_bake``."""
+    bpy.utils.register_class(PhotonBakeLightmapProperties)
     bpy.utils.register_class(PhotonBakeProperties)
     bpy.types.Scene.photon_bake = bpy.props.PointerProperty(type=PhotonBakeProperties, name="Photon Bake")
 
@@ -120,3 +166,4 @@ def unregister() -> None:
     """Take them away again."""
     del bpy.types.Scene.photon_bake
     bpy.utils.unregister_class(PhotonBakeProperties)
+    bpy.utils.unregister_class(PhotonBakeLightmapProperties)

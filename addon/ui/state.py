@@ -36,6 +36,9 @@ STAGE_SHARES: dict[Gather, dict[str, float]] = {
 }
 """How long each stage of a bake lasts beside the others in a typical scene; short ones are left out."""
 
+LIGHTMAP_SHARES = {"Unwrapping": 1, "Placing texels": 1, "Denoising": 2, "Finishing lightmaps": 1}
+"""The same for what lightmaps add to it."""
+
 
 class BakeState:
     """What the panel shows.
@@ -62,17 +65,17 @@ class BakeState:
         self._done: dict[str, float] = {}
         self.result, self.error = "", ""
         self.warnings: list[str] = []
-        self._gather: Gather = "final"
+        self._shares: dict[str, float] = {}
         self._started = perf_counter()
 
     @property
     def running(self) -> bool:
         return self.progress is not None
 
-    def start(self, gather: Gather) -> Progress:
+    def start(self, gather: Gather, lightmaps: bool = False) -> Progress:
         """Forget the last bake, and follow a new one through the progress returned."""
         self._forget()
-        self._gather = gather
+        self._shares = STAGE_SHARES[gather] | (LIGHTMAP_SHARES if lightmaps else {})
         self.progress = Progress(self._listen)
         return self.progress
 
@@ -101,12 +104,11 @@ class BakeState:
     def _listen(self, stage: str, fraction: float) -> None:
         self.stage = stage
         self._done[stage] = fraction
-        self.fraction = share_done(self._gather, self._done)
+        self.fraction = share_done(self._shares, self._done)
 
 
-def share_done(gather: Gather, done: dict[str, float]) -> float:
-    """Fraction of the whole bake that is done, from the fractions that its stages are done to."""
-    shares = STAGE_SHARES[gather]
+def share_done(shares: dict[str, float], done: dict[str, float]) -> float:
+    """Fraction of the whole bake that is done, from its stages' shares and the fractions that they are done to."""
     return sum(share * done.get(stage, 0.0) for stage, share in shares.items()) / sum(shares.values())
 
 

@@ -54,7 +54,7 @@ def test_the_progress_bar_knows_every_stage(room, gather):
 
     def listen(stage, fraction):
         shown[stage] = fraction
-        done.append(share_done(gather, shown))
+        done.append(share_done(STAGE_SHARES[gather], shown))
 
     progress = Progress(listen)
     room.gather, room.add_direct = gather, True
