@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...parallel import Workers, slices
-from .texel_images import TexelImage, mean_around
+from .texel_images import TexelImage
 
 _SPLINE = np.array([1, 4, 6, 4, 1], np.float32) / 16
 _LEVELS = 4
@@ -25,11 +25,8 @@ _ROWS = 64  # in a strip of work
 
 
 def denoised_by_joint_filter(image: TexelImage, workers: Workers, stage: str) -> np.ndarray:
-    """The image's values without most of their noise, (h, w, c) float32.
-
-    The standard errors may be those of a few samples each: they are taken as the mean around a texel.
-    """
-    value, variance = image.value, mean_around(image.stderr**2, image.covered)
+    """The image's values without most of their noise, (h, w, c) float32."""
+    value, variance = image.value, image.smooth_variance()
     surface = _Surface.of(image)
     for level in range(_LEVELS):
         workers.progress.update(stage, level / _LEVELS)

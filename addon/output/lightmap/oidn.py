@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from ...parallel import Workers
-from .texel_images import TexelImage, mean_around
+from .texel_images import TexelImage
 
 _APART = 16  # texels: at least so far apart are the charts of one pass
 _REACH = 4  # standard errors that a value may be changed by
@@ -39,7 +39,7 @@ def denoised_by_oidn(image: TexelImage, workers: Workers, stage: str) -> np.ndar
         own = pass_of_texel == number
         row, column = distance_transform_edt(~own, return_distances=False, return_indices=True)
         result[own] = _all_filtered(image.value[row, column])[own]
-    reach = _REACH * np.sqrt(mean_around(image.stderr**2, image.covered))[..., None]
+    reach = _REACH * np.sqrt(image.smooth_variance())[..., None]
     return np.clip(result, image.value - reach, image.value + reach)
 
 

@@ -36,6 +36,16 @@ class TexelImage:
     position: np.ndarray
     normal: np.ndarray
 
+    def smooth_variance(self) -> np.ndarray:
+        """Variance of the values, (h, w) float32, for errors that a few samples each have told.
+
+        It is the mean over the 5 × 5 texels around each, but no more than nine times its own: in the dark beside
+        bright, noisy texels there is no noise.
+        """
+        own = np.where(self.covered, self.stderr**2, np.float32(0))
+        total, share = uniform_filter(own, 5), uniform_filter(self.covered.astype(np.float32), 5)
+        return np.clip(total / np.maximum(share, np.float32(0.04)), 0, 9 * own)
+
 
 def texel_images(values: np.ndarray, stderr: np.ndarray, receivers: Receivers, texels: Texels) -> list[TexelImage]:
     """The images of receivers' values.
@@ -93,10 +103,3 @@ def _largest(texel: np.ndarray, weight: np.ndarray, chart: np.ndarray, size: tup
     order = np.argsort(weight, kind="stable")
     found[texel[order]] = chart[order]  # the last one stays
     return found.reshape(size)
-
-
-def mean_around(values: np.ndarray, covered: np.ndarray) -> np.ndarray:
-    """Means of the covered texels' values (h, w) over the 5 × 5 texels around each."""
-    total = uniform_filter(np.where(covered, values, np.float32(0)), 5)
-    share = uniform_filter(covered.astype(np.float32), 5)
-    return np.where(covered, total / np.maximum(share, np.float32(1e-6)), 0)
