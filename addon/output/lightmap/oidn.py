@@ -9,6 +9,7 @@ from ...parallel import Workers
 from .texel_images import TexelImage
 
 _APART = 16  # texels: at least so far apart are the charts of one pass
+_MOST_MEMORY = 1000  # MB that the filter may take for itself
 _REACH = 4  # standard errors that a value may be changed by
 
 
@@ -65,6 +66,7 @@ def _filtered(values: np.ndarray, directional: bool) -> np.ndarray:
             filter_.set_image(pyoidn.OIDN_IMAGE_COLOR, colour, pyoidn.OIDN_FORMAT_FLOAT3)
             filter_.set_image(pyoidn.OIDN_IMAGE_OUTPUT, result, pyoidn.OIDN_FORMAT_FLOAT3)
             filter_.set_bool("directional", directional)
+            filter_.set_int("maxMemoryMB", _MOST_MEMORY)
             filter_.commit()
             filter_.execute()
         message = device.get_error()
