@@ -49,13 +49,15 @@ def check_writable(path: Path) -> None:
     Raises
     ------
     BakeError
-        If `path` is a folder or may not be written, or its folder is missing or takes no files.
+        If `path` is a folder, may not be written or is in use, or its folder is missing or takes no files.
     """
     if path.is_dir():
         raise BakeError(f"{path} is a folder; give the path of a file.")
     if path.exists() and not os.access(path, os.W_OK):
         raise BakeError(f"{path} is write-protected; choose another file.")
     try:
+        if path.exists():
+            path.open("r+b").close()  # Windows says here that another program has it open
         with TemporaryFile(dir=path.parent):
             pass
     except OSError as error:

@@ -66,7 +66,7 @@ class _Edges:
         """The border edges that are longer than a point on the image."""
         triangle, corner = charts.border.T
         ends = np.stack([corner, (corner + 1) % 3], axis=1)
-        widths_heights = np.array(sizes, np.float64)[charts.image[triangle], None, ::-1]
+        widths_heights = np.array(sizes, np.float64).reshape(-1, 2)[charts.image[triangle], None, ::-1]
         place = charts.uv[triangle[:, None], ends] * widths_heights
         length = np.linalg.norm(place[:, 1] - place[:, 0], axis=1)
         k = np.flatnonzero(length > _SHORTEST)

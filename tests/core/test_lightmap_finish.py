@@ -165,6 +165,16 @@ def test_a_black_border_does_not_turn_negative():
     assert image.min() >= 0
 
 
+@pytest.mark.parametrize("sizes", [[], [(8, 8)], [(1, 1), (1, 5)]])
+@pytest.mark.parametrize("denoiser", ["own", pytest.param("oidn", marks=needs_oidn)])
+def test_images_without_receivers_are_black(sizes, denoiser):
+    receivers, texels = texel_receivers([], sizes)
+    nothing = np.zeros((0, 3), np.float32)
+    images = finish_lightmaps(nothing, nothing[:, 0], receivers, texels, FinishOptions(denoiser))
+    assert [image.shape for image in images] == [(*size, 3) for size in sizes]
+    assert not any(image.any() for image in images)
+
+
 def test_values_of_any_number_of_channels():
     receivers, texels = texel_receivers([unwrapped_plane(0.3)], [(20, 20)])
     values = np.linspace(-1, 1, 12 * len(receivers), dtype=np.float32).reshape(-1, 12)

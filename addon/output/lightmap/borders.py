@@ -53,6 +53,8 @@ def with_borders(images: Sequence[TexelImage], seams: Seams) -> list[Bordered]:
 
     A fitted value lies between 0 and twice the value of the nearest covered texel.
     """
+    if not images:
+        return []
     plane = _Plane.of(images)
     active = plane.outside | plane.off_centre
     looks = plane.seam_look_ups(seams)

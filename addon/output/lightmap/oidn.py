@@ -32,7 +32,8 @@ def denoised_by_oidn(image: TexelImage, workers: Workers, stage: str) -> np.ndar
         If OpenImageDenoise fails.
     """
     pass_of_chart = _passes(image.chart)
-    pass_of_texel = np.where(image.covered, pass_of_chart[image.chart], -1)
+    pass_of_texel = np.full(image.chart.shape, -1)
+    pass_of_texel[image.covered] = pass_of_chart[image.chart[image.covered]]
     n_passes = int(pass_of_chart.max(initial=-1)) + 1
     result = image.value.copy()
     for number in range(n_passes):
