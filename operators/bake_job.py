@@ -226,8 +226,10 @@ def _joined(parts: list[Receivers]) -> Receivers:
             moved = np.where(of_element >= 0, of_element + np.int32(first), np.int32(-1))
             targets.append(replace(target, receiver_of_element=moved))
         first += len(part)
-    names = ("position", "normal", "footprint")
-    return Receivers(*(np.concatenate([getattr(part, name) for part in parts]) for name in names), tuple(targets))
+    position, normal, footprint = (
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("position", "normal", "footprint")
+    )
+    return Receivers(position, normal, footprint, tuple(targets))
 
 
 def _part(light: "Irradiance", rows: slice) -> "Irradiance":

@@ -153,6 +153,7 @@ class Lightmaps:
         try:
             for path in paths:
                 path.parent.mkdir(parents=True, exist_ok=True)
+                check_writable(path)
             with ExitStack() as stack:  # every file is written before the first takes its place
                 for path, image in zip(paths, self.images, strict=True):
                     temporary = stack.enter_context(atomic_path(path))

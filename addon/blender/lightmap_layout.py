@@ -132,9 +132,9 @@ def _side_of_image(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph", uv
 def _per_object(pieces: Pieces, settings: LightmapSettings, warnings: list[str]) -> Layout:
     """An image for each object; those that share a mesh have images of the same size."""
     packed = {}
-    for mesh, piece in pieces.of_mesh.items():
+    for mesh in pieces.of_mesh:
         owner = next(name for name, of in pieces.objects if of == mesh)
-        packed[mesh] = _one_image(lambda _, piece=piece: [piece], settings, f"'{owner}'", warnings)
+        packed[mesh] = _one_image(pieces.charts_of(mesh), settings, f"'{owner}'", warnings)
     return Layout(
         sizes=tuple((packed[mesh].height, packed[mesh].width) for _, mesh in pieces.objects),
         names=tuple(name for name, _ in pieces.objects),

@@ -101,8 +101,12 @@ def pack(pieces: Sequence[Piece], density: float, ring: int, size: int = 0, turn
     Packed or None
         None if the pieces do not fit into `size`.
     """
-    with_xatlas = importlib.util.find_spec("xatlas") is not None
-    return (_by_xatlas if with_xatlas else _by_blender)(pieces, density, ring, size, turns)
+    return (_by_xatlas if has_xatlas() else _by_blender)(pieces, density, ring, size, turns)
+
+
+def has_xatlas() -> bool:
+    """Whether the xatlas wheel is there."""
+    return importlib.util.find_spec("xatlas") is not None
 
 
 def fill(pieces_at: PiecesAt, size: int, ring: int, turns: bool = True) -> Packed | None:
@@ -152,19 +156,22 @@ def _by_xatlas(pieces: Sequence[Piece], density: float, ring: int, size: int, tu
 
 
 def _by_blender(pieces: Sequence[Piece], density: float, ring: int, size: int, turns: bool) -> Packed | None:
-    """Pack Islands fills a square and knows no texels: it is asked again until the image is large enough for it."""
+    """Pack Islands fills a square and knows no texels: the smallest image in which it has the density is sought."""
     area = sum(piece.area for piece in pieces)
     side = size or whole_blocks(density * sqrt(area / 0.7))
-    for _ in range(_TRIES):
+    too_small, best = 0, None
+    for _ in range(1 if size else _TRIES):
         uv = _islands_packed(pieces, (2 * ring + 1) / side, turns)
         covered = sum(areas(u[piece.triangles]).sum() for piece, u in zip(pieces, uv, strict=True))
         found = side * sqrt(covered / area) if area > 0 else density
         if found >= density:
-            return Packed(side, side, [u[p.vertex_of_corner] for p, u in zip(pieces, uv, strict=True)], found)
-        if size:
-            return None
-        side = whole_blocks(max(1.02 * side * density / max(found, 1e-3 * density), side + BLOCK))
-    return None
+            best = Packed(side, side, [u[p.vertex_of_corner] for p, u in zip(pieces, uv, strict=True)], found)
+        else:
+            too_small = side
+        side = whole_blocks((too_small + best.width) / 2 if best else 1.5 * side)
+        if best and (side >= best.width or best.density < 1.1 * density):
+            break
+    return best
 
 
 def _islands_packed(pieces: Sequence[Piece], margin: float, turns: bool) -> list[np.ndarray]:

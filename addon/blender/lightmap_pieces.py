@@ -70,6 +70,10 @@ class Pieces:
         """Whether one of some objects has a mesh that others have too."""
         return any(self.is_shared(self.objects[i][1]) for i in chosen)
 
+    def charts_of(self, mesh: str) -> PiecesAt:
+        """The charts of one mesh."""
+        return lambda _: [self.of_mesh[mesh]]
+
     def at(self, chosen: Sequence[int], ring: int, inner_density: float) -> PiecesAt:
         """Pieces of some objects; meshes that objects share are packed at `inner_density`, or the image's own if 0."""
 

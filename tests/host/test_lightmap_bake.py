@@ -1,0 +1,263 @@
+"""Lightmaps from the scene to files and Blender's data, and what may go wrong on the way."""
+
+import json
+import os
+
+import bpy
+import numpy as np
+import pytest
+from photon_bake.addon.errors import BakeError, Cancelled
+from photon_bake.addon.lightmap_settings import LightmapSettings
+from photon_bake.addon.output.lightmap import FileFormat
+from photon_bake.addon.progress import Progress
+from photon_bake.addon.ui.state import LIGHTMAP_SHARES, STAGE_SHARES, bake_state, share_done
+from photon_bake.operators.bake_job import BakeJob
+from photon_bake.operators.command_line import run
+from photon_bake.operators.lightmap_target import WantedLightmaps
+from photon_bake.operators.vertex_target import WantedVertices
+
+from .lightmap_scenes import QUICK, add_room, bake, pixels_of, prepare, uv_of
+from .scenes import add_cube, add_plane
+
+COMMAND = ["--quality", "draft", "--photons", "5000", "--target", "lightmap", "--density", "4"]
+
+
+@pytest.fixture(autouse=True)
+def room(empty_scene):
+    add_room()
+
+
+def state():
+    """What a bake of lightmaps may change."""
+    meshes = {mesh.name: [layer.name for layer in mesh.uv_layers] for mesh in bpy.data.meshes}
+    objects = {obj.name: sorted(obj.keys()) for obj in bpy.data.objects}
+    return meshes, objects, [image.name for image in bpy.data.images], [scene.name for scene in bpy.data.scenes]
+
+
+def test_light_reaches_files_images_and_objects(tmp_path):
+    _, solved = bake(tmp_path / "maps")
+    assert sorted(path.name for path in (tmp_path / "maps").iterdir()) == [
+        "scene_Box_indirect.exr",
+        "scene_Floor_indirect.exr",
+    ]
+    floor, image = bpy.data.objects["Floor"], bpy.data.images["Lightmap Floor"]
+    assert floor["lightmap_image"] == "scene_Floor_indirect.exr" and floor["lightmap_uv_map"] == "Lightmap"
+    assert tuple(floor["lightmap_scale_offset"]) == (1, 1, 0, 0)
+    assert image.is_float and image.colorspace_settings.name == "Linear Rec.709" and image.use_fake_user
+    (lightmaps,) = solved.products
+    wanted = lightmaps.images[lightmaps.target.layout.names.index("Floor")]
+    np.testing.assert_allclose(pixels_of(image)[..., :3], wanted, rtol=2e-3, atol=1e-4)
+    assert wanted.max() > 0
+    assert solved.counts["lightmaps"] == 2 and solved.counts["covered_texels"] <= solved.counts["lightmap_texels"]
+
+
+def test_the_other_uv_maps_stay_and_stay_active(tmp_path):
+    floor = bpy.data.objects["Floor"]
+    floor.data.uv_layers.new(name="Second")
+    before = uv_of(floor, "UVMap").copy()
+    bake(tmp_path)
+    layers = floor.data.uv_layers
+    assert [layer.name for layer in layers] == ["UVMap", "Second", "Lightmap"]
+    assert layers.active.name == "UVMap" and [layer.name for layer in layers if layer.active_render] == ["UVMap"]
+    assert np.array_equal(uv_of(floor, "UVMap"), before) and uv_of(floor).min() >= 0 and uv_of(floor).max() <= 1
+
+
+def test_light_of_texels_is_that_of_vertices(tmp_path):
+    """Both in one job share photons and cache, and give the same light in the same places."""
+    add_plane("Wall", size=6.0).rotation_euler = (0, 1.2, 0)
+    settings = LightmapSettings(density=2.0, denoiser="none", uv_map="")
+    wanted = [WantedLightmaps(settings, tmp_path, "scene"), WantedVertices()]
+    job = BakeJob.prepare(bpy.context, wanted, Progress(), ["Floor"])
+    assert job.object_names == ["Floor"]
+    solved = job.solve(QUICK.__class__(**{**QUICK.__dict__, "n_gather_rays": 1024}), Progress())
+    job.write(solved, Progress())
+    floor = bpy.data.objects["Floor"]
+    colors = np.empty((len(floor.data.loops), 4), np.float32)
+    floor.data.attributes["Indirect"].data.foreach_get("color", colors.ravel())
+    image = pixels_of(bpy.data.images["Lightmap Floor"])
+    height, width = image.shape[:2]
+    at = np.clip((uv_of(floor) * (width, height)).astype(int), 0, (width - 1, height - 1))
+    np.testing.assert_allclose(image[at[:, 1], at[:, 0], :3].mean(), colors[:, :3].mean(), rtol=0.3)
+
+
+def test_a_bake_again_uses_images_and_uv_maps_again(tmp_path):
+    bake(tmp_path)
+    before, image = state(), bpy.data.images["Lightmap Floor"]
+    bake(tmp_path, density=8.0)
+    assert state() == before and bpy.data.images["Lightmap Floor"] == image
+    assert image.size[0] >= 48 and np.isfinite(pixels_of(image)).all()
+
+
+@pytest.mark.parametrize("file_format", FileFormat.__args__)
+def test_all_formats_have_their_colour_space(tmp_path, file_format):
+    assert file_format in LightmapSettings.__annotations__["file_format"].__args__
+    bake(tmp_path, ["Box"], file_format=file_format)
+    image = bpy.data.images["Lightmap Box"]
+    encoded = file_format.startswith("rgb")
+    assert image.colorspace_settings.name == ("Non-Color" if encoded else "Linear Rec.709")
+    assert image.is_float != encoded and image.size[0] > 0
+
+
+def test_objects_that_share_a_mesh_share_an_atlas(tmp_path):
+    twin = bpy.data.objects.new("Twin", bpy.data.objects["Box"].data)
+    bpy.context.scene.collection.objects.link(twin)
+    twin.location = (-2.5, -2, 1)
+    bake(tmp_path, atlas="shared")
+    box = bpy.data.objects["Box"]
+    assert [path.name for path in tmp_path.iterdir()] == ["scene_Atlas_indirect.exr"]
+    assert tuple(box["lightmap_scale_offset"]) != tuple(twin["lightmap_scale_offset"])
+    assert box["lightmap_image"] == twin["lightmap_image"]
+
+
+@pytest.mark.parametrize("seed_threads", [1, 2])
+def test_the_same_seed_gives_the_same_maps(tmp_path, seed_threads):
+    _, one = bake(tmp_path)
+    _, other = bake(tmp_path)
+    for a, b in zip(one.products[0].images, other.products[0].images, strict=True):
+        assert np.array_equal(a, b)
+
+
+def test_nothing_changes_before_the_light_is_written(tmp_path):
+    before = state()
+    job = prepare(tmp_path / "maps")
+    assert state() == before
+    job.solve(QUICK, Progress())
+    assert state() == before and not (tmp_path / "maps").exists()
+
+
+def test_a_cancelled_bake_changes_nothing(tmp_path):
+    before, job, progress = state(), prepare(tmp_path / "maps"), Progress()
+    progress.cancel()
+    with pytest.raises(Cancelled):
+        job.solve(QUICK, progress)
+    assert state() == before and not (tmp_path / "maps").exists()
+
+
+def test_a_mesh_edited_meanwhile_is_refused(tmp_path):
+    bake(tmp_path)
+    old = (tmp_path / "scene_Floor_indirect.exr").read_bytes()
+    job = prepare(tmp_path, density=8.0)
+    solved = job.solve(QUICK, Progress())
+    mesh = bpy.data.objects["Floor"].data
+    mesh.loops.add(3)
+    with pytest.raises(BakeError, match="'Floor' was changed during the bake"):
+        job.write(solved, Progress())
+    assert (tmp_path / "scene_Floor_indirect.exr").read_bytes() == old
+
+
+def test_a_full_disk_leaves_the_old_images(tmp_path, monkeypatch):
+    bake(tmp_path)
+    old = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    job = prepare(tmp_path, density=8.0)
+    solved, before, written = job.solve(QUICK, Progress()), state(), []
+
+    def replace(source, target, real=os.replace):
+        written.append(target)
+        if len(written) > 1:
+            raise OSError(28, "No space left on device")
+        real(source, target)
+
+    monkeypatch.setattr("photon_bake.addon.output.files.os.replace", replace)
+    with pytest.raises(BakeError, match="No space left") as error:
+        job.write(solved, Progress())
+    assert "\n" not in str(error.value) and state() == before
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == old
+
+
+def test_an_image_open_elsewhere_leaves_all_as_they_were(tmp_path, monkeypatch):
+    """Windows refuses to open such a file for writing."""
+    bake(tmp_path)
+    old = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    job = prepare(tmp_path, density=8.0)
+    solved = job.solve(QUICK, Progress())
+
+    real = type(tmp_path).open
+
+    def in_use(path, mode="r", *rest):
+        if mode == "r+b" and "Floor" in path.name:
+            raise PermissionError(13, "The file is being used by another process")
+        return real(path, mode, *rest)
+
+    monkeypatch.setattr(type(tmp_path), "open", in_use)
+    with pytest.raises(BakeError, match=r"Floor.*cannot be written"):
+        job.write(solved, Progress())
+    monkeypatch.undo()
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == old
+
+
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root may write anywhere")
+def test_a_read_only_folder_is_found_before_the_bake(tmp_path):
+    tmp_path.chmod(0o500)
+    with pytest.raises(BakeError, match="cannot be written"):
+        prepare(tmp_path)
+
+
+def test_places_that_take_no_files_are_found_before_the_bake(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BakeError, match="is a file; give a folder"):
+        prepare(tmp_path / "file")
+    with pytest.raises(BakeError, match="cannot be written"):
+        prepare(tmp_path / "file" / "below")
+    (tmp_path / "scene_Box_indirect.exr").mkdir()
+    with pytest.raises(BakeError, match="is a folder"):
+        prepare(tmp_path)
+
+
+def test_names_that_would_be_one_file_are_found(tmp_path):
+    add_cube("A/B").location.x = 5
+    add_cube("A:B").location.x = -5
+    with pytest.raises(BakeError, match="rename one"):
+        prepare(tmp_path)
+
+
+def test_the_button_bakes_what_the_panel_says(tmp_path):
+    properties = bpy.context.scene.photon_bake
+    for name in ("n_photons", "n_gather_rays", "n_cache_elements", "n_cache_rays"):
+        setattr(properties, name, getattr(QUICK, name))
+    properties.targets, properties.lightmap.density = {"lightmap"}, 4.0
+    with pytest.raises(RuntimeError, match="never saved"):
+        bpy.ops.photon_bake.bake_indirect()
+    properties.lightmap.folder = str(tmp_path)
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
+    assert bpy.data.images["Lightmap Floor"].size[0] > 0 and "points in" in bake_state.result
+    assert "Indirect" not in bpy.data.objects["Floor"].data.attributes
+    properties.targets = set()
+    with pytest.raises(RuntimeError, match="choose Vertices or Lightmaps"):
+        bpy.ops.photon_bake.bake_indirect()
+
+
+def test_properties_are_the_lightmaps_knobs():
+    assert bpy.context.scene.photon_bake.lightmap.settings() == LightmapSettings()
+
+
+def test_the_progress_bar_knows_the_stages_of_lightmaps(tmp_path):
+    shown, done, shares = {}, [], STAGE_SHARES["final"] | LIGHTMAP_SHARES
+
+    def listen(stage, fraction):
+        shown[stage] = fraction
+        done.append(share_done(shares, shown))
+
+    progress = Progress(listen)
+    wanted = WantedLightmaps(LightmapSettings(density=4.0), tmp_path, "scene")
+    BakeJob.prepare(bpy.context, [wanted], progress).solve(QUICK, progress)
+    assert set(LIGHTMAP_SHARES) <= set(shown) and done == sorted(done)
+
+
+def test_the_command_bakes_both_targets(tmp_path, capfd):
+    maps, report, sheet = tmp_path / "maps", tmp_path / "r.json", tmp_path / "sheet.png"
+    options = ["--target", "vertex", "--output", str(maps), "--preview", str(sheet), "--report", str(report)]
+    assert run([*COMMAND, *options, "--atlas", "shared", "--format", "exr_float", "--denoise", "none"]) == 0
+    read = json.loads(report.read_text())
+    stem = bpy.context.scene.name
+    assert read["files"] == [str(maps / f"{stem}_Atlas_indirect.exr"), str(sheet)]
+    assert read["lightmap_settings"]["atlas"] == "shared" and read["lightmap_settings"]["density"] == 4
+    assert read["counts"]["lightmaps"] == 1 and set(read["objects"]) == {"Floor", "Box"}
+    assert "Indirect" in bpy.data.objects["Floor"].data.attributes
+    assert "into 1 lightmap in" in capfd.readouterr().err
+    assert bpy.data.images.load(str(sheet)).size[0] > 200
+
+
+def test_the_command_names_the_object_that_cannot_have_a_lightmap(tmp_path, capfd):
+    assert run([*COMMAND, "--output", str(tmp_path), "--uv", "UVMap"]) == 1
+    said = capfd.readouterr().err
+    assert "'Box' has no UV map 'UVMap'" in said and "Traceback" not in said and not list(tmp_path.iterdir())
