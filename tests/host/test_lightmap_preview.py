@@ -1,9 +1,12 @@
 """Lightmaps shown in materials, and taken out again."""
 
+from pathlib import Path
+
 import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.blender.lightmap_preview import MARK
+from photon_bake.addon.output.lightmap import write_lightmap
 
 from .lightmap_scenes import add_room, bake
 from .scenes import add_cube, add_material
@@ -101,14 +104,11 @@ def test_a_render_shows_base_colour_times_lightmap(materials, tmp_path, settings
 
 
 def paint(image, value):
-    """Give all texels of a lightmap one value."""
-    encoding = image["lightmap_encoding"]
-    alpha = {"rgbm": 0.5, "rgbd": 4 / 255}.get(encoding, 1.0)
-    factor = {"rgbm": 0.5 * 8, "rgbd": 8 / 4}.get(encoding, 1.0)
-    pixels = np.full((image.size[1], image.size[0], 4), value / factor, np.float32)
-    pixels[..., 3] = alpha
-    image.pixels.foreach_set(pixels.ravel())
-    image.update()
+    """Give all texels of a lightmap's file one value."""
+    width, height = image.size
+    texels = np.full((height, width, 3), value, np.float32)
+    write_lightmap(Path(bpy.path.abspath(image.filepath)), texels, image["lightmap_encoding"], image["lightmap_range"])
+    image.reload()
 
 
 def rendered(name):
