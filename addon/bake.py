@@ -1,6 +1,7 @@
 """One bake, stage by stage: photons are traced, receivers gather them."""
 
 from dataclasses import dataclass
+from time import perf_counter
 
 import numpy as np
 
@@ -8,23 +9,28 @@ from .gather import (
     Cascade,
     Density,
     DirectLight,
+    Effort,
     GatherRays,
     Irradiance,
+    Survey,
     build_radiance_cache,
     density_estimate,
     direct_irradiance,
     final_gather,
-    worthwhile_elements,
+    survey_surfaces,
 )
 from .inspector import LIFT, Inspector
 from .parallel import Workers
-from .photons import PathKind, Photons, light_sources, region_of, trace_photons
+from .photons import N_PILOT, PathKind, Photons, Source, Sphere, guide_sources, light_sources, region_of, trace_photons
 from .progress import Progress
 from .receivers import Receivers
 from .scene import Scene
-from .settings import BakeSettings
+from .settings import BakeSettings, affordable
 from .tracers import LightTracer, Tracer
 
+_LEAST_EXTENT = 1e-3  # m, of the receivers: a lone one has none
+_PILOT_PART = 0.1  # of the stage in which photons are traced
+_LEAST_ESTIMATES = 4
 _CAUSTIC_SHARE = 4  # caustics are sharp: their estimate takes as many times fewer photons
 
 
@@ -57,17 +63,29 @@ def bake(
     if len(receivers) == 0:
         nothing = np.zeros((0, 3), np.float32)
         return Irradiance(nothing, nothing[:, 0], {"indirect": nothing}, {"receivers": 0})
-    workers = Workers(settings.seed, settings.n_threads, progress)
+    started = perf_counter()
+    workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
     region = region_of(receivers.position)
     sources = light_sources(scene, region)
     light_tracer = LightTracer(scene, tracer)
     of_photons = LightTracer(scene, photon_tracer) if photon_tracer else light_tracer
-    photons = trace_photons(scene, of_photons, sources, settings.n_photons, settings.max_bounces, workers)
+
+    # See where gather rays end, so that photons go there
+    survey, guided = None, sources
+    if settings.needs_cache:
+        survey = survey_surfaces(scene, light_tracer, receivers, settings.n_cache_elements, workers)
+        guided, seconds = _guided(scene, of_photons, sources, survey, settings, workers)
+        if settings.time:
+            settings = affordable(settings, N_PILOT / seconds)
+
+    rest = workers.part(_PILOT_PART if survey else 0.0, 1.0)
+    photons = trace_photons(scene, of_photons, guided, settings.n_photons, settings.max_bounces, rest)
     inspector.see("photons", lambda: (photons.position + LIFT * region.radius * photons.normal, photons.power))
     direct = DirectLight(scene, light_tracer, sources)
-    gathering = _Gathering(scene, receivers, settings, light_tracer, photons, direct, workers, inspector)
+    gathering = _Gathering(scene, receivers, settings, light_tracer, photons, direct, survey, workers, inspector)
     if settings.gather == "final":
-        indirect, stderr, counts = gathering.by_final_gather()
+        deadline = started + settings.time if settings.time else np.inf
+        indirect, stderr, counts = gathering.by_final_gather(region, deadline)
     elif settings.gather == "light_volume":
         indirect, stderr, counts = gathering.by_light_volume()
     else:
@@ -89,30 +107,31 @@ class _Gathering:
     tracer: LightTracer
     photons: Photons
     direct: DirectLight
+    survey: Survey | None
     workers: Workers
     inspector: Inspector
 
-    def by_final_gather(self) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
-        """Photons and direct light make a radiance cache; rays from the receivers gather from it."""
-        n_rays, noise = self.settings.n_gather_rays, self.settings.noise
-        rays, n_elements = self._rays(len(self.receivers) * n_rays)
-        gathered = final_gather(rays, self.receivers, n_rays, noise, self.workers)
-        counts = {"cache_elements": n_elements, "gather_rays": gathered.n_rays}
-        return self._with_caustics(gathered.irradiance, gathered.stderr, counts)
+    def by_final_gather(self, region: Sphere, deadline: float) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
+        """Photons and direct light make a radiance cache; rays from some receivers gather from it, for all."""
+        rays, caustics = self._rays(), self._caustics()
+        effort = Effort(self.settings.n_gather_rays, self.settings.noise, deadline, self.settings.interpolate)
+        extent = max(2 * region.radius, _LEAST_EXTENT)
+        gathered = final_gather(rays, self.receivers, effort, extent, self.tracer.surfaces, self.workers)
+        counts = {"gather_points": gathered.n_records, "gather_rays": gathered.n_rays}
+        return _sum(gathered.irradiance, gathered.stderr, counts, caustics)
 
     def by_light_volume(self) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
         """A coarse but smooth grid takes up photons, or what rays gather; caustics, which are sharp, stay out of it."""
         n_cells, n_rays, at = self.settings.n_grid_cells, self.settings.n_volume_rays, self.receivers.position
         if n_rays:
-            rays, _ = self._rays(6 * n_cells**2 * n_rays)  # as on the walls of a room
-            volumes = Cascade.of_rays(self.scene, self.tracer, rays, n_rays, at, n_cells, self.workers)
+            volumes = Cascade.of_rays(self.scene, self.tracer, self._rays(), n_rays, at, n_cells, self.workers)
         else:
             scattered = self.photons.where(self.photons.kind == PathKind.INDIRECT)
             volumes = Cascade.of_photons(self.scene, self.tracer, scattered, at, n_cells, self.workers)
         self.inspector.see("cells", volumes.cells)
         irradiance, stderr = volumes.irradiance(at, self.receivers.normal, self.workers)
         counts = {"volume_cells": sum(volume.grid.n_cells for volume in volumes.volumes)}
-        return self._with_caustics(irradiance, stderr, counts)
+        return _sum(irradiance, stderr, counts, self._caustics())
 
     def by_density(self) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
         """Receivers gather the photons around them."""
@@ -120,28 +139,49 @@ class _Gathering:
         density = self._density(scattered, self.settings.n_nearest)
         return density.irradiance, density.stderr, {}
 
-    def _rays(self, n_rays: int) -> tuple[GatherRays, int]:
-        """Rays that gather from a radiance cache worth so many of them, and its number of elements."""
-        n_cache_rays = self.settings.n_cache_rays
-        n_elements = worthwhile_elements(self.settings.n_cache_elements, n_cache_rays, n_rays)
+    def _rays(self) -> GatherRays:
+        """Rays that gather from a radiance cache."""
         scene, tracer, direct = self.scene, self.tracer, self.direct
-        cache = build_radiance_cache(
-            scene, tracer, self.photons, direct, self.receivers, n_elements, n_cache_rays, self.workers
-        )
-        return GatherRays(scene, tracer, direct, cache), len(cache.elements)
+        assert self.survey is not None
+        n_rays = self.settings.n_cache_rays
+        cache = build_radiance_cache(scene, tracer, self.photons, direct, self.survey, n_rays, self.workers)
+        return GatherRays(scene, tracer, direct, cache)
 
-    def _with_caustics(
-        self, irradiance: np.ndarray, stderr: np.ndarray, counts: dict[str, int]
-    ) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
-        """With what lamps send over mirrors and glass, which photons find far better than rays do."""
+    def _caustics(self) -> tuple[Density, int]:
+        """What lamps send over mirrors and glass, which photons find far better than rays do; and their number."""
         focused = self.photons.where(self.photons.kind == PathKind.CAUSTIC)
         n_nearest = self.settings.n_nearest // _CAUSTIC_SHARE
-        if len(focused) < n_nearest:
-            focused = Photons.none()  # fewer than an estimate takes say nothing, and cost much time
-        caustic = self._density(focused, n_nearest)
-        counts = {**counts, "caustic_photons": len(focused)}
-        return irradiance + caustic.irradiance, np.hypot(stderr, caustic.stderr), counts
+        if len(focused) < _LEAST_ESTIMATES * n_nearest:
+            focused = Photons.none()  # so few say nothing of where the light is, and cost much time
+        return self._density(focused, n_nearest), len(focused)
 
     def _density(self, photons: Photons, n_nearest: int) -> Density:
-        surfaces, radius = self.tracer.surfaces, self.settings.max_radius
-        return density_estimate(self.scene, surfaces, photons, self.receivers, n_nearest, radius, self.workers)
+        radius = self.settings.max_radius
+        return density_estimate(self.tracer, photons, self.receivers, n_nearest, radius, self.workers)
+
+
+def _sum(
+    irradiance: np.ndarray, stderr: np.ndarray, counts: dict[str, int], caustics: tuple[Density, int]
+) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
+    """Irradiance (n, 3), its standard error (n,) and counts, with the caustics'."""
+    caustic, n_photons = caustics
+    counts = {**counts, "caustic_photons": n_photons}
+    return irradiance + caustic.irradiance, np.hypot(stderr, caustic.stderr), counts
+
+
+def _guided(
+    scene: Scene,
+    tracer: LightTracer,
+    sources: list[Source],
+    survey: Survey,
+    settings: BakeSettings,
+    workers: Workers,
+) -> tuple[list[Source], float]:
+    """Sources whose photons go to what gather rays see, and the seconds that the photons took which told it."""
+    start = perf_counter()
+
+    def worth(photons: Photons) -> np.ndarray:
+        return survey.worth(scene, photons)
+
+    guided = guide_sources(scene, tracer, sources, settings.max_bounces, worth, workers.part(0.0, _PILOT_PART))
+    return guided, perf_counter() - start

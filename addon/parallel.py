@@ -26,11 +26,14 @@ class Workers:
     n_threads : int
         0 takes every core.
     progress : Progress
+    memory : int
+        Megabytes (10⁶ bytes) that all threads' working arrays may take: of large ones fewer threads work at a time.
     """
 
     seed: int = 0
     n_threads: int = 0
     progress: Progress = field(default_factory=Progress)
+    memory: int = 4000
 
     def map(self, function: Callable[[A], B], items: Iterable[A]) -> Iterator[B]:
         """`ordered_map` on these threads."""
@@ -48,6 +51,7 @@ class Workers:
         function: Callable[[slice, np.random.Generator], B],
         key: tuple[int, ...],
         part: tuple[float, float] = (0.0, 1.0),
+        row_bytes: int = 0,
     ) -> Iterator[tuple[slice, B]]:
         """Yield each chunk of ``range(n)`` with ``function(chunk, random)``, in order.
 
@@ -63,6 +67,8 @@ class Workers:
             What the random numbers are for.
         part : tuple of float
             The part of the stage that this is.
+        row_bytes : int
+            About what the work on one of the n takes.
 
         Raises
         ------
@@ -75,10 +81,25 @@ class Workers:
             index, chunk = item
             return chunk, function(chunk, stream(self.seed, *key, index))
 
+        n_threads = self.n_threads or os.cpu_count() or 1
+        if row_bytes:
+            n_threads = int(min(n_threads, max(1, self.memory * 10**6 // (size * row_bytes))))
         self.progress.update(stage, start)
-        for chunk, result in self.map(work, enumerate(slices(n, size))):
+        for chunk, result in ordered_map(work, enumerate(slices(n, size)), n_threads):
             yield chunk, result
             self.progress.update(stage, start + (end - start) * chunk.stop / n)
+
+
+class Turns:
+    """Parts of a stage of which nobody knows how many there will be: each is half of what is left of the stage."""
+
+    def __init__(self, workers: Workers) -> None:
+        self._workers, self._done = workers, 0.0
+
+    def next(self) -> Workers:
+        """Workers whose stages are the next part."""
+        start, self._done = self._done, (1 + self._done) / 2
+        return self._workers.part(start, self._done)
 
 
 def ordered_map(function: Callable[[A], B], items: Iterable[A], n_threads: int = 0) -> Iterator[B]:

@@ -3,6 +3,8 @@
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal, get_args
 
+import numpy as np
+
 from .errors import BakeError
 
 Gather = Literal["final", "density", "light_volume"]
@@ -31,12 +33,10 @@ class BakeSettings:
     tracer: TracerName = "embree"
     n_photons: int = _knob(1_000_000, 1_000, 1_000_000_000, "Photons emitted by all lights together")
     max_bounces: int = _knob(32, 1, 1024, "Surfaces a photon may hit before it is dropped")
-    n_gather_rays: int = _knob(512, 4, 65_536, "Rays that a receiver sends out in a final gather")
-    n_cache_elements: int = _knob(
-        120_000, 100, 10_000_000, "Most surface elements of the radiance cache; small gathers take fewer"
-    )
+    n_gather_rays: int = _knob(256, 8, 65_536, "Rays that a point sends out in a final gather, on the average")
+    n_cache_elements: int = _knob(60_000, 100, 10_000_000, "Surface elements of the radiance cache")
     n_cache_rays: int = _knob(
-        16, 0, 4096, "Rays that an element of the radiance cache gathers with; 0 trusts its photons"
+        4, 0, 4096, "Rays that an element of the radiance cache gathers with; 0 trusts its photons"
     )
     n_nearest: int = _knob(200, 8, 4096, "Photons that a density estimate looks for")
     max_radius: float = _knob(
@@ -48,9 +48,22 @@ class BakeSettings:
     )
     n_maps: int = _knob(27, 1, 1000, "Cube maps that photons are traced through with Multi-Image")
     map_size: int = _knob(64, 8, 1024, "Texels along a side of a cube map's faces, a power of two")
-    noise: float = _knob(
-        0.0, 0.0, 1.0, "Relative noise at which the final gather stops adding rays; 0 sends Gather Rays and no more"
+    interpolate: bool = field(
+        default=True, metadata={"meaning": "Gather at few points where light changes slowly, and interpolate the rest"}
     )
+    noise: float = _knob(
+        0.0,
+        0.0,
+        1.0,
+        "Relative noise to reach: the final gather adds rays where they are needed; 0 sends Gather Rays and no more",
+    )
+    time: float = _knob(
+        0.0,
+        0.0,
+        1e6,
+        "Seconds that a final gather may take, photons and all, for the best light in that time; 0: no limit",
+    )
+    memory: int = _knob(4000, 100, 10_000_000, "Megabytes that the bake's working arrays may take")
     add_direct: bool = field(default=False, metadata={"meaning": "Add the light that comes straight from the lights"})
     seed: int = _knob(0, 0, 2**31 - 1, "The same seed gives the same light, whatever the number of threads")
     n_threads: int = _knob(0, 0, 1024, "Threads; 0 takes every core")
@@ -67,22 +80,40 @@ class BakeSettings:
                 low, high = knob.metadata["low"], knob.metadata["high"]
                 raise BakeError(f"{knob.name} is {value}; choose a value from {low:g} to {high:g}.")
 
+    @property
+    def needs_cache(self) -> bool:
+        """Whether rays gather from a radiance cache."""
+        return self.gather == "final" or (self.gather == "light_volume" and self.n_volume_rays > 0)
+
+
+_PHOTON_TIME = 0.15  # of the time there is
+
+
+def affordable(settings: BakeSettings, photons_a_second: float) -> BakeSettings:
+    """The settings with as many photons and elements as suit their `time`, half the gather rays coming in turns.
+
+    The elements' noise falls with their number of photons, and what they blur with their size: both follow √n.
+    """
+    low, high = settings_for("draft"), settings_for("high")
+    n_photons = int(np.clip(_PHOTON_TIME * settings.time * photons_a_second, 1_000, high.n_photons))
+    n_elements = int(high.n_cache_elements * (n_photons / high.n_photons) ** 0.5)
+    return replace(settings, n_photons=n_photons, n_cache_elements=n_elements, n_gather_rays=low.n_gather_rays)
+
 
 _QUALITIES: dict[str, dict[str, Any]] = {
     "draft": {
-        "gather": "light_volume",
-        "n_photons": 600_000,
-        "n_gather_rays": 128,
-        "n_cache_elements": 30_000,
-        "n_cache_rays": 4,
+        "n_photons": 300_000,
+        "n_gather_rays": 64,
+        "n_cache_elements": 20_000,
+        "n_cache_rays": 0,
         "n_nearest": 100,
     },
     "medium": {},
     "high": {
         "n_photons": 4_000_000,
-        "n_gather_rays": 4096,
-        "n_cache_elements": 300_000,
-        "n_cache_rays": 32,
+        "n_gather_rays": 2048,
+        "n_cache_elements": 240_000,
+        "n_cache_rays": 16,
         "n_nearest": 400,
     },
 }

@@ -24,8 +24,12 @@ from .surface import Surface
 SMOOTH = 0.1
 """Roughness below which a glossy lobe is a mirror to those who look for lamps: only photons find them there."""
 
-PEAK = np.float32(10)
-"""Value of a glossy lobe, 1/sr, from which on light is left to photons in any case: few rays meet such highlights."""
+PEAK = np.float32(1)
+"""Value of a glossy lobe, 1/sr, from which on light is left to photons in any case: three times what white paper has.
+
+Few rays meet such highlights, and they are bright. On sunlit metal and lacquer (the classroom of docs/measurements.md)
+a bound of 10 left 3 % more of the light to rays, and made 80 % of their variance.
+"""
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,10 @@
 """Photons to irradiance: a final gather into a radiance cache, a density estimate, or a volume of cells."""
 
-from .build_cache import build_radiance_cache, worthwhile_elements
+from .build_cache import Survey, build_radiance_cache, survey_surfaces
 from .density import Density, density_estimate
 from .direct_irradiance import direct_irradiance
 from .direct_light import DirectLight
-from .final_gather import final_gather
+from .final import Effort, final_gather
 from .gather_rays import GatherRays
 from .glossy_light import glossy_radiance
 from .irradiance import Irradiance
@@ -16,14 +16,16 @@ __all__ = [
     "Cascade",
     "Density",
     "DirectLight",
+    "Effort",
     "GatherRays",
     "Irradiance",
     "RadianceCache",
+    "Survey",
     "build_radiance_cache",
     "density_estimate",
     "direct_irradiance",
     "final_gather",
     "glossy_radiance",
     "screen_irradiance",
-    "worthwhile_elements",
+    "survey_surfaces",
 ]

@@ -24,21 +24,51 @@ from .radiance_cache import RadianceCache
 
 _PILOT, _DIRECT, _REFINE = 11, 12, 13  # streams of random numbers
 _N_PILOT_RAYS = 1 << 18
-_N_DIRECT_LOOK, _N_DIRECT_SEEN, _N_DIRECT_UNSEEN, _MAX_DIRECT = 6, 24, 2, 4096
-_LEAST_SHARE = 2  # of the elements asked for half are made in any case: fewer blur what few receivers see, too
+_N_DIRECT_LOOK, _N_DIRECT_SEEN, _N_DIRECT_UNSEEN, _MAX_DIRECT = 4, 12, 2, 4096
 _LEAST_COVERAGE = np.float32(1e-3)  # where samples met nothing but holes
 _CHUNK = 1 << 15
 
 
-def worthwhile_elements(n_elements: int, n_rays: int, n_gather_rays: int) -> int:
-    """At most `n_elements`, half of them, or as many as cost no more rays than the `n_gather_rays` they are for.
+@dataclass(frozen=True)
+class Survey:
+    """Surface elements, and what of them gather rays see.
 
-    Parameters
+    Attributes
     ----------
-    n_rays : int
-        Rays that each element gathers with.
+    elements : SurfaceElements
+    visits : (2 e,) int64
+        Ends of rays from the receivers, and of rays from there on, on each side: front at 2k, back at 2k + 1.
+    seen : (2 e,) bool
+        Whether light on this side may get to the receivers.
     """
-    return min(n_elements, max(n_elements // _LEAST_SHARE, n_gather_rays // (_N_DIRECT_SEEN + n_rays)))
+
+    elements: SurfaceElements
+    visits: np.ndarray
+    seen: np.ndarray
+
+    def worth(self, scene: Scene, photons: Photons) -> np.ndarray:
+        """What photons are worth to those who look, (n,): their power, by how much is seen of a square metre there."""
+        elements = self.elements
+        u, v = scene.barycentrics(photons.triangle, photons.position)
+        back = dot(scene.normals[photons.triangle], photons.normal) < 0
+        looks = self.visits / np.repeat(elements.areas, 2)
+        return photons.power.sum(axis=1) * looks[2 * elements.find(photons.triangle, u, v) + back]
+
+
+def survey_surfaces(
+    scene: Scene, tracer: LightTracer, receivers: Receivers, n_elements: int, workers: Workers
+) -> Survey:
+    """Cut the surfaces into about `n_elements` elements, shared out by where gather rays from `receivers` end."""
+    met, back = pilot_hits(scene, tracer, receivers, workers)
+    cells = SurfaceCells.by_visits(scene, np.bincount(met.triangle, minlength=scene.n_triangles), n_elements)
+    cell, _, _ = cells.find(met.triangle, met.u, met.v)
+    of_cells = np.bincount(2 * cell + back, minlength=2 * len(cells)).reshape(-1, 2)
+    elements = SurfaceElements.by_visits(scene, cells, of_cells.sum(axis=1), n_elements)
+    seen = elements.of_cells(of_cells > 0)
+    if scene.materials.translucent.nonzero.any():
+        seen |= seen[:, ::-1]  # either side may shine through to the other
+    visits = np.bincount(2 * elements.find(met.triangle, met.u, met.v) + back, minlength=2 * len(elements))
+    return Survey(elements, visits, seen.ravel())
 
 
 def build_radiance_cache(
@@ -46,35 +76,23 @@ def build_radiance_cache(
     tracer: LightTracer,
     photons: Photons,
     direct: DirectLight,
-    receivers: Receivers,
-    n_elements: int,
+    survey: Survey,
     n_rays: int,
     workers: Workers,
 ) -> RadianceCache:
-    """A radiance cache for gather rays from `receivers`.
+    """A radiance cache of the elements of a survey.
 
     Parameters
     ----------
     photons : Photons
         With direct photons of those sources only that `direct` does not sample.
-    n_elements : int
-        Elements to share out by where gather rays end.
     n_rays : int
         Rays that each side seen from the receivers gathers with, from the cache of photons and direct light; 0 leaves
         the photons as they are.
     """
-    # Cut the surfaces into elements where gather rays end
-    met, back = pilot_hits(scene, tracer, receivers, workers)
-    cells = SurfaceCells.by_visits(scene, np.bincount(met.triangle, minlength=scene.n_triangles), n_elements)
-    cell, _, _ = cells.find(met.triangle, met.u, met.v)
-    visits = np.bincount(2 * cell + back, minlength=2 * len(cells)).reshape(-1, 2)
-    elements = SurfaceElements.by_visits(scene, cells, visits.sum(axis=1), n_elements)
-    seen = elements.of_cells(visits > 0)
-    if scene.materials.translucent.nonzero.any():
-        seen |= seen[:, ::-1]  # either side may shine through to the other
-
+    elements, seen = survey.elements, survey.seen
     # Light them by the lamps and by photons
-    sides = _direct_radiance(scene, tracer, direct, elements, seen.ravel(), workers)
+    sides = _direct_radiance(scene, tracer, direct, elements, seen, workers)
     focused = photons.kind == PathKind.CAUSTIC
     caustic = photon_radiance(scene, photons.where(focused), elements, sides.coverage)
     others = photon_radiance(scene, photons.where(~focused), elements, sides.coverage)
@@ -83,7 +101,7 @@ def build_radiance_cache(
         return cache
 
     # Let those that are seen gather once
-    k = np.flatnonzero(seen.ravel())
+    k = np.flatnonzero(seen)
     rays = GatherRays(scene, tracer, direct, cache)
     gathered = np.zeros_like(sides.radiance)
     gathered[k] = _gather_at_sides(scene, rays, elements, k, n_rays, workers)
@@ -271,8 +289,8 @@ def _gather_at_sides(
 
     def gather(chunk: slice, random: np.random.Generator) -> np.ndarray:
         at = _points_on(scene, elements, np.repeat(sides[chunk], n_rays), random)
-        reflected, sky = rays.radiance(at.positions, at.shading_normals, n_rays, random, facets=at.normals)
-        return (reflected + sky).reshape(-1, n_rays, 3).mean(axis=1)
+        met = rays.radiance(at.positions, at.shading_normals, n_rays, random, facets=at.normals)
+        return (met.reflected + met.sky).reshape(-1, n_rays, 3).mean(axis=1)
 
     gathered = np.zeros((len(sides), 3), np.float32)
     for chunk, mean in workers.chunks("Refining light", len(sides), max(1, _CHUNK // n_rays), gather, (_REFINE,)):

@@ -17,8 +17,7 @@ from ..receivers import Receivers
 from ..sampling.streams import below_one, sobol
 from ..sampling.vectors import dot
 from ..sampling.warps import frame, sample_uniform_disk
-from ..scene import Scene
-from ..tracers import Tracer
+from ..tracers import LightTracer, Tracer
 
 SLICE = np.float32(0.2)
 """Half the slice's thickness over the sphere's radius: thin against walls behind, thick enough for curved surfaces."""
@@ -29,7 +28,7 @@ LOW_DENSITY = 0.05
 _DENSITY = 41  # stream of random numbers
 _PAIRS = 1 << 19  # of receivers and photons in a chunk, which bounds the memory
 _OVERSEARCH = 2  # in an edge between two faces, half of the nearest photons are the other face's
-_N_DISC_RAYS = 64
+_N_DISC_RAYS = 16
 _LEAST_SHARE = np.float32(1 / 8)  # half of a corner between three walls: with less, the receiver is on no surface
 _SAME_SIDE = np.float32(0.5)  # least cosine between normals of one surface
 
@@ -55,8 +54,7 @@ def search_radius(photons: Photons, region: Sphere, k: int) -> float:
 
 
 def density_estimate(
-    scene: Scene,
-    tracer: Tracer,
+    light_tracer: LightTracer,
     photons: Photons,
     receivers: Receivers,
     n_nearest: int,
@@ -79,6 +77,7 @@ def density_estimate(
     irradiance, stderr = np.zeros((n, 3), np.float32), np.zeros(n, np.float32)
     if len(photons) == 0:
         return Density(irradiance, stderr)
+    tracer = light_tracer.surfaces
     r_max = max_radius or search_radius(photons, region_of(receivers.position), n_nearest)
     workers.progress.update("Sorting photons", 0.0)
     tree = cKDTree(photons.position, balanced_tree=False)
@@ -86,10 +85,13 @@ def density_estimate(
 
     def estimate(chunk: slice, _: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         normals = receivers.normal[chunk]
-        x = _on_surface(tracer, receivers.position[chunk], normals, float(SLICE * r_max))
+        x, smothered = _on_surface(light_tracer, receivers.position[chunk], normals, float(SLICE * r_max))
         within, r = _nearest_in_slice(tree, photons.position, photon_normals, x, normals, n_nearest, r_max)
-        share, blocked = surface_share(scene, tracer, x, normals, r)
-        behind = np.flatnonzero(blocked)
+        within[smothered] = -1
+        lit = np.flatnonzero((within >= 0).any(axis=1))
+        share = np.ones(len(x), np.float32)
+        share[lit], blocked = surface_share(tracer, x[lit], normals[lit], r[lit])
+        behind = lit[blocked]
         within[behind] = _seen(tracer, photons.position, x[behind], normals[behind], within[behind], r[behind])
         power = np.where((within >= 0)[..., None], photons.power[within], 0)
         area = np.maximum(np.pi * r**2 * share, np.float32(1e-30))  # where photons lie on the very receiver
@@ -101,14 +103,18 @@ def density_estimate(
     return Density(irradiance, stderr)
 
 
-def _on_surface(tracer: Tracer, x: np.ndarray, normals: np.ndarray, farthest: float) -> np.ndarray:
+def _on_surface(
+    tracer: LightTracer, x: np.ndarray, normals: np.ndarray, farthest: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Receivers moved down onto the surface that they hover above, if there is one within a distance, m.
 
-    Where photons are dense, the slice is thinner than what receivers may be lifted off their surface.
+    Where photons are dense, the slice is thinner than what receivers may be lifted off their surface. Also, (n,) bool,
+    whether another surface lies there, so that no light gets to them.
     """
-    hits = tracer.closest_hit(x, -normals, farthest)
+    hits = tracer.surfaces.closest_hit(x, -normals, farthest)
     beneath = hits.hit & (np.abs(dot(hits.normal, normals)) > _SAME_SIDE)
-    return x - np.where(beneath, hits.distance, 0)[:, None] * normals
+    smothered = beneath & tracer.smothered(hits.triangle, hits.u, hits.v)
+    return x - np.where(beneath, hits.distance, 0)[:, None] * normals, smothered
 
 
 def _nearest_in_slice(
@@ -141,9 +147,7 @@ def _first(true: np.ndarray) -> np.ndarray:
     return true.argmax(axis=1)[:, None]
 
 
-def surface_share(
-    scene: Scene, tracer: Tracer, x: np.ndarray, normals: np.ndarray, r: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def surface_share(tracer: Tracer, x: np.ndarray, normals: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Share of the disc of radius r around each receiver that is its surface, (n,) float32, at least an eighth.
 
     Also whether something stands within the disc, (n,) bool.

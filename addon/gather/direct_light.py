@@ -28,7 +28,7 @@ from ..tracers import Hits, LightTracer
 from .lamp_choice import LampChoice
 from .light_samples import directions_to, light_samples
 
-MAX_CANDIDATES = 8
+MAX_CANDIDATES = 4
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,20 @@ _FOLLOWED = np.float32(2)
 """Rays that follow a narrow lobe, over its albedo: more of them cost time, fewer make noise."""
 
 
+@dataclass(frozen=True)
+class Incoming:
+    """What n rays met.
+
+    Attributes
+    ----------
+    reflected, sky : (n, 3) float32, W/(m² sr)
+        Radiance from surfaces, and from the world; the sky's is 0 where `DirectLight` samples it.
+    """
+
+    reflected: np.ndarray
+    sky: np.ndarray
+
+
 @dataclass
 class _Paths:
     """Rays on their way, and where they have come to.
@@ -108,8 +122,8 @@ class GatherRays:
         n_rays: int,
         random: np.random.Generator,
         facets: np.ndarray | None = None,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Radiance that one cosine-weighted ray from each origin meets: from surfaces, and from the world.
+    ) -> Incoming:
+        """What one cosine-weighted ray from each origin meets.
 
         Every run of `n_rays` rays is stratified over the hemisphere; the mean of a run is E/π.
 
@@ -119,17 +133,12 @@ class GatherRays:
             Points off their surface and unit normals; n is a multiple of `n_rays`.
         facets : (n, 3) float32, optional
             Geometric normals: no light comes from behind them.
-
-        Returns
-        -------
-        reflected, sky : (n, 3) float32, W/(m² sr)
-            The sky's is 0 where `DirectLight` samples it.
         """
         return self.radiance_along(origins, gather_directions(normals, n_rays, random), random, facets)
 
     def radiance_along(
         self, origins: np.ndarray, directions: np.ndarray, random: np.random.Generator, facets: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> Incoming:
         """As `radiance`, with rays in given unit directions (n, 3)."""
         hits = self._tracer.closest_hit(origins, directions)
         throughput = hits.tinted(np.ones((len(origins), 3), np.float32))
@@ -142,8 +151,8 @@ class GatherRays:
             paths = self._follow(reflected, paths, step, random)
         if facets is not None:
             above = (dot(directions, facets) > 0)[:, None]
-            return reflected * above, sky * above
-        return reflected, sky
+            reflected, sky = reflected * above, sky * above
+        return Incoming(reflected, sky)
 
     def _look_up(
         self,

@@ -1,7 +1,20 @@
 """Light in flight: how sources emit photons, how surfaces scatter them, and the photons that are stored."""
 
 from .emission import Source, Sphere, light_sources, region_of
+from .guiding import N_PILOT, GuidedSource, guide_sources
 from .photons import PathKind, Photons
 from .tracing import emitted_rays, trace_photons
 
-__all__ = ["PathKind", "Photons", "Source", "Sphere", "emitted_rays", "light_sources", "region_of", "trace_photons"]
+__all__ = [
+    "N_PILOT",
+    "GuidedSource",
+    "PathKind",
+    "Photons",
+    "Source",
+    "Sphere",
+    "emitted_rays",
+    "guide_sources",
+    "light_sources",
+    "region_of",
+    "trace_photons",
+]

@@ -75,11 +75,14 @@ class Source:
         Its direct light is found by next-event estimation, so that its photons need not be stored where they first hit.
     illuminates, blocked_by : (o,) bool or None
         Objects that its light falls on, and that keep it away; None: all.
+    n_cells : tuple of 5 int
+        Into how many cells each dimension of the hypercube is cut where photons are guided.
     """
 
     name: str
     lamp: int
     power: np.ndarray
+    n_cells: tuple[int, ...] = (8, 8, 8, 8, 1)
     sampled_directly = True
     illuminates: np.ndarray | None = None
     blocked_by: np.ndarray | None = None
@@ -102,6 +105,8 @@ class PointSource(Source):
     intensity, then a place on its disc. Directions are drawn from the cone of a spot, or from the cone around the scene
     if that is narrower; the power is what goes there.
     """
+
+    n_cells = (64, 64, 1, 1, 1)
 
     def __init__(self, lights: Lights, lamp: int, whole: Sphere) -> None:
         self._be_lamp(lights, lamp)
@@ -230,6 +235,7 @@ class _DistantSource(Source):
         self._density = np.append(np.cumsum(shares[::-1])[::-1], 0).astype(np.float32)
         self._density_of_whole = np.float32(1 / ((n_inner + 1) * np.pi * self._whole.radius**2))
         self._area_of_region = np.pi * smallest**2
+        self.n_cells = (8, 8, 8, 8, n_inner + 1)
 
     def _through_discs(
         self, directions: np.ndarray, u_place: np.ndarray, u_choose: np.ndarray
@@ -264,6 +270,7 @@ class SunSource(_DistantSource):
     def __init__(self, lights: Lights, lamp: int, scene: Scene, region: Sphere) -> None:
         super().__init__(scene, region)
         self._be_lamp(lights, lamp)
+        self.n_cells = (1, 1, 64, 64, len(self._radii) + 1)
         self._direction = lights.direction[lamp]
         self._cos_max = float(np.cos(lights.angle[lamp] / 2))
         # E = ∫L cos θ dω = πL sin²(α/2) over the disc, while beams add up to ∫L dω = 2πL(1 − cos(α/2)).
@@ -300,7 +307,7 @@ class WorldSource(_DistantSource):
 class MeshSource(Source):
     """All emissive triangles together, each chosen by its power 2πLA; both sides emit."""
 
-    name = "Emissive meshes"
+    name, n_cells = "Emissive meshes", (4, 4, 1, 1, 1024)
 
     def __init__(self, scene: Scene) -> None:
         self._scene, self.lamp = scene, len(scene.lights)

@@ -48,7 +48,9 @@ def trace_photons(
     max_bounces: int,
     workers: Workers,
 ) -> Photons:
-    """Photons that met surfaces with a diffuse or translucent lobe, with Russian roulette where they are scattered.
+    """Photons that met surfaces with a diffuse or translucent lobe, and caustics on all surfaces.
+
+    Where photons are scattered, Russian roulette absorbs some.
 
     Direct hits (`PathKind.DIRECT`) of sources that are sampled directly are not stored.
 
@@ -83,6 +85,16 @@ def trace_photons(
 def emitted_rays(sources: list[Source], n_photons: int, seed: int) -> list[Rays]:
     """The rays on which `trace_photons` would start so many photons."""
     return [batch.source.emit(batch.u) for batch in _batches(sources, shares(sources, n_photons), seed)]
+
+
+def emitted_points(sources: list[Source], n_photons: int, seed: int) -> list[np.ndarray]:
+    """The points of the hypercubes from which `trace_photons` would start, an array (n, 5) for each source."""
+    counts = shares(sources, n_photons)
+    points = [np.empty((0, N_DIMENSIONS), np.float32)] * len(sources)
+    return [
+        np.concatenate([points[k], *sobol_chunks(N_DIMENSIONS, count, CHUNK, seed, _EMISSION, k)])
+        for k, count in enumerate(counts)
+    ]
 
 
 def _batches(sources: list[Source], counts: list[int], seed: int) -> Iterator[_Batch]:
@@ -127,7 +139,7 @@ def _trace_batch(scene: Scene, tracer: LightTracer, batch: _Batch, max_bounces: 
         # Store them
         if bounce > 0 or not source.sampled_directly:
             kind = np.where(focused, PathKind.CAUSTIC, PathKind.INDIRECT if bounce else PathKind.DIRECT)
-            on = np.flatnonzero(keeps[scene.material_of_triangle[hits.triangle]])
+            on = np.flatnonzero(focused | keeps[scene.material_of_triangle[hits.triangle]])
             stored.append(
                 Photons(
                     position=positions[on],

@@ -4,7 +4,7 @@ from dataclasses import fields
 
 import pytest
 from photon_bake.addon.errors import BakeError
-from photon_bake.addon.settings import CHOICES, BakeSettings, settings_for
+from photon_bake.addon.settings import CHOICES, BakeSettings, affordable, settings_for
 
 
 @pytest.mark.parametrize("quality", ["draft", "medium", "high"])
@@ -41,10 +41,13 @@ def test_faces_of_cube_maps_have_a_power_of_two():
         BakeSettings(map_size=100)
 
 
-def test_a_draft_reads_a_light_volume():
-    draft = settings_for("draft")
-    assert draft.gather == "light_volume" and draft.tracer == "embree"
-    assert settings_for("draft", gather="final").gather == "final"
+def test_time_buys_photons_and_elements():
+    """They grow with the time there is, up to those of high quality."""
+    of_time = [affordable(settings_for("medium", time=seconds), 1e6) for seconds in (1, 10, 1000)]
+    assert of_time[0].n_photons == 150_000 and of_time[1].n_photons == 1_500_000
+    assert of_time[2].n_photons == settings_for("high").n_photons
+    elements = [settings.n_cache_elements for settings in of_time]
+    assert elements == sorted(elements) and elements[2] == settings_for("high").n_cache_elements
 
 
 def test_every_knob_says_what_it_means():

@@ -144,7 +144,7 @@ def inject_gathered(
     def gather(chunk: slice, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         origins, normals, area = (np.repeat(of[chunk], n_rays, axis=0) for of in (origin, sides.normal, sides.area))
         directions = gather_directions(normals, n_rays, random)
-        radiance, _ = rays.radiance_along(origins, directions, random)
+        radiance = rays.radiance_along(origins, directions, random).reflected
         power = radiance * (np.float32(np.pi / n_rays) * area)[:, None]
         signs = random.choice(np.array([-1, 1], np.int8), (len(power), N_SIGNS))
         return np.repeat(sides.cell[chunk], n_rays), light_fields(power, directions, signs)

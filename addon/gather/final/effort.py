@@ -1,0 +1,79 @@
+"""How much is gathered, and where the next rays go."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+_NOISE_OF_RAY = 0.66  # of what comes from all sides: the standard deviation of L, over its mean, in a lit room
+_BISECTIONS = 60
+
+
+@dataclass(frozen=True)
+class Effort:
+    """When a final gather is done.
+
+    Attributes
+    ----------
+    n_rays : int
+        Rays that a record sends on the average, half of them where the noise does most harm.
+    noise : float
+        If not 0: rays are added until the root mean square of the standard errors is this share of the mean.
+    deadline : float, s
+        If finite: rays are added until then, by `time.perf_counter`.
+    interpolate : bool
+        False: every receiver is a record.
+    """
+
+    n_rays: int
+    noise: float = 0.0
+    deadline: float = np.inf
+    interpolate: bool = True
+
+    @property
+    def tolerance(self) -> float:
+        """Share of the irradiance that interpolation may be off: about the noise that the rays leave."""
+        of_rays = _NOISE_OF_RAY / self.n_rays**0.5
+        return min(of_rays, self.noise) if self.noise else of_rays
+
+    @property
+    def seconds_left(self) -> float:
+        return self.deadline - perf_counter()
+
+
+def rays_for_noise(per_ray: np.ndarray, harm: np.ndarray, n_rays: np.ndarray, variance: float) -> np.ndarray:
+    """Rays (m,) float64, at least `n_rays`, with which Σ harm · per_ray / rays is `variance` at the least cost.
+
+    Parameters
+    ----------
+    per_ray : (m,)
+        Variance of one ray of each record.
+    harm : (m,)
+        What the variance of each record's mean counts for, in all receivers together.
+    """
+    return _wanted(per_ray, harm, n_rays, lambda wanted: float((harm * per_ray / wanted).sum()) <= variance)
+
+
+def rays_for_budget(per_ray: np.ndarray, harm: np.ndarray, n_rays: np.ndarray, budget: float) -> np.ndarray:
+    """Rays (m,) float64, at least `n_rays`, with which Σ harm · per_ray / rays is least for `budget` rays more."""
+    return _wanted(per_ray, harm, n_rays, lambda wanted: float((wanted - n_rays).sum()) >= budget)
+
+
+def _wanted(
+    per_ray: np.ndarray, harm: np.ndarray, n_rays: np.ndarray, enough: Callable[[np.ndarray], bool]
+) -> np.ndarray:
+    """max(n_rays, λ √(harm · per_ray)), the best for a sum of rays (Neyman), with the least λ that is enough."""
+    ideal = np.sqrt(harm * per_ray)
+    low, high = -60.0, 60.0  # of log₂(λ / least useful λ)
+    useful = ideal > 0
+    if not useful.any():
+        return n_rays.astype(np.float64)
+    least = float((n_rays[useful] / ideal[useful]).min())
+    for _ in range(_BISECTIONS):
+        middle = (low + high) / 2
+        if enough(np.maximum(n_rays, least * 2.0**middle * ideal)):
+            high = middle
+        else:
+            low = middle
+    return np.maximum(n_rays, least * 2.0**high * ideal)

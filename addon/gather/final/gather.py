@@ -1,0 +1,111 @@
+"""The final gather itself: records, what all receivers take from them, and rays where they are needed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...parallel import Turns, Workers
+from ...receivers import Receivers
+from ...tracers import Tracer
+from ..gather_rays import GatherRays
+from .effort import Effort, rays_for_budget, rays_for_noise
+from .placement import look_up_all, place_records
+from .records import RecordMaker, Records
+from .spread import Spread
+from .weights import Neighbourhood, Weights
+
+_MAX_TURNS = 24
+_MOST_MORE = 3.0  # times the rays that a record has, in one turn: what is known of its noise is not known well
+_TIME_SHARE = 0.6  # of the time that is left, in one turn
+_LEAST_SECONDS = 0.05
+_FEW = 0.5  # of the receivers: where more of them would be records, all are
+_LEAST_STEP = 0.25  # of the variance, to which a turn may bring it down
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """What n receivers gathered.
+
+    Attributes
+    ----------
+    irradiance : (n, 3) float32, W/m²
+        From surfaces.
+    stderr : (n,) float32, W/m²
+        Standard error of the irradiance's mean over colours, by `Spread`.
+    n_records, n_rays : int
+        Receivers that gathered, and rays that they sent.
+    """
+
+    irradiance: np.ndarray
+    stderr: np.ndarray
+    n_records: int
+    n_rays: int
+
+
+def final_gather(
+    rays: GatherRays, receivers: Receivers, effort: Effort, extent: float, tracer: Tracer, workers: Workers
+) -> Gathered:
+    """Irradiance of receivers from rays into the cache.
+
+    Parameters
+    ----------
+    extent : float, m
+        Of most receivers; not 0.
+    tracer : Tracer
+        For whether receivers see records.
+    """
+    turns = Turns(workers)
+    maker = RecordMaker(rays, receivers, max(1, effort.n_rays // 2), turns)
+    records = Records.none()
+    if effort.interpolate:
+        records = place_records(receivers, extent, effort.tolerance, maker, tracer, turns)
+        records, weights = look_up_all(records, receivers, extent, maker, tracer, turns)
+    around = None
+    if _FEW * len(receivers) <= len(records) or not effort.interpolate:
+        others = np.setdiff1d(np.arange(len(receivers)), records.receiver)
+        records = records.joined(maker.records(others, extent))
+        weights = Weights.identity(records.receiver)
+    else:
+        around = Neighbourhood(records, extent, tracer).of_records(np.arange(len(records)), turns.next())
+
+    records = _add_rays(records, weights, around, maker, effort)
+    spread = Spread.of(records, around)
+    irradiance = np.maximum(weights.apply(spread.blended(records, around)), 0).astype(np.float32)
+    stderr = np.sqrt(spread.variance(records, weights)).astype(np.float32)
+    return Gathered(irradiance, stderr, len(records), int(records.n_rays.sum()))
+
+
+def _add_rays(
+    records: Records, weights: Weights, around: Weights | None, maker: RecordMaker, effort: Effort
+) -> Records:
+    """The records with more rays, in turns, until the effort is made."""
+    harm = weights.square().column_sums(len(records))
+    for turn in range(_MAX_TURNS):
+        wanted = _wanted(effort, records, Spread.of(records, around), harm, weights, maker.rate, turn)
+        packets = np.minimum(wanted - records.n_rays, _MOST_MORE * records.n_rays) / maker.n_rays
+        packets = np.floor(packets + 0.5).astype(np.int64)
+        if not packets.any():
+            break
+        records = records.with_rays(maker.records(np.repeat(records.receiver, packets), 0.0))
+    return records
+
+
+def _wanted(
+    effort: Effort, records: Records, spread: Spread, harm: np.ndarray, weights: Weights, rate: float, turn: int
+) -> np.ndarray:
+    """Rays that each record should have, (m,)."""
+    seconds = effort.seconds_left
+    if seconds < _LEAST_SECONDS:
+        return records.n_rays
+    if effort.noise > 0:
+        mean = float(weights.apply(records.irradiance).mean())
+        now, asked = float(spread.variance(records, weights).mean()), (effort.noise * mean) ** 2
+        if now <= asked:
+            return records.n_rays
+        of_rays = float((harm * spread.per_ray / records.n_rays).sum())
+        return rays_for_noise(spread.per_ray, harm, records.n_rays, of_rays * max(asked / now, _LEAST_STEP))
+    if seconds < np.inf:
+        return rays_for_budget(spread.per_ray, harm, records.n_rays, rate * _TIME_SHARE * seconds)
+    if turn == 0:
+        return rays_for_budget(spread.per_ray, harm, records.n_rays, float(records.n_rays.sum()))
+    return records.n_rays

@@ -1,0 +1,95 @@
+"""Where records are made: few where light changes slowly, many where it does not."""
+
+import numpy as np
+
+from ...parallel import Turns, Workers
+from ...receivers import Receivers
+from ...tracers import Tracer
+from .cells import cell_keys, middles
+from .records import RecordMaker, Records
+from .weights import Neighbourhood, Weights
+
+_FIRST = 1 / 64  # edge of the first cells, over the receivers' extent
+_LEVELS = 9
+_SIGMAS = 2.5  # of noise, by which records may differ from what those around them say
+_DARK = 0.25  # of the mean irradiance: what is darker is held to be as bright
+_BLACK = 0.02  # of the mean irradiance: what is darker need not be known better, whatever is around it
+_STRAY = 1 / 128  # edge of the cells of those who see no record, over the extent
+
+
+def place_records(
+    receivers: Receivers, extent: float, tolerance: float, maker: RecordMaker, tracer: Tracer, turns: Turns
+) -> Records:
+    """Records of one receiver a cell, cells being cut in eight where records are not what those around them say.
+
+    Parameters
+    ----------
+    extent : float, m
+        Of most receivers.
+    tolerance : float
+        Share of the irradiance by which records may differ from those around them.
+    """
+    position, normal, low = receivers.position, receivers.normal, receivers.position.min(axis=0)
+    undecided, edge = np.arange(len(receivers)), _FIRST * extent
+    records, record_of = Records.none(), np.full(len(receivers), -1)
+    for _ in range(_LEVELS):
+        # One record a cell; some receivers have theirs from the larger cell
+        keys = cell_keys(position[undecided], normal[undecided], low, edge)
+        chosen, cell = middles(keys, position[undecided])
+        chosen = undecided[chosen]
+        records = records.joined(maker.records(chosen[record_of[chosen] < 0], edge))
+        record_of[records.receiver] = np.arange(len(records))
+
+        # Cut the cells in which light changes
+        those = record_of[chosen]
+        near = Neighbourhood(records.with_edge(those, edge), extent, tracer)
+        cut = (np.bincount(cell) > 1) & disagree(near, those, tolerance, turns.next())
+        records = near.records.with_edge(those[cut], edge / 2)
+        undecided, edge = undecided[cut[cell]], edge / 2
+        if len(undecided) == 0:
+            break
+    return records
+
+
+def disagree(near: Neighbourhood, which: np.ndarray, tolerance: float, workers: Workers) -> np.ndarray:
+    """Which of some records are not what those around them say, or have none around them, (w,) bool."""
+    records, others = near.records, near.of_records(which, workers)
+    value = records.irradiance.mean(axis=1)
+    off = np.abs(others.apply(value) - value[which])
+    noise = np.sqrt(records.variance[which] + others.square().apply(records.variance))
+    level = np.maximum(value[which], _DARK * value.mean())
+    alone = ~others.supported & (value[which] > _BLACK * value.mean())
+    return alone | others.supported & (off > _SIGMAS * noise + tolerance * level)
+
+
+def look_up_all(
+    records: Records, receivers: Receivers, extent: float, maker: RecordMaker, tracer: Tracer, turns: Turns
+) -> tuple[Records, Weights]:
+    """Weights for all receivers, and the records, with those added that receivers who see none need.
+
+    Such strays are in narrow gaps: records are made among them, at which they look straight, and at last of each.
+    """
+    position, normal = receivers.position, receivers.normal
+    weights = Neighbourhood(records, extent, tracer).of_points(position, normal, turns.next())
+    for edge in (_STRAY * extent, 0.0):
+        stray = np.flatnonzero(~weights.supported)
+        if len(stray) == 0:
+            break
+        keys = np.arange(len(stray))
+        if edge:
+            keys = cell_keys(position[stray], normal[stray], position.min(axis=0), edge)
+        made = maker.records(stray[middles(keys, position[stray])[0]], edge or 1e-6 * extent)
+        found = Neighbourhood(made, extent, tracer, lift=0.0).of_points(position[stray], normal[stray], turns.next())
+        weights = _with_rows(weights, stray, Weights(found.record + np.int32(len(records)), found.weight))
+        records = records.joined(made)
+    return records, weights
+
+
+def _with_rows(weights: Weights, rows: np.ndarray, new: Weights) -> Weights:
+    """Weights with other rows, which may have another number of columns."""
+    n = max(new.record.shape[1], weights.record.shape[1])
+    record, weight = (np.pad(a, ((0, 0), (0, n - a.shape[1]))) for a in (weights.record, weights.weight))
+    for of_all, of_rows in ((record, new.record), (weight, new.weight)):
+        of_all[rows] = 0
+        of_all[rows, : of_rows.shape[1]] = of_rows
+    return Weights(record, weight)

@@ -1,0 +1,138 @@
+"""Records: what chosen receivers gathered."""
+
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+
+from ...parallel import Turns
+from ...receivers import Receivers
+from ...scene.z_curve import z_curve
+from ..gather_rays import GatherRays
+
+N_BATCHES = 4
+_GATHER = 21  # stream of random numbers
+_CHUNK = 1 << 17
+_RAY_BYTES = 600  # a ray takes, with what it meets
+
+
+@dataclass(frozen=True)
+class Records:
+    """m receivers that gathered.
+
+    Attributes
+    ----------
+    receiver : (m,) int
+    position, normal : (m, 3) float32
+        World space, m.
+    edge : (m,) float32, m
+        Of the cell that the record stands for.
+    total : (m, batches, 3) float64, W/(m² sr)
+        Radiance that the rays of each batch met, summed.
+    n_rays : (m,) int
+        Rays of all batches together.
+    """
+
+    receiver: np.ndarray
+    position: np.ndarray
+    normal: np.ndarray
+    edge: np.ndarray
+    total: np.ndarray
+    n_rays: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.receiver)
+
+    @staticmethod
+    def none() -> "Records":
+        """No records."""
+        nothing, whole = np.zeros(0, np.float32), np.zeros(0, np.int64)
+        points = np.zeros((0, 3), np.float32)
+        return Records(whole, points, points, nothing, np.zeros((0, N_BATCHES, 3)), whole)
+
+    @property
+    def irradiance(self) -> np.ndarray:
+        """(m, 3) float64, W/m²: E = π · mean of L over cosine-weighted rays."""
+        return np.pi * self.total.sum(axis=1) / self.n_rays[:, None]
+
+    @property
+    def variance(self) -> np.ndarray:
+        """Of the irradiance's mean over colours, from the batches, (m,) float64."""
+        of_batch = np.pi * N_BATCHES / self.n_rays[:, None] * self.total.mean(axis=2)
+        return of_batch.var(axis=1, ddof=1) / N_BATCHES
+
+    def joined(self, others: "Records") -> "Records":
+        """These records and others."""
+        names = self.__dataclass_fields__
+        return Records(*(np.concatenate([getattr(self, name), getattr(others, name)]) for name in names))
+
+    def with_edge(self, k: np.ndarray, edge: float) -> "Records":
+        """The same, the records `k` standing for cells of another edge."""
+        edges = self.edge.copy()
+        edges[k] = edge
+        return replace(self, edge=edges)
+
+    def with_rays(self, more: "Records") -> "Records":
+        """The same, with the rays of `more`, which hold some of these receivers, each any number of times."""
+        place = np.full(int(self.receiver.max()) + 1, -1)
+        place[self.receiver] = np.arange(len(self))
+        k = place[more.receiver]
+        total, n_rays = self.total.copy(), self.n_rays.copy()
+        np.add.at(total, k, more.total)
+        np.add.at(n_rays, k, more.n_rays)
+        return replace(self, total=total, n_rays=n_rays)
+
+
+class RecordMaker:
+    """Sends rays from receivers.
+
+    Parameters
+    ----------
+    n_rays : int
+        Of a record; a multiple of the batches is used.
+    """
+
+    def __init__(self, rays: GatherRays, receivers: Receivers, n_rays: int, turns: Turns) -> None:
+        self._rays, self._receivers, self._turns = rays, receivers, turns
+        self.rays_a_batch = max(1, n_rays // N_BATCHES)
+        self._n_calls = 0
+        self._n_sent, self._seconds = 0, 0.0
+
+    @property
+    def n_rays(self) -> int:
+        """Rays that each record sends."""
+        return self.rays_a_batch * N_BATCHES
+
+    @property
+    def rate(self) -> float:
+        """Rays a second, so far."""
+        return self._n_sent / max(self._seconds, 1e-6)
+
+    def records(self, chosen: np.ndarray, edge: float) -> Records:
+        """Records of receivers (m,) that stand for cells of an edge in m; receivers may come several times."""
+        began = perf_counter()
+        size, key = max(1, _CHUNK // self.n_rays), (_GATHER, self._n_calls)
+        self._n_calls += 1
+        at, n = self._receivers, len(chosen)
+        total = np.zeros((n, N_BATCHES, 3))
+        # Neighbours are gathered together, whose rays meet the same surfaces: that is faster
+        order = np.argsort(z_curve(at.position[chosen]), kind="stable") if n else np.zeros(0, int)
+
+        def gather(chunk: slice, random: np.random.Generator) -> np.ndarray:
+            return self._gather(chosen[order[chunk]], random)
+
+        workers, bytes_ = self._turns.next(), self.n_rays * _RAY_BYTES
+        for chunk, sums in workers.chunks("Gathering light", n, size, gather, key, row_bytes=bytes_):
+            total[order[chunk]] = sums
+        self._n_sent += n * self.n_rays
+        self._seconds += perf_counter() - began
+        edges, n_rays = np.full(n, edge, np.float32), np.full(n, self.n_rays)
+        return Records(chosen, at.position[chosen], at.normal[chosen], edges, total, n_rays)
+
+    def _gather(self, chosen: np.ndarray, random: np.random.Generator) -> np.ndarray:
+        """Sums over the rays of each batch (r, batches, 3), each batch being stratified."""
+        n, at = self.n_rays, self._receivers
+        origins, normals = np.repeat(at.position[chosen], n, 0), np.repeat(at.normal[chosen], n, 0)
+        met = self._rays.radiance(origins, normals, self.rays_a_batch, random)
+        batches = met.reflected.reshape(len(chosen), N_BATCHES, self.rays_a_batch, 3)
+        return batches.sum(axis=2, dtype=np.float64)

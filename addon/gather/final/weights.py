@@ -1,0 +1,166 @@
+"""Which records a receiver looks at, and how much each counts."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ...parallel import Workers
+from ...sampling.vectors import dot
+from ...sampling.warps import frame
+from ...tracers import Tracer
+from .records import Records
+
+_N_NEIGHBOURS = 12
+_REACH = 1.5  # edges of its cell, as far as a record counts
+_TILT = 0.7  # difference of unit normals at which a record counts no more
+_HEIGHT = 0.5  # of its reach, above or below the tangent plane, at which it counts no more
+_RIDGE = 0.005  # of the squared reach, added to the covariance: how far few records may be extrapolated
+_CHUNK = 1 << 15
+_POINT_BYTES = 2000  # a point takes, with the records around it
+_STAGE = "Gathering light"
+
+
+@dataclass(frozen=True)
+class Weights:
+    """What each of n points takes from k records.
+
+    Attributes
+    ----------
+    record : (n, k) int32
+    weight : (n, k) float32
+        They sum to one and may be negative; all are 0 where the point has no record to look at.
+    """
+
+    record: np.ndarray
+    weight: np.ndarray
+
+    @staticmethod
+    def identity(receiver: np.ndarray) -> "Weights":
+        """Of points that each are a record, which holds that of the point `receiver` (m,)."""
+        return Weights(np.argsort(receiver).astype(np.int32)[:, None], np.ones((len(receiver), 1), np.float32))
+
+    @property
+    def supported(self) -> np.ndarray:
+        """Which points have records to look at, (n,) bool."""
+        return self.weight.any(axis=1)
+
+    def apply(self, values: np.ndarray) -> np.ndarray:
+        """Weighted sums of the records' values (m, …), (n, …)."""
+        return np.einsum("nk,nk...->n...", self.weight, values[self.record])
+
+    def square(self) -> "Weights":
+        """Squared weights: what variances are summed with."""
+        return Weights(self.record, self.weight**2)
+
+    def mean(self) -> "Weights":
+        """Weights without the negative ones, that sum to one: for what must stay positive."""
+        positive = np.maximum(self.weight, 0)
+        return Weights(self.record, positive / np.maximum(positive.sum(axis=1, keepdims=True), 1e-30))
+
+    def own(self, receiver: np.ndarray) -> np.ndarray:
+        """What the points `receiver` (m,), which are the records, take from their own, (m,) float32."""
+        rows = self.record[receiver] == np.arange(len(receiver))[:, None]
+        return (self.weight[receiver] * rows).sum(axis=1)
+
+    def column_sums(self, n_records: int) -> np.ndarray:
+        """Sum over the points of what they take from each record, (m,) float64."""
+        return np.bincount(self.record.ravel(), self.weight.ravel(), n_records)
+
+
+class Neighbourhood:
+    """Finds the records around points.
+
+    Parameters
+    ----------
+    extent : float, m
+        Of the receivers: as far away as this, a record that faces the same way is preferred to one at the same place
+        that is turned by 57°.
+    tracer : Tracer
+        For whether a point sees a record.
+    lift : float
+        Over the distance between two points: how high above the middle between them they look at each other. With 0,
+        surfaces that bulge are in the way; else, what lies close above a flat one.
+    """
+
+    def __init__(self, records: Records, extent: float, tracer: Tracer, lift: float = 0.2) -> None:
+        self.records, self._extent, self._tracer, self._lift = records, np.float32(extent), tracer, np.float32(lift)
+        self._tree = cKDTree(self._place(records.position, records.normal))
+
+    def of_points(self, position: np.ndarray, normal: np.ndarray, workers: Workers) -> Weights:
+        """Weights of the records for points (n, 3) with unit normals (n, 3)."""
+        return self._weights(position, normal, None, workers)
+
+    def of_records(self, which: np.ndarray, workers: Workers) -> Weights:
+        """What the others say of some of the records: weights without their own."""
+        return self._weights(self.records.position[which], self.records.normal[which], which, workers)
+
+    def _weights(
+        self, position: np.ndarray, normal: np.ndarray, without: np.ndarray | None, workers: Workers
+    ) -> Weights:
+        k = min(_N_NEIGHBOURS, len(self.records))
+        record, weight = np.zeros((len(position), k), np.int32), np.zeros((len(position), k), np.float32)
+
+        def look(chunk: slice, _: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+            return self._look(position[chunk], normal[chunk], None if without is None else without[chunk])
+
+        for chunk, (near, w) in workers.chunks(_STAGE, len(position), _CHUNK, look, (), row_bytes=_POINT_BYTES):
+            record[chunk], weight[chunk] = near, w
+        return Weights(record, weight)
+
+    def _place(self, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
+        return np.concatenate([position, self._extent * normal], axis=1)
+
+    def _look(
+        self, position: np.ndarray, normal: np.ndarray, without: np.ndarray | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The records nearest to points, and their weights: a bump over the reach of each, then a linear fit."""
+        records, k = self.records, min(_N_NEIGHBOURS, len(self.records))
+        _, near = self._tree.query(self._place(position, normal), k)
+        near = near.reshape(len(position), k).astype(np.int32)
+        way = records.position[near] - position[:, None]
+        distance2 = np.einsum("nki,nki->nk", way, way)
+        reach = np.float32(_REACH) * records.edge[near]
+        tilt = records.normal[near] - normal[:, None]
+        height = np.einsum("nki,ni->nk", way, normal)
+        w = np.maximum(1 - distance2 / reach**2, 0)
+        w *= np.maximum(1 - np.einsum("nki,nki->nk", tilt, tilt) / np.float32(_TILT**2), 0)
+        w *= np.maximum(1 - (height / (np.float32(_HEIGHT) * reach)) ** 2, 0)
+        w *= w
+        if without is not None:
+            w[near == without[:, None]] = 0
+        self._hide(w, near, position, normal, way)
+        total = w.sum(axis=1, keepdims=True)
+        w = np.where(total > 1e-6, w / np.maximum(total, np.float32(1e-6)), 0)
+        return near, _linear(w, way, normal, reach)
+
+    def _hide(self, w: np.ndarray, near: np.ndarray, position: np.ndarray, normal: np.ndarray, way: np.ndarray) -> None:
+        """Take the weight of records that the points do not see, by way of a place above the middle between them."""
+        records, tracer = self.records, self._tracer
+        i, j = np.nonzero(w > 0)
+        k = near[i, j]
+        lift = self._lift / 2 * np.sqrt(dot(way[i, j], way[i, j]))[:, None]
+        middle = position[i] + way[i, j] / 2 + lift * (normal[i] + records.normal[k])
+        hidden = tracer.occluded(position[i], middle)
+        seen = np.flatnonzero(~hidden)
+        hidden[seen] = tracer.occluded(records.position[k[seen]], middle[seen])
+        w[i[hidden], j[hidden]] = 0
+
+
+def _linear(w: np.ndarray, way: np.ndarray, normal: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    """Weights that give the value at 0 of the plane that fits best in the least squares weighted by `w` (n, k).
+
+    With w that sum to one, coordinates t in the tangent plane and t̄ = Σ w t, these are l = w (1 − t̄ᵀ S⁻¹ (t − t̄)),
+    S = Σ w (t − t̄)(t − t̄)ᵀ + ridge.
+    """
+    tangent, bitangent = frame(normal)
+    x, y = np.einsum("nki,ni->nk", way, tangent), np.einsum("nki,ni->nk", way, bitangent)
+    mean_x, mean_y = dot(w, x), dot(w, y)
+    x -= mean_x[:, None]
+    y -= mean_y[:, None]
+    ridge = np.float32(_RIDGE) * dot(w, reach**2) + np.float32(1e-20)
+    wx, wy = w * x, w * y
+    xx, yy, xy = dot(wx, x) + ridge, dot(wy, y) + ridge, dot(wx, y)
+    determinant = xx * yy - xy * xy
+    a, b = (yy * mean_x - xy * mean_y) / determinant, (xx * mean_y - xy * mean_x) / determinant
+    return w - a[:, None] * wx - b[:, None] * wy

@@ -1,0 +1,196 @@
+"""Records, their weights and the effort: few receivers gather, all are lit."""
+
+from time import perf_counter
+
+import numpy as np
+import pytest
+from photon_bake.addon.bake import bake
+from photon_bake.addon.gather.final.cells import cell_keys, middles
+from photon_bake.addon.gather.final.effort import Effort, rays_for_budget, rays_for_noise
+from photon_bake.addon.gather.final.records import N_BATCHES, Records
+from photon_bake.addon.gather.final.spread import Spread
+from photon_bake.addon.gather.final.weights import Neighbourhood, Weights
+from photon_bake.addon.parallel import Workers
+from photon_bake.addon.receivers import Receivers
+from photon_bake.addon.scene import LightKind
+from photon_bake.addon.settings import settings_for
+from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.tests.core.scenes import box, lamp, merge, plane, receivers_at, receivers_in_box, scene_of
+
+RNG = np.random.default_rng(7)
+UP = np.array([0, 0, 1], np.float32)
+
+
+def on_floor(n, half=1.0, z=1e-3, seed=1):
+    place = np.random.default_rng(seed).uniform(-half, half, (n, 2))
+    return np.column_stack([place, np.full(n, z)]).astype(np.float32)
+
+
+def records_at(position, normal=UP, edge=0.3, radiance=0.0, n_rays=64, noise=0.0):
+    """Records of a radiance (m,) or number, with normal noise a batch."""
+    n = len(position)
+    mean = np.broadcast_to(np.asarray(radiance, float), n)[:, None, None]
+    batches = mean + noise * np.random.default_rng(5).standard_normal((n, N_BATCHES, 1))
+    total = np.repeat(batches * n_rays / N_BATCHES, 3, axis=2)
+    normals = np.broadcast_to(np.asarray(normal, np.float32), position.shape).copy()
+    return Records(np.arange(n), position, normals, np.full(n, edge, np.float32), total, np.full(n, n_rays))
+
+
+def around_floor(records, scene=None):
+    return Neighbourhood(records, 4.0, EmbreeTracer(scene or scene_of(*plane(2.0))))
+
+
+def test_middles_are_receivers_of_their_cells():
+    position, normal = RNG.uniform(0, 1, (5000, 3)).astype(np.float32), RNG.standard_normal((5000, 3))
+    normal = (normal / np.linalg.norm(normal, axis=1, keepdims=True)).astype(np.float32)
+    keys = cell_keys(position, normal, np.zeros(3, np.float32), 0.25)
+    chosen, cell = middles(keys, position)
+    assert np.array_equal(cell[chosen], np.arange(len(chosen))) and np.array_equal(keys[chosen][cell], keys)
+    assert (np.abs(position - position[chosen[cell]]).max(axis=1) < 0.25).all()
+    assert np.linalg.norm(normal - normal[chosen[cell]], axis=1).max() < 1
+
+
+def test_weights_reproduce_a_plane():
+    """Light that changes linearly is interpolated exactly but for the ridge, inside and at the border alike."""
+    records = records_at(on_floor(500))
+    weights = around_floor(records).of_points(on_floor(2000, seed=2), np.tile(UP, (2000, 1)), Workers())
+    assert weights.supported.all()
+    assert weights.weight.sum(axis=1) == pytest.approx(np.ones(2000), abs=1e-5)
+    linear = 3 + records.position[:, :1] - 2 * records.position[:, 1:2]
+    at = on_floor(2000, seed=2)
+    assert weights.apply(linear)[:, 0] == pytest.approx(3 + at[:, 0] - 2 * at[:, 1], abs=0.1)
+
+
+def test_records_of_other_sides_do_not_count():
+    """Neither what faces another way, nor what lies behind a wall, under a board, or on another level."""
+    floor, wall = on_floor(400), np.array([[0, -2, 0], [0, 2, 0], [0, 2, 1], [0, -2, 1]], np.float32)
+    scene = scene_of(*merge(plane(2.0), (wall, np.array([[0, 1, 2], [0, 2, 3]]))))
+    lit = (floor[:, 0] > 0).astype(float)
+    near = around_floor(records_at(floor, radiance=lit), scene)
+    at = on_floor(2000, seed=3)
+    weights = near.of_points(at, np.tile(UP, (2000, 1)), Workers())
+    got = weights.apply(near.records.irradiance)[:, 0] / np.pi
+    assert np.allclose(got[weights.supported], (at[:, 0] > 0)[weights.supported], atol=1e-5)
+    for position, normal in ((at, -UP), (at + np.float32([0, 0, 0.5]), UP), (at, np.float32([1, 0, 0]))):
+        assert not near.of_points(position, np.tile(normal, (2000, 1)), Workers()).supported.any()
+
+
+def test_convex_surfaces_do_not_hide_their_own_records():
+    half = np.linspace(0, np.pi, 64)
+    ring = np.stack([np.cos(half), np.zeros(64), np.sin(half)], axis=1)
+    strip = np.concatenate([ring - np.eye(3)[1], ring + np.eye(3)[1]]).astype(np.float32)
+    k = np.arange(63)
+    triangles = np.concatenate([np.stack([k, k + 1, k + 65], 1), np.stack([k, k + 65, k + 64], 1)])
+    angle, y = RNG.uniform(0.2, np.pi - 0.2, 600), RNG.uniform(-0.9, 0.9, 600)
+    normal = np.stack([np.cos(angle), np.zeros(600), np.sin(angle)], axis=1).astype(np.float32)
+    position = (normal * 1.001 + np.column_stack([0 * y, y, 0 * y])).astype(np.float32)
+    near = around_floor(records_at(position[:300], normal[:300]), scene_of(strip, triangles))
+    assert near.of_points(position[300:], normal[300:], Workers()).supported.mean() > 0.98
+
+
+def test_blending_takes_noise_and_leaves_edges():
+    """Where all records agree but for noise they move to each other; where light changes at an edge they stay."""
+    position = on_floor(900)
+    even = records_at(position, radiance=1.0, noise=0.1)
+    around = around_floor(even).of_records(np.arange(900), Workers())
+    spread = Spread.of(even, around)
+    assert spread.blended(even, around).std() < 0.7 * even.irradiance.std()
+    step = records_at(position, edge=0.1, radiance=np.where(position[:, 0] > 0, 1.0, 0.2), noise=0.01)
+    around = around_floor(step).of_records(np.arange(900), Workers())
+    spread = Spread.of(step, around)
+    at_edge = np.abs(position[:, 0]) < 0.02
+    moved = np.abs(spread.blended(step, around) - step.irradiance)[at_edge]
+    assert moved.max() < 0.1 * np.pi and spread.bias2[at_edge].mean() > 100 * spread.bias2[~at_edge].mean()
+
+
+def test_least_rays_for_a_variance_and_least_variance_for_rays():
+    """Both are Neyman's allocation: records with more than the least have rays in proportion to √(harm · per_ray)."""
+    per_ray, harm, has = RNG.uniform(0, 4, 200), RNG.uniform(0, 2, 200), np.full(200, 16)
+    per_ray[:20] = 0
+    wanted = rays_for_noise(per_ray, harm, has, variance=1.0)
+    assert (harm * per_ray / wanted).sum() == pytest.approx(1.0, rel=1e-3)
+    for rays in (wanted, rays_for_budget(per_ray, harm, has, 10_000.0)):
+        more = rays > has + 1e-6
+        assert (rays >= has).all() and np.ptp(rays[more] / np.sqrt(harm * per_ray)[more]) < 1e-6 * rays.max()
+    assert (rays_for_budget(per_ray, harm, has, 10_000.0) - has).sum() == pytest.approx(10_000, rel=1e-3)
+    assert np.array_equal(rays_for_noise(np.zeros(3), np.ones(3), has[:3], 0.0), has[:3])
+
+
+def test_identity_keeps_every_receiver_its_own():
+    order = RNG.permutation(50)
+    assert np.array_equal(Weights.identity(order).apply(order.astype(float)), np.arange(50))
+
+
+def room(albedo=0.5):
+    lights = lamp(LightKind.RECTANGLE, 3.0, (0, 0, 0.99), size=(0.5, 0.5))
+    block = box(0.3, inwards=False)
+    return scene_of(*merge(box(), (block[0] - [0.2, 0.1, 0.7], block[1])), albedo=albedo, lights=lights)
+
+
+def baked(scene, at, quality="draft", **changes):
+    return bake(scene, at, settings_for(quality, n_photons=200_000, **changes), EmbreeTracer(scene))
+
+
+def test_few_gather_and_all_are_lit_alike():
+    """Dense receivers take as much light from few records as if each gathered, at a fraction of the rays."""
+    scene, dense = room(), receivers_in_box(4000)
+    few = baked(scene, dense, n_gather_rays=128)
+    checked = np.arange(0, len(dense), 40)
+    all_ = baked(scene, subset(dense, checked), interpolate=False, n_gather_rays=2048)
+    assert few.counts["gather_points"] < len(dense) / 3
+    open_ = all_.value.mean(axis=1) > 0
+    off = (few.value[checked] - all_.value).mean(axis=1)[open_] / all_.value.mean()
+    assert np.sqrt(np.mean(off**2)) < 0.06 and abs(off.mean()) < 0.01 and np.abs(off).max() < 0.4
+
+
+def subset(at, k):
+    return Receivers(at.position[k], at.normal[k], at.footprint[k])
+
+
+def test_standard_error_is_calibrated_where_light_is_interpolated():
+    """The rms of the error over its estimate is about one: against many rays from the same cache's seed."""
+    scene, dense = room(), receivers_in_box(3000)
+    checked = np.arange(0, len(dense), 30)
+    truth = baked(scene, subset(dense, checked), "medium", interpolate=False, n_gather_rays=8192)
+    said, errors = [], []
+    for seed in (1, 2):
+        got = baked(scene, dense, "medium", seed=seed, n_gather_rays=128)
+        errors.append(got.value[checked].mean(axis=1) - truth.value.mean(axis=1))
+        said.append(np.hypot(got.stderr[checked], truth.stderr))
+    ratio = np.concatenate(errors) / np.maximum(np.concatenate(said), 1e-3 * truth.value.mean())
+    assert 0.7 < np.sqrt(np.mean(ratio**2)) < 1.35
+
+
+def test_noise_that_is_asked_for_is_reached_and_said():
+    scene, dense = room(), receivers_in_box(2000)
+    once, asked = baked(scene, dense), baked(scene, dense, noise=0.02)
+    assert asked.relative_noise <= 0.0201 < once.relative_noise
+    assert asked.counts["gather_rays"] > once.counts["gather_rays"]
+
+
+def test_time_is_kept():
+    """More time gives more rays; not a timed test: the bound is wide."""
+    scene, dense = room(), receivers_in_box(1000)
+    start = perf_counter()
+    short, long = (baked(scene, dense, time=seconds) for seconds in (0.5, 3.0))
+    assert perf_counter() - start < 60
+    assert long.counts["gather_rays"] > short.counts["gather_rays"]
+    assert long.relative_noise < short.relative_noise
+
+
+def test_little_memory_gives_the_same_light():
+    scene, dense = room(), receivers_in_box(500)
+    little, much = (baked(scene, dense, memory=memory) for memory in (100, 4000))
+    assert np.array_equal(little.value, much.value)
+
+
+def test_effort_tolerates_what_its_rays_cannot_tell():
+    assert Effort(64).tolerance > Effort(2048).tolerance
+    assert Effort(64, noise=0.01).tolerance == 0.01
+
+
+def test_one_receiver_and_equal_receivers():
+    scene = room()
+    assert np.isfinite(baked(scene, receivers_at([(0, 0, -0.999)], UP)).value).all()
+    same = baked(scene, receivers_at(np.tile([(0.5, 0.5, -0.999)], (500, 1)), UP))
+    assert same.value.min() > 0 and same.counts["gather_points"] == 1
