@@ -23,6 +23,7 @@ import bpy
 import equal_error
 import extraction
 import light_volume
+import lightmaps
 import make_truth
 import multi_image
 import numpy as np
@@ -192,6 +193,7 @@ PARTS = {
     "volume": light_volume.tables,
     "images": multi_image.tables,
     "extraction": extraction_tables,
+    "lightmaps": lambda scenes, _: lightmaps.tables(scenes),
 }
 
 
