@@ -11,7 +11,15 @@ ROOT = Path(__file__).resolve().parents[2]
 
 # Low to high; a file imports only from its own rank or lower.
 RANKS = [
-    ["addon.errors", "addon.progress", "addon.parallel", "addon.settings", "addon.inspector", "addon.sampling"],
+    [
+        "addon.errors",
+        "addon.progress",
+        "addon.parallel",
+        "addon.settings",
+        "addon.lightmap_settings",
+        "addon.inspector",
+        "addon.sampling",
+    ],
     ["addon.scene"],
     ["addon.bsdf"],
     ["addon.tracers"],
