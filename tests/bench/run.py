@@ -6,7 +6,7 @@
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
-error, scenes, volume, images or extraction.
+window, error, scenes, volume, images or extraction.
 """
 
 import json
@@ -14,7 +14,6 @@ import os
 import subprocess
 import sys
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from time import perf_counter
 from unittest import mock
@@ -27,76 +26,28 @@ import lightmaps
 import make_truth
 import multi_image
 import numpy as np
+import ray_rates
+import responsiveness
 from cycles_bakes import bake_indirect, baked
-from figures import ROOT, RecordingTracer, figures, load, scene_options, scenes_in, table
+from figures import ROOT, figures, load, scene_options, scenes_in, table
 from own_scenes import OWN_SCENES
 from photon_bake.addon.bake import bake
 from photon_bake.addon.gather import (
     DirectLight,
+    Effort,
     GatherRays,
     RadianceCache,
-    build_radiance_cache,
     final_gather,
     gather_rays,
 )
 from photon_bake.addon.gather.elements import SurfaceCells, SurfaceElements
 from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import light_sources, region_of, trace_photons
+from photon_bake.addon.photons import light_sources, region_of
 from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers import LightTracer, RayKind
+from photon_bake.addon.tracers import LightTracer
 from photon_bake.addon.tracers.embree import EmbreeTracer
 
 QUALITIES = ("draft", "medium", "high")
-
-
-def seconds(function):
-    start = perf_counter()
-    function()
-    return perf_counter() - start
-
-
-def best_of(n, function):
-    return min(seconds(function) for _ in range(n))
-
-
-def embree_seconds(tracer, asked, n_threads):
-    """Embree's own time for recorded rays, in the same chunks."""
-    run = tracer._trees[RayKind.DIFFUSE]._embree.run
-
-    def replay():
-        with ThreadPoolExecutor(n_threads) as pool:
-            list(pool.map(lambda rays: run(*rays, output=True), asked))
-
-    return best_of(3, replay)
-
-
-def ray_rates(name, scene, receivers):
-    """Rows: what the engine's rays cost against Embree alone."""
-    sources = light_sources(scene, region_of(receivers.position))
-    tracer, recorder = EmbreeTracer(scene), RecordingTracer(scene)
-    recording, plain = LightTracer(scene, recorder), LightTracer(scene, tracer)
-    recorder.asked.clear()
-
-    def photons(with_tracer):
-        return trace_photons(scene, with_tracer, sources, 1_000_000, 32, Workers())
-
-    stored = photons(recording)
-    rows = [rate_row(name, "photons", best_of(3, lambda: photons(plain)), tracer, recorder.asked)]
-
-    direct = DirectLight(scene, plain, sources)
-    cache = build_radiance_cache(scene, plain, stored, direct, receivers, 120_000, 0, Workers())
-    recorder.asked.clear()
-    final_gather(GatherRays(scene, recording, direct, cache), receivers, 16, 0, Workers())
-    gather = best_of(3, lambda: final_gather(GatherRays(scene, plain, direct, cache), receivers, 16, 0, Workers()))
-    rows.append(rate_row(name, "final gather", gather, tracer, recorder.asked))
-    return rows
-
-
-def rate_row(name, what, ours, tracer, asked):
-    n = sum(len(origins) for origins, _ in asked)
-    one, all_cores = (embree_seconds(tracer, asked, n_threads) for n_threads in (1, os.cpu_count()))
-    rates = [f"{n / time / 1e6:.2f}" for time in (ours, one, all_cores)]
-    return [name, what, f"{n:,}", *rates, f"{one / ours:.0%}", f"{all_cores / ours:.0%}"]
 
 
 def errors(name, path, truth):
@@ -122,14 +73,16 @@ def path_traced(scene, probes, element, truth):
     gloss, which photons find, are missing.
     """
     tracer = LightTracer(scene, EmbreeTracer(scene))
-    direct = DirectLight(scene, tracer, light_sources(scene, region_of(probes.position)))
+    region = region_of(probes.position)
+    direct = DirectLight(scene, tracer, light_sources(scene, region))
     cells = SurfaceCells.by_visits(scene, np.zeros(scene.n_triangles), 1)
     elements = SurfaceElements.by_visits(scene, cells, np.zeros(len(cells)), 1)
     cache = RadianceCache.of_sides(elements, np.zeros((2 * len(elements), 3), np.float32))
     cache.__dict__["_reach"] = np.full(len(elements) + 1, np.inf, np.float32)
     with mock.patch.object(gather_rays, "_MAX_NEAR_HITS", 32):
         start = perf_counter()
-        gathered = final_gather(GatherRays(scene, tracer, direct, cache), probes, 2048, 0, Workers())
+        rays, effort = GatherRays(scene, tracer, direct, cache), Effort(2048, interpolate=False)
+        gathered = final_gather(rays, probes, effort, 2 * region.radius, tracer.surfaces, Workers())
     at_probe = gathered.irradiance[element].reshape(-1, 3, 3).mean(axis=1) / np.pi
     return f"{perf_counter() - start:.1f}", *figures(at_probe, truth)
 
@@ -161,13 +114,6 @@ def whole_scene(name, path):
     ]
 
 
-def ray_tables(scenes, _):
-    head = ["Scene", "Rays of", "Rays", "Ours, M/s", "Embree, one thread", "Embree, all cores"]
-    head += ["Ours / one", "Ours / all"]
-    rows = [row for name, path in scenes.items() for row in ray_rates(name, *load(path)[:2])]
-    return [table("Rays against Embree's own time for the same rays", head, rows)]
-
-
 def error_tables(scenes, _):
     head = ["Scene", "Gather", "Quality", "Seconds", "Relative RMSE", "Mean", "Median"]
     truths = {name: np.load(path.with_suffix(".npz")) for name, path in scenes.items()}
@@ -187,7 +133,8 @@ def extraction_tables(*_):
 
 PARTS = {
     "speed": equal_error.tables,
-    "rays": ray_tables,
+    "rays": ray_rates.tables,
+    "window": responsiveness.tables,
     "error": error_tables,
     "scenes": scene_tables,
     "volume": light_volume.tables,
