@@ -33,7 +33,7 @@ class BakeSettings:
     tracer: TracerName = "embree"
     n_photons: int = _knob(1_000_000, 1_000, 1_000_000_000, "Photons emitted by all lights together")
     max_bounces: int = _knob(32, 1, 1024, "Surfaces a photon may hit before it is dropped")
-    n_gather_rays: int = _knob(256, 8, 65_536, "Rays that a point sends out in a final gather, on the average")
+    n_gather_rays: int = _knob(256, 4, 65_536, "Rays that a point sends out in a final gather, on the average")
     n_cache_elements: int = _knob(60_000, 100, 10_000_000, "Surface elements of the radiance cache")
     n_cache_rays: int = _knob(
         4, 0, 4096, "Rays that an element of the radiance cache gathers with; 0 trusts its photons"

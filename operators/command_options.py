@@ -20,6 +20,8 @@ KNOB_OPTIONS = {
     "--bounces": "max_bounces",
     "--gather-rays": "n_gather_rays",
     "--noise": "noise",
+    "--time": "time",
+    "--memory": "memory",
     "--grid-cells": "n_grid_cells",
     "--volume-rays": "n_volume_rays",
     "--maps": "n_maps",
@@ -28,6 +30,8 @@ KNOB_OPTIONS = {
     "--threads": "n_threads",
 }
 """The options that are a number of `BakeSettings`."""
+
+_METAVARS = {"noise": "FRACTION", "time": "SECONDS", "memory": "MB"}
 
 LIGHTMAP_OPTIONS = {
     "--uv": "uv_map",
@@ -108,7 +112,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
     if "lightmap" in targets and given.output is None and not loaded_file:
         parser.error("the lightmaps have no folder: give --output DIR")
     try:
-        settings = settings_for(given.quality, **_given(given, [*KNOB_OPTIONS.values(), *CHOICES, "add_direct"]))
+        settings = settings_for(given.quality, **_given(given, [*KNOB_OPTIONS.values(), *CHOICES, "add_direct", "interpolate"]))
         lightmaps = LightmapSettings(**_given(given, [*_LIGHTMAP_KNOBS])) if "lightmap" in targets else None
     except BakeError as error:
         parser.error(str(error))
@@ -152,10 +156,12 @@ def _parser() -> ArgumentParser:
     knobs = {knob.name: knob for knob in fields(BakeSettings)}
     for option, name in KNOB_OPTIONS.items():
         knob = knobs[name]
-        metavar = "FRACTION" if knob.type is float else "N"
+        metavar = _METAVARS.get(name, "N")
         add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(knob.metadata["meaning"]))
     meaning = _sentence(knobs["add_direct"].metadata["meaning"])
     add("--direct", dest="add_direct", action="store_true", default=None, help=meaning)
+    meaning = "gather at every point, which takes longer where there are many"
+    add("--no-interpolation", dest="interpolate", action="store_false", default=None, help=meaning)
     _add_lightmap_options(parser)
     add("--save", nargs="?", const="", metavar="FILE.blend", help="save the file, here or over the loaded one")
     add("--report", metavar="FILE.json", help="write what the bake did, also when it fails")

@@ -11,7 +11,7 @@ from .debug_views import debug_views
 from .state import bake_state, duration
 
 _GATHER_KNOBS: dict[Gather, list[str]] = {
-    "final": ["n_gather_rays", "noise", "n_cache_elements", "n_cache_rays"],
+    "final": ["n_gather_rays", "interpolate", "noise", "time", "n_cache_elements", "n_cache_rays"],
     "density": ["n_nearest", "max_radius"],
     "light_volume": ["n_grid_cells", "n_volume_rays"],
 }
@@ -54,7 +54,7 @@ class PHOTON_BAKE_PT_sampling(_Tab, bpy.types.Panel):
         groups = (
             ["gather", "n_photons", "max_bounces", *_GATHER_KNOBS[properties.gather]],
             ["tracer", *_TRACER_KNOBS[properties.tracer]],
-            ["seed", "n_threads"],
+            ["seed", "n_threads", "memory"],
         )
         for i, names in enumerate(groups):
             if i:

@@ -83,10 +83,12 @@ def _add_rays(
     for turn in range(_MAX_TURNS):
         wanted = _wanted(effort, records, Spread.of(records, around), harm, weights, maker.rate, turn)
         packets = np.minimum(wanted - records.n_rays, _MOST_MORE * records.n_rays) / maker.n_rays
-        packets = np.floor(packets + 0.5).astype(np.int64)
-        if not packets.any():
+        whole = np.floor(packets + 0.5)
+        if effort.noise > 0 and not whole.any():
+            whole = np.ceil(packets)
+        if not whole.any():
             break
-        records = records.with_rays(maker.records(np.repeat(records.receiver, packets), 0.0))
+        records = records.with_rays(maker.records(np.repeat(records.receiver, whole.astype(np.int64)), 0.0))
     return records
 
 

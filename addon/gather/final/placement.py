@@ -14,6 +14,8 @@ _LEVELS = 9
 _SIGMAS = 2.5  # of noise, by which records may differ from what those around them say
 _DARK = 0.25  # of the mean irradiance: what is darker is held to be as bright
 _BLACK = 0.02  # of the mean irradiance: what is darker need not be known better, whatever is around it
+_SPACING = 0.7  # edge of a cell over its record's harmonic mean distance, beyond which it is cut
+_CLOSEST = 1 / 256  # edge over the extent, that this does not cut on
 _STRAY = 1 / 128  # edge of the cells of those who see no record, over the extent
 
 
@@ -43,12 +45,20 @@ def place_records(
         # Cut the cells in which light changes
         those = record_of[chosen]
         near = Neighbourhood(records.with_edge(those, edge), extent, tracer)
-        cut = (np.bincount(cell) > 1) & disagree(near, those, tolerance, turns.next())
+        cut = disagree(near, those, tolerance, turns.next()) | _close(near.records, those, edge, extent)
+        cut &= np.bincount(cell) > 1
         records = near.records.with_edge(those[cut], edge / 2)
         undecided, edge = undecided[cut[cell]], edge / 2
         if len(undecided) == 0:
             break
     return records
+
+
+def _close(records: Records, which: np.ndarray, edge: float, extent: float) -> np.ndarray:
+    """Whether lit things are so close to some records that light may change within their cells, (w,) bool."""
+    value = records.irradiance.mean(axis=1)
+    lit = value[which] > _BLACK * value.mean()
+    return lit & (edge > _SPACING * records.harmonic_distance[which]) & (edge > _CLOSEST * extent)
 
 
 def disagree(near: Neighbourhood, which: np.ndarray, tolerance: float, workers: Workers) -> np.ndarray:
