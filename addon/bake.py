@@ -21,7 +21,17 @@ from .gather import (
 )
 from .inspector import LIFT, Inspector
 from .parallel import Workers
-from .photons import N_PILOT, PathKind, Photons, Source, Sphere, guide_sources, light_sources, region_of, trace_photons
+from .photons import (
+    PathKind,
+    Photons,
+    Source,
+    Sphere,
+    guide_sources,
+    light_sources,
+    pilots_for,
+    region_of,
+    trace_photons,
+)
 from .progress import Progress
 from .receivers import Receivers
 from .scene import Scene
@@ -76,7 +86,7 @@ def bake(
         survey = survey_surfaces(scene, light_tracer, receivers, settings.n_cache_elements, workers)
         guided, seconds = _guided(scene, of_photons, sources, survey, settings, workers)
         if settings.time:
-            settings = affordable(settings, N_PILOT / seconds)
+            settings = affordable(settings, pilots_for(settings.n_photons) / seconds)
 
     rest = workers.part(_PILOT_PART if survey else 0.0, 1.0)
     photons = trace_photons(scene, of_photons, guided, settings.n_photons, settings.max_bounces, rest)
@@ -183,5 +193,6 @@ def _guided(
     def worth(photons: Photons) -> np.ndarray:
         return survey.worth(scene, photons)
 
-    guided = guide_sources(scene, tracer, sources, settings.max_bounces, worth, workers.part(0.0, _PILOT_PART))
+    part, n_pilots = workers.part(0.0, _PILOT_PART), pilots_for(settings.n_photons)
+    guided = guide_sources(scene, tracer, sources, n_pilots, settings.max_bounces, worth, part)
     return guided, perf_counter() - start

@@ -1,12 +1,11 @@
 """Light in flight: how sources emit photons, how surfaces scatter them, and the photons that are stored."""
 
 from .emission import Source, Sphere, light_sources, region_of
-from .guiding import N_PILOT, GuidedSource, guide_sources
+from .guiding import GuidedSource, guide_sources, pilots_for
 from .photons import PathKind, Photons
 from .tracing import emitted_rays, trace_photons
 
 __all__ = [
-    "N_PILOT",
     "GuidedSource",
     "PathKind",
     "Photons",
@@ -15,6 +14,7 @@ __all__ = [
     "emitted_rays",
     "guide_sources",
     "light_sources",
+    "pilots_for",
     "region_of",
     "trace_photons",
 ]

@@ -21,7 +21,8 @@ from .tracing import emitted_points, shares, trace_photons
 EVEN = 0.25
 """Share of the photons that is spread evenly."""
 
-N_PILOT = 1 << 17
+_MOST_PILOTS = 1 << 17
+_PILOT_SHARE = 4  # of the photons, that are traced first
 _MERGED = 2  # cells along each dimension that are one for half of what is not even
 
 Worth = Callable[[Photons], np.ndarray]
@@ -82,15 +83,26 @@ def _root_mean_square(cell: np.ndarray, worth: np.ndarray, shape: np.ndarray) ->
     return np.sqrt(squares / np.maximum(counts, 1)).reshape(shape)
 
 
+def pilots_for(n_photons: int) -> int:
+    """How many photons go ahead to guide so many."""
+    return max(1, min(n_photons // _PILOT_SHARE, _MOST_PILOTS))
+
+
 def guide_sources(
-    scene: Scene, tracer: LightTracer, sources: list[Source], max_bounces: int, worth: Worth, workers: Workers
+    scene: Scene,
+    tracer: LightTracer,
+    sources: list[Source],
+    n_pilots: int,
+    max_bounces: int,
+    worth: Worth,
+    workers: Workers,
 ) -> list[Source]:
-    """The sources, each guided by what its share of `N_PILOT` photons is worth."""
-    photons = trace_photons(scene, tracer, sources, N_PILOT, max_bounces, workers)
-    counts = shares(sources, N_PILOT)
+    """The sources, each guided by what its share of `n_pilots` photons is worth."""
+    photons = trace_photons(scene, tracer, sources, n_pilots, max_bounces, workers)
+    counts = shares(sources, n_pilots)
     of_path = np.bincount(photons.path, worth(photons), minlength=sum(counts))
     ends = np.cumsum(counts)
-    points = emitted_points(sources, N_PILOT, workers.seed)
+    points = emitted_points(sources, n_pilots, workers.seed)
     return [
         GuidedSource(source, u, of_path[end - count : end])
         for source, u, count, end in zip(sources, points, counts, ends, strict=True)

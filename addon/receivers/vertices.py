@@ -97,9 +97,10 @@ def _groups(mesh: ReceiverMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         receiver_of_vertex[used] = np.arange(len(used))
         return group.reshape(-1), mesh.normals[used], receiver_of_vertex
     # Normals within about half a degree are the same.
-    key = np.column_stack([mesh.corner_vertex, np.rint(mesh.normals * 100).astype(np.int64)])
-    _, first, group = np.unique(key, axis=0, return_index=True, return_inverse=True)
-    group = group.reshape(-1)
+    key = mesh.corner_vertex.astype(np.int64)
+    for axis in range(3):  # one number a corner: sorting rows would hold Python's lock, and Blender's window with it
+        key = key * 256 + np.rint(mesh.normals[:, axis] * 100).astype(np.int64) + 128
+    _, first, group = np.unique(key, return_index=True, return_inverse=True)
     return group, mesh.normals[first], group.astype(np.int32)
 
 

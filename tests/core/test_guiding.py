@@ -64,6 +64,8 @@ def test_a_room_behind_a_hole_gets_more_photons():
         return photons.power.sum(axis=1) * inside
 
     plain = trace_photons(scene, tracer, sources, N, 32, Workers())
-    better = trace_photons(scene, tracer, guide_sources(scene, tracer, sources, 32, worth, Workers()), N, 32, Workers())
+    better = trace_photons(
+        scene, tracer, guide_sources(scene, tracer, sources, N, 32, worth, Workers()), N, 32, Workers()
+    )
     assert worth(better).sum() == pytest.approx(worth(plain).sum(), rel=0.1)
     assert (worth(better) > 0).sum() > 1.5 * (worth(plain) > 0).sum()

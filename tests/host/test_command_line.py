@@ -62,13 +62,23 @@ def test_only_the_objects_asked_for():
     assert has_light("Box", "Glow") and not has_light("Floor", "Glow") and not has_light("Box")
 
 
-def test_a_draft_fills_a_light_volume(tmp_path, capfd):
+def test_a_light_volume_is_filled(tmp_path, capfd):
     report = tmp_path / "r.json"
-    assert run([*QUICK, "--grid-cells", "12", "--report", str(report)]) == 0
+    assert run([*QUICK, "--gather", "light_volume", "--grid-cells", "12", "--report", str(report)]) == 0
     assert has_light("Box") and "photon_bake: Filling the volume" in capfd.readouterr().err
     read = json.loads(report.read_text())
     assert read["settings"]["gather"] == "light_volume" and read["settings"]["n_grid_cells"] == 12
-    assert read["counts"]["volume_cells"] > 0 and "cache_elements" not in read["counts"]
+    assert read["counts"]["volume_cells"] > 0
+
+
+def test_noise_time_and_memory_are_in_the_report(tmp_path):
+    report = tmp_path / "r.json"
+    options = ["--noise", "0.05", "--time", "30", "--memory", "500", "--no-interpolation"]
+    assert run([*QUICK, *options, "--report", str(report)]) == 0
+    read = json.loads(report.read_text())
+    asked = {"noise": 0.05, "time": 30.0, "memory": 500, "interpolate": False}
+    assert {name: read["settings"][name] for name in asked} == asked
+    assert read["relative_noise"] <= 0.05 and read["counts"]["gather_rays"] > 0
 
 
 @pytest.mark.parametrize("gather", ["final", "density", "light_volume"])
