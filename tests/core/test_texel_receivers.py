@@ -222,7 +222,7 @@ def test_furnace():
     scene = scene_of(*box(), albedo=0.5, lights=lamp(LightKind.POINT, 24 / (4 * np.pi), position=(0, 0, 0)))
     tracer = EmbreeTracer(scene)
     receivers, texels = texel_receivers([unwrapped_box(0.03)], [(24, 36)], tracer)
-    light = bake(scene, receivers, settings_for("draft", gather="final", n_photons=200_000), tracer)
+    light = bake(scene, receivers, settings_for("draft", n_photons=200_000, n_gather_rays=1024, n_cache_rays=4), tracer)
     mean = np.average(light.value, axis=0, weights=receivers.footprint**2)
     assert mean == pytest.approx(np.ones(3), rel=0.02)
     (image,) = finish_lightmaps(light.value, light.stderr, receivers, texels, FinishOptions(denoiser="own"))
