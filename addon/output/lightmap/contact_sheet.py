@@ -22,11 +22,13 @@ def contact_sheet(images: Sequence[np.ndarray]) -> np.ndarray:
     sheet = np.full((rows * (CELL + GAP) + GAP, columns * (CELL + GAP) + GAP, 3), _AROUND, np.uint8)
     lit = [image[..., :3][image[..., :3] > 0] for image in images]
     white = max((float(np.percentile(light, _BRIGHT)) for light in lit if len(light)), default=1.0)
+    bottom = right = 0
     for i, image in enumerate(images):
         small = _reduced(image[::-1, :, :3])
         top, left = (GAP + place * (CELL + GAP) for place in divmod(i, columns))
         sheet[top : top + small.shape[0], left : left + small.shape[1]] = _srgb(small / white)
-    return sheet
+        bottom, right = max(bottom, top + small.shape[0]), max(right, left + small.shape[1])
+    return sheet[: bottom + GAP, : right + GAP]
 
 
 def _reduced(image: np.ndarray) -> np.ndarray:
