@@ -129,3 +129,14 @@ def rendered(name):
     image.pixels.foreach_get(pixels)
     bpy.data.images.remove(image)
     return tuple(pixels.reshape(-1, 4)[:, :3].mean(axis=0))
+
+
+def test_what_is_shown_is_not_baked_again(materials, tmp_path):
+    """The camera alone sees it, so light does not; also where it shows more than there is."""
+    _, before = bake(tmp_path)
+    bpy.ops.photon_bake.show_lightmaps()
+    for image in bpy.data.images:
+        paint(image, 100.0)
+    _, after = bake(tmp_path)
+    for one, other in zip(before.products[0].images, after.products[0].images, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-4, atol=1e-5)
