@@ -15,7 +15,7 @@ from .registry import Case
 
 SEEDS = (1, 2, 3, 4)
 SETTINGS = settings_for(
-    "draft", gather="final", n_photons=50_000, n_gather_rays=512, n_cache_elements=5_000, n_threads=1
+    "draft", n_photons=50_000, n_gather_rays=512, n_cache_elements=5_000, n_cache_rays=4, n_threads=1
 )
 """Four small bakes tell their own noise, cache and all, which one large bake does not."""
 

@@ -155,7 +155,7 @@ def metallic():
     shiny_floor(shader("BsdfMetallic", inputs))
 
 
-@case("Two mirrors (light by way of both)", GROUP)
+@case("Two mirrors (light by way of both)", GROUP, effort=4)
 def two_mirrors():
     # Between a mirror floor and a mirror ceiling.
     mirror = shader("BsdfAnisotropic", {"Color": (0.9, 0.9, 0.9), "Roughness": 0.0})
