@@ -1,8 +1,8 @@
 """Blender's side of a bake: reads a scene out of Blender and writes light back into it.
 
 The only engine room that knows `bpy`. It turns data-blocks into the plain arrays of `addon.scene` and
-`addon.receivers`, and values into colour attributes; nothing here computes light. Reading changes no data-block, and
-`write_color_attribute` is the one function that changes any.
+`addon.receivers`, and values into colour attributes; nothing here computes light. Reading changes no data-block:
+`write_color_attribute` and `write_lightmaps` do, after a bake, and what shows lightmaps in materials or hides them.
 """
 
 from .bake_objects import bake_objects
