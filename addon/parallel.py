@@ -101,6 +101,10 @@ class Turns:
         start, self._done = self._done, (1 + self._done) / 2
         return self._workers.part(start, self._done)
 
+    def end(self, stage: str) -> None:
+        """Say that the stage is done."""
+        self._workers.progress.update(stage, 1.0)
+
 
 def ordered_map(function: Callable[[A], B], items: Iterable[A], n_threads: int = 0) -> Iterator[B]:
     """Yield ``function(item)`` for each item, in the items' order, computed on several threads.

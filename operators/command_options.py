@@ -112,7 +112,9 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
     if "lightmap" in targets and given.output is None and not loaded_file:
         parser.error("the lightmaps have no folder: give --output DIR")
     try:
-        settings = settings_for(given.quality, **_given(given, [*KNOB_OPTIONS.values(), *CHOICES, "add_direct", "interpolate"]))
+        settings = settings_for(
+            given.quality, **_given(given, [*KNOB_OPTIONS.values(), *CHOICES, "add_direct", "interpolate"])
+        )
         lightmaps = LightmapSettings(**_given(given, [*_LIGHTMAP_KNOBS])) if "lightmap" in targets else None
     except BakeError as error:
         parser.error(str(error))

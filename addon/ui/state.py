@@ -11,8 +11,8 @@ STAGE_SHARES: dict[Gather, dict[str, float]] = {
         "Tracing photons": 1,
         "Refining surfaces": 0.5,
         "Lighting surfaces": 2,
-        "Refining light": 3,
-        "Gathering light": 25,
+        "Refining light": 1,
+        "Gathering light": 8,
         "Adding direct light": 1,
     },
     "density": {

@@ -206,13 +206,3 @@ def test_quality_is_what_the_knobs_say(empty_scene, quality):
     assert properties.settings() == settings_for(quality, seed=5) and properties.quality == quality
     properties.n_photons += 1
     assert properties.quality == "custom"
-
-
-def test_a_draft_is_another_gather(empty_scene):
-    properties = empty_scene.photon_bake
-    properties.quality = "draft"
-    assert properties.gather == "light_volume"
-    properties.gather = "final"
-    assert properties.quality == "custom"
-    properties.quality = "medium"
-    assert properties.gather == "final"

@@ -10,7 +10,7 @@ from ...tracers import Tracer
 from ..gather_rays import GatherRays
 from .effort import Effort, rays_for_budget, rays_for_noise
 from .placement import look_up_all, place_records
-from .records import RecordMaker, Records
+from .records import STAGE, RecordMaker, Records
 from .spread import Spread
 from .weights import Neighbourhood, Weights
 
@@ -69,6 +69,7 @@ def final_gather(
         around = Neighbourhood(records, extent, tracer).of_records(np.arange(len(records)), turns.next())
 
     records = _add_rays(records, weights, around, maker, effort)
+    turns.end(STAGE)
     spread = Spread.of(records, around)
     irradiance = np.maximum(weights.apply(spread.blended(records, around)), 0).astype(np.float32)
     stderr = np.sqrt(spread.variance(records, weights)).astype(np.float32)

@@ -11,6 +11,7 @@ from ...scene.z_curve import z_curve
 from ..gather_rays import GatherRays
 
 N_BATCHES = 4
+STAGE = "Gathering light"
 _GATHER = 21  # stream of random numbers
 _CHUNK = 1 << 17
 _LEAST_DISTANCE = np.float32(1e-6)  # m
@@ -135,7 +136,7 @@ class RecordMaker:
             return self._gather(chosen[order[chunk]], random)
 
         workers, bytes_ = self._turns.next(), self.n_rays * _RAY_BYTES
-        for chunk, (sums, near) in workers.chunks("Gathering light", n, size, gather, key, row_bytes=bytes_):
+        for chunk, (sums, near) in workers.chunks(STAGE, n, size, gather, key, row_bytes=bytes_):
             total[order[chunk]], nearness[order[chunk]] = sums, near
         self._n_sent += n * self.n_rays
         self._seconds += perf_counter() - began

@@ -9,7 +9,7 @@ from ...parallel import Workers
 from ...sampling.vectors import dot
 from ...sampling.warps import frame
 from ...tracers import Tracer
-from .records import Records
+from .records import STAGE, Records
 
 _N_NEIGHBOURS = 12
 _REACH = 1.5  # edges of its cell, as far as a record counts
@@ -18,7 +18,6 @@ _HEIGHT = 0.5  # of its reach, above or below the tangent plane, at which it cou
 _RIDGE = 0.005  # of the squared reach, added to the covariance: how far few records may be extrapolated
 _CHUNK = 1 << 15
 _POINT_BYTES = 2000  # a point takes, with the records around it
-_STAGE = "Gathering light"
 
 
 @dataclass(frozen=True)
@@ -104,7 +103,7 @@ class Neighbourhood:
         def look(chunk: slice, _: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
             return self._look(position[chunk], normal[chunk], None if without is None else without[chunk])
 
-        for chunk, (near, w) in workers.chunks(_STAGE, len(position), _CHUNK, look, (), row_bytes=_POINT_BYTES):
+        for chunk, (near, w) in workers.chunks(STAGE, len(position), _CHUNK, look, (), row_bytes=_POINT_BYTES):
             record[chunk], weight[chunk] = near, w
         return Weights(record, weight)
 
