@@ -6,7 +6,7 @@
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
-window, error, scenes, volume, images or extraction.
+window, error, scenes, volume, images, extraction, lightmaps or lightmap_speed.
 """
 
 import json
@@ -22,6 +22,7 @@ import bpy
 import equal_error
 import extraction
 import light_volume
+import lightmap_rival
 import lightmaps
 import make_truth
 import multi_image
@@ -141,6 +142,7 @@ PARTS = {
     "images": multi_image.tables,
     "extraction": extraction_tables,
     "lightmaps": lambda scenes, _: lightmaps.tables(scenes),
+    "lightmap_speed": lambda scenes, _: lightmap_rival.tables(scenes),
 }
 
 
