@@ -6,9 +6,9 @@
 All objects of a scene become one, with one lightmap, and both bake to the same image through the same UV map. Errors
 are those of the lightmap read bilinearly where the probes are, as a shader reads it, so that they hold what its texels
 cannot show. Probes that no light reaches lie inside of solids, which nobody sees: the error is that of the others, and
-in a column of its own that of all. Our seconds are those of placing receivers, solving and finishing; reading the scene
-stands beside them. Beyond Cycles' measured errors its time is extrapolated by 1/√n, which flatters it: what a filter
-leaves falls more slowly.
+in a column of its own that of all. Our seconds are those of placing receivers and solving, and of finishing with the
+filter or without it; reading the scene stands beside them. Beyond Cycles' measured errors its time is extrapolated by
+1/√n, which flatters it: what a filter leaves falls more slowly.
 """
 
 import tempfile
@@ -36,10 +36,11 @@ from truth import Truth, open_scene
 
 SIZES = (200_000, 1_000_000)
 QUALITIES = ("draft", "medium")
+DENOISERS = ("oidn", "none")
 SAMPLES = (1, 4, 16, 64)
 MOST_SAMPLES = 2e7  # in one bake of Cycles, for all pixels: it takes half a minute
 TITLE = "Lightmaps' time at equal error, against Cycles' image bake and OpenImageDenoise"
-HEAD = ["Scene", "Texels", "Image", "Bake", "Read, s", "Bake, s", "Relative RMSE without filter", "Filter, s"]
+HEAD = ["Scene", "Texels", "Image", "Bake", "Read, s", "Bake, s", "Relative RMSE without filter", "Filter or finish, s"]
 HEAD += ["Relative RMSE", "Inside solids too", "Mean", "Cycles to the same error, s", "Speed-up"]
 UV_MAP = "Lightmap"
 
@@ -190,7 +191,7 @@ def measure_cycles(lightmap, judge):
 
 
 def measure_ours(lightmap, judge, quality, rival):
-    """Cells of `HEAD` from "Bake" on."""
+    """Cells of `HEAD` from "Bake" on, with each of `DENOISERS`."""
     settings = settings_for(quality)
     workers = Workers(settings.seed, settings.n_threads)
     began = perf_counter()
@@ -199,26 +200,26 @@ def measure_ours(lightmap, judge, quality, rival):
     tracer = EmbreeTracer(job.scene)
     points = job.targets[0].points(tracer, workers, [])
     light = bake(job.scene, points.receivers, settings, tracer)
-    solved = perf_counter()
-    (pixels,) = points.finish(light, workers).images
     seconds = perf_counter() - start
-    value = lightmap.at_probes(pixels)
-    rival_seconds, extrapolated = rival.to_reach(judge.error(value))
-    return [
-        f"ours, {quality}",
-        f"{start - began:.1f}",
-        f"{solved - start:.1f}",
-        "",
-        f"{start + seconds - solved:.1f}",
-        *judge.cells(value),
-        f"{rival_seconds:,.0f}",
-        f"{rival_seconds / seconds:.1f}{' (extrapolated)' if extrapolated else ''}",
-    ]
+    for denoiser in DENOISERS:
+        of_target = replace(points.target, settings=replace(points.target.settings, denoiser=denoiser))
+        finishing = perf_counter()
+        (pixels,) = replace(points, target=of_target).finish(light, workers).images
+        more = perf_counter() - finishing
+        value = lightmap.at_probes(pixels)
+        cells = [f"ours, {quality}, {denoiser}", f"{start - began:.1f}", f"{seconds:.1f}", "", f"{more:.1f}"]
+        yield [*cells, *judge.cells(value), *_gain(rival, judge.error(value), seconds + more)]
+
+
+def _gain(rival, error, seconds):
+    """The last two cells of `HEAD`."""
+    needed, extrapolated = rival.to_reach(error)
+    return f"{needed:,.0f}", f"{needed / seconds:.1f}{' (extrapolated)' if extrapolated else ''}"
 
 
 def _our_job(lightmap):
     """What a bake of ours to the same image needs."""
-    settings = LightmapSettings(uv_map=UV_MAP, size=lightmap.image.size[0], denoiser="oidn")
+    settings = LightmapSettings(uv_map=UV_MAP, size=lightmap.image.size[0])
     with tempfile.TemporaryDirectory() as folder:
         wanted = WantedLightmaps(settings, Path(folder), bpy.context.scene.name)
         return BakeJob.prepare(bpy.context, [wanted], Progress(), [lightmap.obj.name])
@@ -229,7 +230,7 @@ def measure(name, path, n_texels, qualities):
     judge = Judge.of(open_scene(name, path))
     lightmap = make_lightmap(n_texels)
     rows, rival = measure_cycles(lightmap, judge)
-    rows += [measure_ours(lightmap, judge, quality, rival) for quality in qualities]
+    rows += [row for quality in qualities for row in measure_ours(lightmap, judge, quality, rival)]
     size = f"{lightmap.image.size[0]}²"
     return [[name, f"{lightmap.n_texels:,}", size, *row] for row in rows]
 
