@@ -47,13 +47,28 @@ class CoincidentSurfaces:
         k = np.flatnonzero(self._n_partners[triangle])
         if len(k) == 0:
             return smothered
+        x = self._scene.points(triangle[k], u[k], v[k])
         counts = self._n_partners[triangle[k]]
-        point = np.repeat(k, counts)
+        point = np.repeat(np.arange(len(k)), counts)
         nth = np.arange(len(point)) - np.repeat(np.cumsum(counts) - counts, counts)
-        partner = self._second[self._start[triangle[point]] + nth]
-        x = self._scene.points(triangle[point], u[point], v[point])
-        smothered[point[_inside(self._scene, partner, x)]] = True
+        partner = self._start[triangle[k]][point] + nth
+
+        # Of the many partners that a ground has, few are near
+        low, high = self._bounds
+        for axis in range(3):
+            place = x[point, axis]
+            near = np.flatnonzero((place >= low[partner, axis]) & (place <= high[partner, axis]))
+            point, partner = point[near], partner[near]
+        smothered[k[point[_inside(self._scene, self._second[partner], x[point])]]] = True
         return smothered
+
+    @cached_property
+    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest coordinates of the triangles `_second`, and a little more, (p, 3) float32 each."""
+        corners = self._scene.vertices[self._scene.triangles[self._second]].astype(np.float64)
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        margin = 4 * _ONE_PLACE * np.maximum(np.abs(corners).max(axis=(1, 2), initial=0)[:, None], 1e-6)
+        return (low - margin).astype(np.float32), (high + margin).astype(np.float32)
 
     def _pairs(self, tracer: Tracer) -> tuple[np.ndarray, np.ndarray]:
         """Triangles that lie in one place, each pair both ways round, (p,) int32 each."""
