@@ -92,10 +92,11 @@ def timed(scene, tracer, photons, points, n_cells):
 def draft_rows(name, path):
     """Rows: whole bakes by the command line, from their own reports."""
     rows = []
+    volume = ["--quality", "draft", "--gather", "light_volume", "--photons", "600000", "--gather-rays", "128"]
     for bake, options in {
-        "draft": ["--quality", "draft"],
-        "draft of photons alone": ["--quality", "draft", "--volume-rays", "0"],
-        "the same through cube maps": ["--quality", "draft", "--volume-rays", "0", "--tracer", "multi_image"],
+        "by rays": volume,
+        "by photons alone": [*volume, "--volume-rays", "0"],
+        "the same through cube maps": [*volume, "--volume-rays", "0", "--tracer", "multi_image"],
         "medium": [],
     }.items():
         with tempfile.TemporaryDirectory() as folder:
