@@ -87,7 +87,9 @@ def density_estimate(
         normals = receivers.normal[chunk]
         x, smothered = _on_surface(light_tracer, receivers.position[chunk], normals, float(SLICE * r_max))
         within, r = _nearest_in_slice(tree, photons.position, photon_normals, x, normals, n_nearest, r_max)
-        within[smothered] = -1
+        # What covers a receiver closer than the slice is thick has other photons on its far side
+        above = receivers.position[chunk] + (SLICE * r)[:, None] * normals
+        within[smothered | tracer.occluded(receivers.position[chunk], above)] = -1
         lit = np.flatnonzero((within >= 0).any(axis=1))
         share = np.ones(len(x), np.float32)
         share[lit], blocked = surface_share(tracer, x[lit], normals[lit], r[lit])
