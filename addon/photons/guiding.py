@@ -73,7 +73,7 @@ class GuidedSource(Source):
         """The cell of each point, `merged` along each dimension being one, (n,) int."""
         shape = -(-self._shape // merged)
         steps = np.minimum((u * self._shape).astype(np.int64) // merged, shape - 1)
-        return np.ravel_multi_index(tuple(steps.T), shape)
+        return np.ravel_multi_index(tuple(steps.T), tuple(int(n) for n in shape))
 
 
 def _root_mean_square(cell: np.ndarray, worth: np.ndarray, shape: np.ndarray) -> np.ndarray:
