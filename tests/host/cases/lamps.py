@@ -297,7 +297,7 @@ def instanced_lamps():
         instance.location, instance.scale = (x, 0, 0.5), (scale, scale, scale)
 
 
-@case("A lamp in a box with a slit", GROUP, effort=4)
+@case("A lamp in a box with a slit", GROUP, effort=9)
 def lamp_in_box():
     # Most light leaves the white box only after bounces in it. Its sides run into each other at the edges.
     lit_room("POINT", energy=200, shadow_soft_size=0.05)
