@@ -27,8 +27,8 @@ SMOOTH = 0.1
 PEAK = np.float32(1)
 """Value of a glossy lobe, 1/sr, from which on light is left to photons in any case: three times what white paper has.
 
-Few rays meet such highlights, and they are bright: in a room with sunlit metal and lacquer a bound of 10 leaves little more
-of the light to rays, and most of their variance is of it.
+Few rays meet such highlights, and they are bright: in a room with sunlit metal and lacquer a bound of 10 leaves little
+more of the light to rays, and most of their variance comes from that.
 """
 
 
