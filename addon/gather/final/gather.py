@@ -105,10 +105,10 @@ def _wanted(
         now, asked = float(spread.variance(records, weights).mean()), (effort.noise * mean) ** 2
         if now <= asked:
             return records.n_rays
-        of_rays = float((harm * spread.per_ray / records.n_rays).sum())
-        return rays_for_noise(spread.per_ray, harm, records.n_rays, of_rays * max(asked / now, _LEAST_STEP))
+        of_rays = float((harm * spread.expected / records.n_rays).sum())
+        return rays_for_noise(spread.expected, harm, records.n_rays, of_rays * max(asked / now, _LEAST_STEP))
     if seconds < np.inf:
-        return rays_for_budget(spread.per_ray, harm, records.n_rays, rate * _TIME_SHARE * seconds)
+        return rays_for_budget(spread.expected, harm, records.n_rays, rate * _TIME_SHARE * seconds)
     if turn == 0:
-        return rays_for_budget(spread.per_ray, harm, records.n_rays, float(records.n_rays.sum()))
+        return rays_for_budget(spread.expected, harm, records.n_rays, float(records.n_rays.sum()))
     return records.n_rays

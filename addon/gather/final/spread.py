@@ -20,6 +20,9 @@ class Spread:
     ----------
     per_ray : (m,) float64, (W/m²)²
         Variance of what one ray tells.
+    expected : (m,) float64, (W/m²)²
+        The same from other records alone, by which rays are shared out: where a record's own rays decided whether it
+        gets more of them, those that missed a rare bright thing would get none, and all together would be too dark.
     others : (m,) float64, (W/m²)²
         v'; 0 where there are no others.
     bias2 : (m,) float64, (W/m²)²
@@ -29,6 +32,7 @@ class Spread:
     """
 
     per_ray: np.ndarray
+    expected: np.ndarray
     others: np.ndarray
     bias2: np.ndarray
     blend: np.ndarray
@@ -43,10 +47,11 @@ class Spread:
             What each record takes from others; None: nobody takes anything from others.
         """
         per_ray = records.variance * records.n_rays
-        nothing = np.zeros(len(records))
+        nothing, all_alike = np.zeros(len(records)), np.full(len(records), per_ray.mean() if len(records) else 0.0)
         if around is None:
-            return Spread(per_ray, nothing, nothing, nothing)
+            return Spread(per_ray, all_alike, nothing, nothing, nothing)
         supported, mean = around.supported, around.mean()
+        expected = np.where(supported, mean.apply(per_ray), all_alike)
         per_ray = np.where(supported, (per_ray + mean.apply(per_ray)) / 2, per_ray)
         noise = per_ray / records.n_rays
         others = around.square().apply(noise)
@@ -54,7 +59,7 @@ class Spread:
         off2 = np.where(supported, (around.apply(value) - value) ** 2, 0)
         off2 = np.where(supported, (off2 + mean.apply(off2)) / 2, 0)
         blend = np.where(supported, noise / np.maximum(np.maximum(off2, noise + others), 1e-30), 0)
-        return Spread(per_ray, others, np.maximum(off2 - noise - others, 0), blend)
+        return Spread(per_ray, expected, others, np.maximum(off2 - noise - others, 0), blend)
 
     def blended(self, records: Records, around: Weights | None) -> np.ndarray:
         """Irradiance of the records, moved to what those around them say, (m, 3) float64, W/m²."""

@@ -277,7 +277,7 @@ def mix_shader_textured():
     painted_floor(mixed(mask, diffuse((0.1, 0.2, 0.9)), diffuse((0.9, 0.2, 0.1))))
 
 
-@case("Mix Shader by Fresnel", GROUP, effort=3)
+@case("Mix Shader by Fresnel", GROUP, effort=6)
 def mix_shader_fresnel():
     # Lacquer: a mirror coat on a dark floor, strong where light grazes.
     def fresnel(tree):
