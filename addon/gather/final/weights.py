@@ -122,9 +122,9 @@ class Neighbourhood:
         reach = np.float32(_REACH) * records.edge[near]
         tilt = records.normal[near] - normal[:, None]
         height = np.einsum("nki,ni->nk", way, normal)
-        w = np.maximum(1 - distance2 / reach**2, 0)
-        w *= np.maximum(1 - np.einsum("nki,nki->nk", tilt, tilt) / np.float32(_TILT**2), 0)
-        w *= np.maximum(1 - (height / (np.float32(_HEIGHT) * reach)) ** 2, 0)
+        w = _bump(np.sqrt(distance2) / reach)
+        w *= _bump(np.sqrt(np.einsum("nki,nki->nk", tilt, tilt)) / np.float32(_TILT))
+        w *= _bump(height / (np.float32(_HEIGHT) * reach))
         w *= w
         if without is not None:
             w[near == without[:, None]] = 0
@@ -144,6 +144,11 @@ class Neighbourhood:
         seen = np.flatnonzero(~hidden)
         hidden[seen] = tracer.occluded(records.position[k[seen]], middle[seen])
         w[i[hidden], j[hidden]] = 0
+
+
+def _bump(x: np.ndarray) -> np.ndarray:
+    """1 − x² where that is positive, and 0 elsewhere; x may be huge."""
+    return 1 - np.minimum(np.abs(x), np.float32(1)) ** 2
 
 
 def _linear(w: np.ndarray, way: np.ndarray, normal: np.ndarray, reach: np.ndarray) -> np.ndarray:
