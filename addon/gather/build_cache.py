@@ -23,7 +23,7 @@ from .gather_rays import GatherRays
 from .radiance_cache import RadianceCache
 
 _PILOT, _DIRECT, _REFINE = 11, 12, 13  # streams of random numbers
-_N_PILOT_RAYS = 1 << 18
+_RAYS_PER_ELEMENT = 4  # that are sent to see where gather rays end
 _N_DIRECT_LOOK, _N_DIRECT_SEEN, _N_DIRECT_UNSEEN, _MAX_DIRECT = 4, 12, 2, 4096
 _LEAST_COVERAGE = np.float32(1e-3)  # where samples met nothing but holes
 _CHUNK = 1 << 15
@@ -59,7 +59,7 @@ def survey_surfaces(
     scene: Scene, tracer: LightTracer, receivers: Receivers, n_elements: int, workers: Workers
 ) -> Survey:
     """Cut the surfaces into about `n_elements` elements, shared out by where gather rays from `receivers` end."""
-    met, back = pilot_hits(scene, tracer, receivers, workers)
+    met, back = _pilot_hits(scene, tracer, receivers, _RAYS_PER_ELEMENT * n_elements, workers)
     cells = SurfaceCells.by_visits(scene, np.bincount(met.triangle, minlength=scene.n_triangles), n_elements)
     cell, _, _ = cells.find(met.triangle, met.u, met.v)
     of_cells = np.bincount(2 * cell + back, minlength=2 * len(cells)).reshape(-1, 2)
@@ -115,9 +115,11 @@ def _swapped(of_sides: np.ndarray) -> np.ndarray:
     return of_sides.reshape(-1, 2, *of_sides.shape[1:])[:, ::-1].reshape(of_sides.shape)
 
 
-def pilot_hits(scene: Scene, tracer: LightTracer, receivers: Receivers, workers: Workers) -> tuple[Hits, np.ndarray]:
-    """Where gather rays from the receivers end, and rays from there on; and whether on a triangle's back, (n,) bool."""
-    start = np.linspace(0, len(receivers), _N_PILOT_RAYS, endpoint=False).astype(np.int64)  # every receiver alike
+def _pilot_hits(
+    scene: Scene, tracer: LightTracer, receivers: Receivers, n_rays: int, workers: Workers
+) -> tuple[Hits, np.ndarray]:
+    """Where gather rays from the receivers end, and rays from there on; whether on a triangle's back, (n,) bool."""
+    start = np.linspace(0, len(receivers), n_rays, endpoint=False).astype(np.int64)  # every receiver alike
 
     def fly(chunk: slice, random: np.random.Generator) -> list[tuple[Hits, np.ndarray]]:
         normals, origins = receivers.normal[start[chunk]], receivers.position[start[chunk]]
@@ -134,7 +136,7 @@ def pilot_hits(scene: Scene, tracer: LightTracer, receivers: Receivers, workers:
                 origins, directions = on.origins, on.directions
         return met
 
-    chunks = workers.chunks("Refining surfaces", _N_PILOT_RAYS, _CHUNK, fly, (_PILOT,))
+    chunks = workers.chunks("Refining surfaces", n_rays, _CHUNK, fly, (_PILOT,))
     parts = [part for _, met in chunks for part in met]
     return Hits.join([hits for hits, _ in parts]), np.concatenate([back for _, back in parts])
 

@@ -14,7 +14,7 @@ from photon_bake.addon.settings import BakeSettings
 from photon_bake.addon.tracers.embree import EmbreeTracer
 from photon_bake.tests.host import scenes
 
-N_SCENES = 40
+N_SCENES = 1000
 
 CUBE = ([(x, y, z) for z in (-1, 1) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))], scenes.CUBE_FACES)
 SQUARE = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]

@@ -155,14 +155,16 @@ def _linear(w: np.ndarray, way: np.ndarray, normal: np.ndarray, reach: np.ndarra
     """Weights that give the value at 0 of the plane that fits best in the least squares weighted by `w` (n, k).
 
     With w that sum to one, coordinates t in the tangent plane and t̄ = Σ w t, these are l = w (1 − t̄ᵀ S⁻¹ (t − t̄)),
-    S = Σ w (t − t̄)(t − t̄)ᵀ + ridge.
+    S = Σ w (t − t̄)(t − t̄)ᵀ + ridge, with lengths in units of the root mean square reach.
     """
     tangent, bitangent = frame(normal)
+    unit = np.maximum(np.sqrt(dot(w, reach**2)), np.float32(1e-20))[:, None]
+    way = np.where(w[..., None] > 0, way, 0) / unit[..., None]
     x, y = np.einsum("nki,ni->nk", way, tangent), np.einsum("nki,ni->nk", way, bitangent)
     mean_x, mean_y = dot(w, x), dot(w, y)
     x -= mean_x[:, None]
     y -= mean_y[:, None]
-    ridge = np.float32(_RIDGE) * dot(w, reach**2) + np.float32(1e-20)
+    ridge = np.float32(_RIDGE)
     wx, wy = w * x, w * y
     xx, yy, xy = dot(wx, x) + ridge, dot(wy, y) + ridge, dot(wx, y)
     determinant = xx * yy - xy * xy
