@@ -1,6 +1,7 @@
 """One bake, stage by stage: photons are traced, receivers gather them."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from time import perf_counter
 
 import numpy as np
@@ -25,7 +26,6 @@ from .photons import (
     PathKind,
     Photons,
     Source,
-    Sphere,
     guide_sources,
     light_sources,
     pilots_for,
@@ -69,10 +69,28 @@ def bake(
     Cancelled
         If `progress` was cancelled.
     """
-    progress, inspector = progress or Progress(), inspector or Inspector()
     if len(receivers) == 0:
-        nothing = np.zeros((0, 3), np.float32)
-        return Irradiance(nothing, nothing[:, 0], {"indirect": nothing}, {"receivers": 0})
+        return no_light()
+    return solve(scene, receivers, settings, tracer, progress, inspector, photon_tracer).irradiance()
+
+
+def no_light() -> Irradiance:
+    """The light of no receivers."""
+    nothing = np.zeros((0, 3), np.float32)
+    return Irradiance(nothing, nothing[:, 0], {"indirect": nothing}, {"receivers": 0})
+
+
+def solve(
+    scene: Scene,
+    receivers: Receivers,
+    settings: BakeSettings,
+    tracer: Tracer,
+    progress: Progress | None = None,
+    inspector: Inspector | None = None,
+    photon_tracer: Tracer | None = None,
+) -> "Solution":
+    """Trace photons through `scene`, those that `receivers` (at least one) need, and keep them; as `bake` else."""
+    progress, inspector = progress or Progress(), inspector or Inspector()
     started = perf_counter()
     workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
     region = region_of(receivers.position)
@@ -92,24 +110,24 @@ def bake(
     photons = trace_photons(scene, of_photons, guided, settings.n_photons, settings.max_bounces, rest)
     inspector.see("photons", lambda: (photons.position + LIFT * region.radius * photons.normal, photons.power))
     direct = DirectLight(scene, light_tracer, sources)
-    gathering = _Gathering(scene, receivers, settings, light_tracer, photons, direct, survey, workers, inspector)
-    if settings.gather == "final":
-        deadline = started + settings.time if settings.time else np.inf
-        indirect, stderr, counts = gathering.by_final_gather(region, deadline)
-    elif settings.gather == "light_volume":
-        indirect, stderr, counts = gathering.by_light_volume()
-    else:
-        indirect, stderr, counts = gathering.by_density()
-    passes = {"indirect": indirect}
-    if settings.add_direct:
-        passes["direct"] = direct_irradiance(scene, direct, receivers, workers)
-    value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
-    return Irradiance(value, stderr, passes, {"receivers": len(value), "stored_photons": len(photons), **counts})
+    deadline = started + settings.time if settings.time else np.inf
+    return Solution(scene, receivers, settings, light_tracer, photons, direct, survey, workers, inspector, deadline)
 
 
 @dataclass(frozen=True)
-class _Gathering:
-    """What photons become at the receivers: irradiance (n, 3), its standard error (n,), and counts for the report."""
+class Solution:
+    """Light in a scene, to be gathered.
+
+    Attributes
+    ----------
+    receivers : Receivers
+        That it was solved for.
+    direct : DirectLight
+    survey : Survey or None
+        Of the surfaces that gather rays see; None where no rays are sent.
+    deadline : float, s
+        By `time.perf_counter`, of the final gather.
+    """
 
     scene: Scene
     receivers: Receivers
@@ -120,21 +138,48 @@ class _Gathering:
     survey: Survey | None
     workers: Workers
     inspector: Inspector
+    deadline: float
 
-    def by_final_gather(self, region: Sphere, deadline: float) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
+    def irradiance(self) -> Irradiance:
+        """The light at the receivers."""
+        if self.settings.gather == "final":
+            indirect, stderr, counts = self._by_final_gather()
+        elif self.settings.gather == "light_volume":
+            indirect, stderr, counts = self._by_light_volume()
+        else:
+            indirect, stderr, counts = self._by_density()
+        passes = {"indirect": indirect}
+        if self.settings.add_direct:
+            passes["direct"] = direct_irradiance(self.scene, self.direct, self.receivers, self.workers)
+        value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
+        return Irradiance(
+            value, stderr, passes, {"receivers": len(value), "stored_photons": len(self.photons), **counts}
+        )
+
+    @cached_property
+    def rays(self) -> GatherRays | None:
+        """Rays that gather from a radiance cache, which is made when they are first asked for; None without survey."""
+        if self.survey is None:
+            return None
+        scene, tracer, direct = self.scene, self.tracer, self.direct
+        n_rays = self.settings.n_cache_rays
+        cache = build_radiance_cache(scene, tracer, self.photons, direct, self.survey, n_rays, self.workers)
+        return GatherRays(scene, tracer, direct, cache)
+
+    def _by_final_gather(self) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
         """Photons and direct light make a radiance cache; rays from some receivers gather from it, for all."""
-        rays, caustics = self._rays(), self._caustics()
-        effort = Effort(self.settings.n_gather_rays, self.settings.noise, deadline, self.settings.interpolate)
-        extent = max(2 * region.radius, _LEAST_EXTENT)
+        rays, caustics = self._must_gather(), self._caustics()
+        effort = Effort(self.settings.n_gather_rays, self.settings.noise, self.deadline, self.settings.interpolate)
+        extent = max(2 * region_of(self.receivers.position).radius, _LEAST_EXTENT)
         gathered = final_gather(rays, self.receivers, effort, extent, self.tracer.surfaces, self.workers)
         counts = {"gather_points": gathered.n_records, "gather_rays": gathered.n_rays}
         return _sum(gathered.irradiance, gathered.stderr, counts, caustics)
 
-    def by_light_volume(self) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
+    def _by_light_volume(self) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
         """A coarse but smooth grid takes up photons, or what rays gather; caustics, which are sharp, stay out of it."""
         n_cells, n_rays, at = self.settings.n_grid_cells, self.settings.n_volume_rays, self.receivers.position
         if n_rays:
-            volumes = Cascade.of_rays(self.scene, self.tracer, self._rays(), n_rays, at, n_cells, self.workers)
+            volumes = Cascade.of_rays(self.scene, self.tracer, self._must_gather(), n_rays, at, n_cells, self.workers)
         else:
             scattered = self.photons.where(self.photons.kind == PathKind.INDIRECT)
             volumes = Cascade.of_photons(self.scene, self.tracer, scattered, at, n_cells, self.workers)
@@ -143,31 +188,35 @@ class _Gathering:
         counts = {"volume_cells": sum(volume.grid.n_cells for volume in volumes.volumes)}
         return _sum(irradiance, stderr, counts, self._caustics())
 
-    def by_density(self) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
+    def _by_density(self) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
         """Receivers gather the photons around them."""
         scattered = self.photons.where(self.photons.kind != PathKind.DIRECT)
-        density = self._density(scattered, self.settings.n_nearest)
+        density = self._density(scattered, self.settings.n_nearest, self.receivers)
         return density.irradiance, density.stderr, {}
 
-    def _rays(self) -> GatherRays:
-        """Rays that gather from a radiance cache."""
-        scene, tracer, direct = self.scene, self.tracer, self.direct
-        assert self.survey is not None
-        n_rays = self.settings.n_cache_rays
-        cache = build_radiance_cache(scene, tracer, self.photons, direct, self.survey, n_rays, self.workers)
-        return GatherRays(scene, tracer, direct, cache)
+    def _must_gather(self) -> GatherRays:
+        assert self.rays is not None
+        return self.rays
 
     def _caustics(self) -> tuple[Density, int]:
         """What lamps send over mirrors and glass, which photons find far better than rays do; and their number."""
         focused = self.photons.where(self.photons.kind == PathKind.CAUSTIC)
         n_nearest = self.settings.n_nearest // _CAUSTIC_SHARE
-        if len(focused) < _LEAST_ESTIMATES * n_nearest:
+        n_focused = len(focused)
+        if n_focused < _LEAST_ESTIMATES * n_nearest:
             focused = Photons.none()  # so few say nothing of where the light is, and cost much time
-        return self._density(focused, n_nearest), len(focused)
+        takers = self.receivers.takes_caustics
+        if takers is None or not takers.any():
+            focused = focused if takers is None else Photons.none()
+            return self._density(focused, n_nearest, self.receivers), n_focused
+        irradiance, stderr = np.zeros_like(self.receivers.position), np.zeros(len(takers), np.float32)
+        density = self._density(focused, n_nearest, self.receivers.where(takers))
+        irradiance[takers], stderr[takers] = density.irradiance, density.stderr
+        return Density(irradiance, stderr), n_focused
 
-    def _density(self, photons: Photons, n_nearest: int) -> Density:
+    def _density(self, photons: Photons, n_nearest: int, receivers: Receivers) -> Density:
         radius = self.settings.max_radius
-        return density_estimate(self.tracer, photons, self.receivers, n_nearest, radius, self.workers)
+        return density_estimate(self.tracer, photons, receivers, n_nearest, radius, self.workers)
 
 
 def _sum(

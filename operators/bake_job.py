@@ -17,6 +17,7 @@ from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
 
 if TYPE_CHECKING:
+    from ..addon.bake import Solution
     from ..addon.gather import Irradiance
 
 N_LIGHT_RAYS = 1000
@@ -52,8 +53,14 @@ class Points(Protocol):
     @property
     def receivers(self) -> Receivers: ...
 
-    def finish(self, irradiance: "Irradiance", workers: Workers) -> Product:
-        """Make the product of the receivers' light; touches none of Blender's data."""
+    def finish(self, irradiance: "Irradiance", workers: Workers, solution: "Solution | None" = None) -> Product:
+        """Make the product of the receivers' light; touches none of Blender's data.
+
+        Parameters
+        ----------
+        solution : Solution, optional
+            That the light was gathered from, for what else is wanted of it; None where there were no receivers.
+        """
 
 
 class Target(Protocol):
@@ -175,7 +182,7 @@ class BakeJob:
 
     def solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None = None) -> Solved:
         """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it."""
-        from ..addon.bake import bake  # here, as Blender's start should not wait for SciPy
+        from ..addon.bake import no_light, solve  # here, as Blender's start should not wait for SciPy
 
         inspector = inspector or Inspector()
         workers = Workers(settings.seed, settings.n_threads, progress)
@@ -185,10 +192,13 @@ class BakeJob:
         maps = None
         if settings.tracer == "multi_image" and len(receivers):
             maps = self._take_cube_maps(tracer, receivers, settings, workers, inspector)
-        light = bake(self.scene, receivers, settings, tracer, progress, inspector, photon_tracer=maps)
+        solution = None
+        if len(receivers):
+            solution = solve(self.scene, receivers, settings, tracer, progress, inspector, photon_tracer=maps)
+        light = solution.irradiance() if solution else no_light()
         ends = np.cumsum([len(one.receivers) for one in points])
         parts = [_part(light, slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
-        return Solved(light, [one.finish(part, workers) for one, part in zip(points, parts, strict=True)])
+        return Solved(light, [one.finish(part, workers, solution) for one, part in zip(points, parts, strict=True)])
 
     def write(self, solved: Solved, progress: Progress) -> None:
         """Write the light; for the main thread."""
@@ -229,7 +239,11 @@ def _joined(parts: list[Receivers]) -> Receivers:
     position, normal, footprint = (
         np.concatenate([getattr(part, name) for part in parts]) for name in ("position", "normal", "footprint")
     )
-    return Receivers(position, normal, footprint, tuple(targets))
+    takes = None
+    if any(part.takes_caustics is not None for part in parts):
+        ones = [np.ones(len(part), bool) if part.takes_caustics is None else part.takes_caustics for part in parts]
+        takes = np.concatenate(ones)
+    return Receivers(position, normal, footprint, tuple(targets), takes)
 
 
 def _part(light: "Irradiance", rows: slice) -> "Irradiance":

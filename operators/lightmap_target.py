@@ -22,6 +22,7 @@ from ..addon.receivers import AttributeTarget, LightmapMesh, Receivers
 from ..addon.tracers import Tracer
 
 if TYPE_CHECKING:
+    from ..addon.bake import Solution
     from ..addon.gather import Irradiance
     from ..addon.receivers import Texels
 
@@ -120,7 +121,7 @@ class LightmapPoints:
     texels: "Texels"
     target: LightmapTarget
 
-    def finish(self, irradiance: "Irradiance", workers: Workers) -> "Lightmaps":
+    def finish(self, irradiance: "Irradiance", workers: Workers, solution: "Solution | None" = None) -> "Lightmaps":
         """See `Points.finish`."""
         from ..addon.output.lightmap import FinishOptions, finish_lightmaps
 

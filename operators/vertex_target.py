@@ -11,6 +11,7 @@ from ..addon.receivers import ReceiverMesh, Receivers, vertex_receivers
 from ..addon.tracers import Tracer
 
 if TYPE_CHECKING:
+    from ..addon.bake import Solution
     from ..addon.gather import Irradiance
 
 
@@ -52,7 +53,7 @@ class VertexPoints:
     receivers: Receivers
     attribute: str
 
-    def finish(self, irradiance: "Irradiance", workers: Workers) -> "VertexLight":
+    def finish(self, irradiance: "Irradiance", workers: Workers, solution: "Solution | None" = None) -> "VertexLight":
         """See `Points.finish`."""
         return VertexLight(self.receivers, irradiance, self.attribute)
 

@@ -40,12 +40,24 @@ class Receivers:
         Radius of the surface that the receiver stands for.
     targets : tuple of AttributeTarget
         Where the values go.
+    takes_caustics : (n,) bool or None
+        Whether light that lamps send over mirrors and glass is wanted too; None: by all. Pixels find it otherwise.
+    directional : bool
+        Whether it is asked, too, how the light changes with the normal: `Irradiance.slope`.
     """
 
     position: np.ndarray
     normal: np.ndarray
     footprint: np.ndarray
     targets: tuple[AttributeTarget, ...] = ()
+    takes_caustics: np.ndarray | None = None
+    directional: bool = False
 
     def __len__(self) -> int:
         return len(self.position)
+
+    def where(self, chosen: np.ndarray) -> "Receivers":
+        """The receivers that a mask or an index array chooses, for no targets."""
+        takes = None if self.takes_caustics is None else self.takes_caustics[chosen]
+        position, normal, footprint = self.position[chosen], self.normal[chosen], self.footprint[chosen]
+        return Receivers(position, normal, footprint, (), takes, self.directional)
