@@ -23,7 +23,7 @@ from .gather_rays import GatherRays
 from .radiance_cache import RadianceCache
 
 _PILOT, _DIRECT, _REFINE = 11, 12, 13  # streams of random numbers
-_RAYS_PER_ELEMENT = 4  # that are sent to see where gather rays end
+_MOST_PILOT_RAYS, _PILOT_RAYS_PER_ELEMENT = 1 << 18, 64  # that are sent to see where gather rays end
 _N_DIRECT_LOOK, _N_DIRECT_SEEN, _N_DIRECT_UNSEEN, _MAX_DIRECT = 4, 12, 2, 4096
 _LEAST_COVERAGE = np.float32(1e-3)  # where samples met nothing but holes
 _CHUNK = 1 << 15
@@ -59,7 +59,8 @@ def survey_surfaces(
     scene: Scene, tracer: LightTracer, receivers: Receivers, n_elements: int, workers: Workers
 ) -> Survey:
     """Cut the surfaces into about `n_elements` elements, shared out by where gather rays from `receivers` end."""
-    met, back = _pilot_hits(scene, tracer, receivers, _RAYS_PER_ELEMENT * n_elements, workers)
+    n_rays = min(_PILOT_RAYS_PER_ELEMENT * n_elements, _MOST_PILOT_RAYS)
+    met, back = _pilot_hits(scene, tracer, receivers, n_rays, workers)
     cells = SurfaceCells.by_visits(scene, np.bincount(met.triangle, minlength=scene.n_triangles), n_elements)
     cell, _, _ = cells.find(met.triangle, met.u, met.v)
     of_cells = np.bincount(2 * cell + back, minlength=2 * len(cells)).reshape(-1, 2)
