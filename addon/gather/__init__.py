@@ -9,6 +9,7 @@ from .gather_rays import GatherRays
 from .glossy_light import glossy_radiance
 from .irradiance import Irradiance
 from .light_volume import Cascade
+from .photon_volumes import photon_volume_irradiance, scatter_light
 from .radiance_cache import RadianceCache
 from .screen_volume import screen_irradiance
 
@@ -26,6 +27,8 @@ __all__ = [
     "direct_irradiance",
     "final_gather",
     "glossy_radiance",
+    "photon_volume_irradiance",
+    "scatter_light",
     "screen_irradiance",
     "survey_surfaces",
 ]

@@ -1,0 +1,70 @@
+"""How large photon volumes are: as the density of photons says, which makes them shrink as photons get more."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ...parallel import Workers
+from ...photons import Photons
+from ...sampling.streams import stream
+
+LOW_DENSITY = 0.05
+"""α of the π-engine's Eq. 3.6: where photons are less dense than this share of their average, volumes grow no more."""
+
+_LEAST_PATH_DENSITY = 0.01
+_NEIGHBOURS = 16  # by which the density is measured: of fewer it would be noisy
+_FINENESS = 0.011
+"""ℓ/√A, the width of what is to be resolved best, over that of what photons light."""
+
+_CHUNK = 1 << 14  # photons
+_RADIUS = 73  # stream of random numbers
+
+
+def n_in_volume(n: int) -> float:
+    """How many photons of n to have in a volume, so that noise and blur make the least error: k = (96π²)^⅓ (nℓ²/A)^⅔.
+
+    With λ photons a square metre and Epanechnikov's kernel of radius r, an estimate of an irradiance E has the relative
+    variance 4/(3πλr²), and the mean is off by r²∇²E/12. Let ∇²E be E/ℓ². Then r⁴/(144 ℓ⁴) + 4/(3πλr²) is least at r⁶ =
+    96 ℓ⁴/(πλ), and k = πλr² photons are within. Both noise and blur go to 0 as n grows, the error as n^(−⅓).
+    """
+    return max((96 * np.pi**2) ** (1 / 3) * (n * _FINENESS**2) ** (2 / 3), _NEIGHBOURS)
+
+
+def path_density_radius(photons: Photons, area: float, n: int) -> np.ndarray:
+    """Radii √(k A / (π α p N)), (p,) float32, m: larger the less probable a photon's path was (section 4.3).
+
+    Parameters
+    ----------
+    area : float, m²
+        A, of the surfaces that are lit.
+    n : int
+        N, the photons there.
+    """
+    density = np.clip(photons.path_density, _LEAST_PATH_DENSITY, 1)
+    return np.sqrt(np.float32(n_in_volume(n) * area / (np.pi * LOW_DENSITY * max(n, 1))) / density)
+
+
+def neighbour_radius(photons: Photons, largest: np.ndarray, workers: Workers) -> np.ndarray:
+    """Distance to about the k-th nearest photon around each, at most `largest` (p,), (p,) float32, m.
+
+    So volumes are small in a bright caustic, and large beside it (the variable kernels of Breiman, Meisel and Purcell
+    1977). Of a sample of every m-th photon, the (k/m)-th nearest is as far away, and found sooner; a photon takes what
+    the one of the sample that is nearest to it has found.
+    """
+    n = len(photons)
+    n_sample = min(n, round(n * _NEIGHBOURS / n_in_volume(n)))
+    if n_sample <= _NEIGHBOURS:
+        return largest.astype(np.float32)
+    sample = photons.position[stream(workers.seed, _RADIUS).permutation(n)[:n_sample]]
+    tree, farthest = cKDTree(sample, balanced_tree=False), float(largest.max())
+
+    def query(points: np.ndarray, k: int) -> np.ndarray:
+        """The k-th nearest of the sample to each point: distance and index, (n, 2)."""
+        return np.stack(tree.query(points, [k], distance_upper_bound=farthest), axis=1)[..., 0]
+
+    def over(stage: str, points: np.ndarray, k: int, part: tuple[float, float]) -> np.ndarray:
+        parts = workers.chunks(stage, len(points), _CHUNK, lambda chunk, _: query(points[chunk], k), (_RADIUS,), part)
+        return np.concatenate([found for _, found in parts])
+
+    spread = over("Measuring photons", sample, _NEIGHBOURS + 1, (0, 0.5))[:, 0]  # itself is the first
+    nearest = over("Measuring photons", photons.position, 1, (0.5, 1))[:, 1].astype(np.int64)
+    return np.minimum(np.append(spread, np.inf)[nearest], largest).astype(np.float32)
