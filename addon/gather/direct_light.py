@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..photons import Source
-from ..photons.emission import emissive_triangles
+from ..photons.mesh_source import emissive_triangles
 from ..sampling.vectors import dot
 from ..sampling.warps import (
     pdf_cosine_hemisphere,

@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from ..photons.emission import sample_area_lamp
+from ..photons.lamp_sources import sample_area_lamp
 from ..sampling.vectors import dot
 from ..sampling.warps import sample_uniform_cone, sample_uniform_disk, to_world
 from ..scene import LightKind, Lights

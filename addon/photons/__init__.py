@@ -1,8 +1,9 @@
 """Light in flight: how sources emit photons, how surfaces scatter them, and the photons that are stored."""
 
-from .emission import Source, Sphere, light_sources, region_of
+from .emission import light_sources
 from .guiding import GuidedSource, guide_sources, pilots_for
 from .photons import PathKind, Photons
+from .source import Source, Sphere, region_of
 from .tracing import emitted_rays, trace_photons
 
 __all__ = [

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..scene import Scene
 from ..tracers import Hits, LightTracer
-from .emission import Source
+from .source import Source
 
 _MAX_PASSED = 32
 

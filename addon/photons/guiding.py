@@ -14,8 +14,8 @@ import numpy as np
 from ..parallel import Workers
 from ..scene import Scene
 from ..tracers import LightTracer
-from .emission import Rays, Source
 from .photons import Photons
+from .source import Rays, Source
 from .tracing import emitted_points, shares, trace_photons
 
 EVEN = 0.25

@@ -12,10 +12,10 @@ from ..sampling.streams import sobol_chunks, stream
 from ..sampling.vectors import largest
 from ..scene import Scene
 from ..tracers import Hits, LightTracer, RayKind, seen_by
-from .emission import N_DIMENSIONS, Rays, Source
 from .first_flight import first_flight
 from .photons import PathKind, Photons
 from .scattering import scatter
+from .source import N_DIMENSIONS, Rays, Source
 
 CHUNK = 1 << 17
 """Photons that fly together: enough to hide Python's cost a call, few enough to stay in the processor's cache."""

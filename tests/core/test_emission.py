@@ -7,7 +7,8 @@ import pytest
 from photon_bake.addon.errors import BakeError
 from photon_bake.addon.gather import DirectLight
 from photon_bake.addon.photons import Sphere, light_sources
-from photon_bake.addon.photons.emission import N_DIMENSIONS, emissive_triangles
+from photon_bake.addon.photons.mesh_source import emissive_triangles
+from photon_bake.addon.photons.source import N_DIMENSIONS
 from photon_bake.addon.photons.tracing import shares
 from photon_bake.addon.sampling.streams import sobol_chunks, stream
 from photon_bake.addon.scene import Channel, LightKind, Lights, Textures, World

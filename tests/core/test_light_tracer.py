@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.photons.emission import PointSource, bounding_sphere
 from photon_bake.addon.photons.first_flight import first_flight
+from photon_bake.addon.photons.lamp_sources import PointSource
+from photon_bake.addon.photons.source import bounding_sphere
 from photon_bake.addon.scene import Channel, LightKind, Materials, SceneObjects
 from photon_bake.addon.tracers import LightTracer, RayKind
 from photon_bake.addon.tracers.embree import EmbreeTracer

@@ -1,0 +1,88 @@
+"""What emits photons, and where they are aimed.
+
+Every source turns points of the unit hypercube into rays that carry flux. The mean of the flux over the hypercube is
+the source's power, so n points make n photons of flux/n watts each.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..scene import Lights, Scene
+
+N_DIMENSIONS = 5
+"""Dimensions of the hypercube that sources sample: two for a direction, two for a place, one to choose."""
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A ball in world space, m."""
+
+    centre: np.ndarray
+    radius: float
+
+
+def region_of(positions: np.ndarray) -> Sphere:
+    """The ball around most receivers: the middle 96 % of their positions along each axis.
+
+    The sun and the world aim at it. A lone receiver far away (the corner of a ground plane) does not blow it up, and
+    still gets light: a share of the photons goes to the whole scene.
+    """
+    low, high = np.percentile(positions, [2, 98], axis=0)
+    return Sphere(((low + high) / 2).astype(np.float32), float(np.linalg.norm(high - low)) / 2)
+
+
+def bounding_sphere(scene: Scene) -> Sphere:
+    """A ball around the whole scene."""
+    low, high = scene.bounds
+    return Sphere((low + high) / 2, max(scene.diagonal / 2 * 1.001, 1e-6))
+
+
+@dataclass(frozen=True)
+class Rays:
+    """Emitted light: origins (n, 3) m, unit directions (n, 3), flux (n, 3) W whose mean is the source's power.
+
+    Also the objects that emitted it, (n,) int32, unless it was none of the scene's.
+    """
+
+    origins: np.ndarray
+    directions: np.ndarray
+    flux: np.ndarray
+    objects: np.ndarray | None = None
+
+
+class Source:
+    """Something that emits photons.
+
+    Attributes
+    ----------
+    name : str
+    lamp : int
+        Index in the scene's `Lights`; the number of lamps for emissive meshes, −1 for the world.
+    power : (3,) float64, W
+        What photons are shared out by; for the sun and the world, the power that enters the region of the receivers.
+    sampled_directly : bool
+        Its direct light is found by next-event estimation, so that its photons need not be stored where they first hit.
+    illuminates, blocked_by : (o,) bool or None
+        Objects that its light falls on, and that keep it away; None: all.
+    n_cells : tuple of 5 int
+        Into how many cells each dimension of the hypercube is cut where photons are guided.
+    """
+
+    name: str
+    lamp: int
+    power: np.ndarray
+    n_cells: tuple[int, ...] = (8, 8, 8, 8, 1)
+    sampled_directly = True
+    illuminates: np.ndarray | None = None
+    blocked_by: np.ndarray | None = None
+
+    def _be_lamp(self, lights: Lights, lamp: int) -> None:
+        """Take over what all lamps have."""
+        self._lights, self.lamp, self.name = lights, lamp, lights.names[lamp]
+        self.illuminates = None if lights.illuminates is None else lights.illuminates[lamp]
+        self.blocked_by = None if lights.blocked_by is None else lights.blocked_by[lamp]
+
+    def emit(self, u: np.ndarray) -> Rays:
+        """Rays for points `u` (n, 5) of the unit hypercube."""
+        raise NotImplementedError
