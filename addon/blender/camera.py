@@ -1,51 +1,160 @@
 """A Blender camera as the engine sees it."""
 
-from math import atan, tan
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..errors import BakeError
-from ..receivers import Camera
+from ..receivers import Camera, Equirectangular, Fisheye, Lens, Orthographic, Perspective, PixelFilter
+from ..receivers.pixel_filter import FilterKind
+
+Window = tuple[float, float, float, float]
+
+_PANORAMAS = ("EQUIRECTANGULAR", "FISHEYE_EQUIDISTANT", "FISHEYE_EQUISOLID")
+_FILTERS: dict[str, FilterKind] = {"BOX": "box", "GAUSSIAN": "gaussian", "BLACKMAN_HARRIS": "blackman_harris"}
 
 
-def read_camera(scene: Any, depsgraph: Any) -> Camera:
-    """The scene's active camera, with the render's resolution.
+@dataclass(frozen=True)
+class PictureFrame:
+    """The picture that a render writes.
+
+    Attributes
+    ----------
+    width, height : int
+        Pixels.
+    column, row : int
+        Of the upper left pixel of the part that is rendered, from the upper left.
+    """
+
+    width: int
+    height: int
+    column: int = 0
+    row: int = 0
+
+
+def read_camera(scene: Any, depsgraph: Any, warnings: list[str] | None = None) -> Camera:
+    """The scene's active camera, with what renders show of its picture: the render region, if there is one.
 
     Parameters
     ----------
     scene : bpy.types.Scene
     depsgraph : bpy.types.Depsgraph
+    warnings : list of str, optional
+        Sentences about what is not taken from it are appended.
 
     Raises
     ------
     BakeError
-        If there is no camera, or it is not a plain perspective one.
+        If there is no camera, its kind is not known, or the render region is empty.
     """
     if scene.camera is None:
         raise BakeError(f"Scene '{scene.name}' has no active camera: choose one in the Scene properties.")
     camera = scene.camera.evaluated_get(depsgraph)
-    lens, render = camera.data, scene.render
-    if lens.type != "PERSP" or lens.shift_x or lens.shift_y or render.pixel_aspect_x != render.pixel_aspect_y:
-        raise BakeError(
-            f"Camera '{scene.camera.name}' is not a perspective one without shift and with square pixels: make it so."
-        )
-    width, height = (
-        max(1, int(n * render.resolution_percentage / 100)) for n in (render.resolution_x, render.resolution_y)
-    )
+    data, name = camera.data, scene.camera.name
+    if scene.camera.type != "CAMERA":
+        raise BakeError(f"Object '{name}' is no camera, though the scene looks through it: choose a camera.")
+    if data.dof.use_dof and warnings is not None:
+        warnings.append(f"Camera '{name}' has depth of field, which the pass does not have: it is sharp everywhere.")
+    width, height = _resolution(scene.render)
+    first_column, last_column, first_row, last_row = _region(scene, width, height)
+    lens, (left, right, bottom, top) = _lens_and_window(scene, data, name, width, height)
+    across, up = (right - left) / width, (top - bottom) / height
     world_from_camera = np.array(camera.matrix_world, np.float64)
-    right, up, back = (world_from_camera[:3, i] / np.linalg.norm(world_from_camera[:3, i]) for i in range(3))
+    right_axis, up_axis, back = (
+        world_from_camera[:3, i] / max(np.linalg.norm(world_from_camera[:3, i]), 1e-30) for i in range(3)
+    )
     return Camera(
         position=world_from_camera[:3, 3].astype(np.float32),
-        axes=np.stack([right, up, -back]).astype(np.float32),
-        angle=_angle_of_width(lens, width, height),
-        width=width,
-        height=height,
+        axes=np.stack([right_axis, up_axis, -back]).astype(np.float32),
+        lens=lens,
+        window=(
+            left + first_column * across,
+            left + last_column * across,
+            top - last_row * up,
+            top - first_row * up,
+        ),
+        width=last_column - first_column,
+        height=last_row - first_row,
+        clip=(data.clip_start, data.clip_end),
     )
 
 
-def _angle_of_width(lens: Any, width: int, height: int) -> float:
-    """Field of view across the width, radians, from that across the side that the sensor is fitted to."""
-    vertical = lens.sensor_fit == "VERTICAL" or (lens.sensor_fit == "AUTO" and height > width)
-    across = 2 * tan((lens.angle_y if lens.sensor_fit == "VERTICAL" else lens.angle) / 2)
-    return 2 * atan((across * width / height if vertical else across) / 2)
+def read_frame(scene: Any) -> PictureFrame:
+    """Where what `read_camera` shows lies in the picture that a render of the scene writes."""
+    render = scene.render
+    width, height = _resolution(render)
+    first_column, last_column, first_row, last_row = _region(scene, width, height)
+    if render.use_border and render.use_crop_to_border:
+        return PictureFrame(last_column - first_column, last_row - first_row)
+    return PictureFrame(width, height, first_column, first_row)
+
+
+def read_pixel_filter(scene: Any) -> PixelFilter:
+    """The filter by which the scene's engine makes pixels of samples."""
+    if scene.render.engine != "CYCLES":
+        return PixelFilter("blackman_harris", scene.render.filter_size)
+    cycles = scene.cycles
+    kind = _FILTERS[cycles.pixel_filter_type]
+    return PixelFilter(kind, 1.0 if kind == "box" else cycles.filter_width)
+
+
+def _resolution(render: Any) -> tuple[int, int]:
+    """Width and height of the whole picture, pixels, as Blender rounds them."""
+    width, height = (n * render.resolution_percentage // 100 for n in (render.resolution_x, render.resolution_y))
+    return max(1, width), max(1, height)
+
+
+def _region(scene: Any, width: int, height: int) -> tuple[int, int, int, int]:
+    """First column, end of the columns, first row and end of the rows that are rendered, from the upper left."""
+    render = scene.render
+    if not render.use_border:
+        return 0, width, 0, height
+    left, right = int(render.border_min_x * width), int(render.border_max_x * width)
+    bottom, top = int(render.border_min_y * height), int(render.border_max_y * height)
+    if right <= left or top <= bottom:
+        raise BakeError(f"The render region of scene '{scene.name}' has no pixel in it: draw a larger one.")
+    return left, right, height - top, height - bottom
+
+
+def _lens_and_window(scene: Any, data: Any, name: str, width: int, height: int) -> tuple[Lens, Window]:
+    """The lens of a camera's data, and what of its plane the whole picture shows."""
+    lens: Lens
+    if data.type == "PANO":
+        lens, (left, right, bottom, top) = _panorama(data, name, width, height)
+        across, up = (right - left) * data.shift_x, (top - bottom) * data.shift_y
+        if isinstance(lens, Equirectangular):
+            lens = Equirectangular((left + right) / 2 + across)
+        return lens, (left + across, right + across, bottom + up, top + up)
+    corners = np.array(data.view_frame(scene=scene), np.float64)
+    lens = Orthographic()
+    if data.type == "PERSP":
+        lens, corners = Perspective(), corners / -corners[:, 2:]
+    elif data.type != "ORTHO":
+        raise BakeError(f"Camera '{name}' is of the kind {data.type}: make it perspective, orthographic or panoramic.")
+    (left, bottom), (right, top) = corners[:, :2].min(axis=0), corners[:, :2].max(axis=0)
+    return lens, (left, right, bottom, top)
+
+
+def _panorama(data: Any, name: str, width: int, height: int) -> tuple[Lens, Window]:
+    """The same for a panoramic camera that is not shifted."""
+    if data.panorama_type == "EQUIRECTANGULAR":
+        return Equirectangular(), (data.longitude_min, data.longitude_max, data.latitude_min, data.latitude_max)
+    angle = data.fisheye_fov
+    if data.panorama_type == "FISHEYE_EQUIDISTANT":
+        return Fisheye(angle), (-angle / 2, angle / 2, -angle / 2, angle / 2)
+    if data.panorama_type == "FISHEYE_EQUISOLID":
+        across, up = _sensor(data, width, height)
+        return Fisheye(angle, data.fisheye_lens), (-across / 2, across / 2, -up / 2, up / 2)
+    raise BakeError(
+        f"The panorama of camera '{name}' is of the kind {data.panorama_type}: choose one of {', '.join(_PANORAMAS)}."
+    )
+
+
+def _sensor(data: Any, width: int, height: int) -> tuple[float, float]:
+    """Width and height of the sensor, mm, as Cycles fits them."""
+    if data.sensor_fit != "AUTO":
+        return data.sensor_width, data.sensor_height
+    if width >= height:
+        return data.sensor_width, data.sensor_width * height / width
+    return data.sensor_width * width / height, data.sensor_width

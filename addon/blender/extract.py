@@ -15,6 +15,8 @@ from .materials import MaterialTable
 from .meshes import LocalMesh, count_triangles, read_mesh, used_slots
 from .placing import Model, Models, PlacedMeshes
 from .visibility import (
+    ALL_RAYS,
+    LIGHT_RAYS,
     NOT_READ,
     RAYS,
     ObjectVisibility,
@@ -30,7 +32,12 @@ BATCH = 500_000
 """Triangles that are placed together, unless one instance alone has more; bounds the memory for what is in between."""
 
 
-def extract_scene(depsgraph: "bpy.types.Depsgraph", warnings: list[str] | None = None, light_group: str = "") -> Scene:
+def extract_scene(
+    depsgraph: "bpy.types.Depsgraph",
+    warnings: list[str] | None = None,
+    light_group: str = "",
+    for_camera: bool = False,
+) -> Scene:
     """Everything that light meets in the scene of an evaluated dependency graph, in world space.
 
     Every mesh is evaluated and read once, however many instances it has. Instances, modifiers, curves, texts, surfaces
@@ -45,6 +52,8 @@ def extract_scene(depsgraph: "bpy.types.Depsgraph", warnings: list[str] | None =
         Sentences about what cannot be baked as it is are appended, each once.
     light_group : str
         The light group of the view layer that alone gives light; empty for all light.
+    for_camera : bool
+        Whether objects that only the camera sees are read too.
 
     Returns
     -------
@@ -63,7 +72,7 @@ def extract_scene(depsgraph: "bpy.types.Depsgraph", warnings: list[str] | None =
     if depsgraph.mode == "VIEWPORT":
         visibility.warn_of_missing(depsgraph.view_layer, warn)
     materials = MaterialTable(warn)
-    found = _Found(visibility, materials, depsgraph.view_layer.material_override, light_group, warn)
+    found = _Found(visibility, materials, depsgraph.view_layer.material_override, light_group, for_camera, warn)
     found.walk(depsgraph)
     if depsgraph.mode == "VIEWPORT":
         warn_of_modifiers(found.shown, depsgraph.scene, warn)
@@ -79,7 +88,7 @@ def extract_scene(depsgraph: "bpy.types.Depsgraph", warnings: list[str] | None =
         material_of_triangle=placed.material_of_triangle,
         object_of_triangle=placed.object_of_triangle,
         materials=materials.materials(),
-        objects=_objects(found.sources, left, light_group),
+        objects=_objects(found.sources, left, light_group, for_camera),
         lights=Lights.join(found.lights) if found.lights else Lights.none(),
         world=read_world(depsgraph, warn, light_group),
     )
@@ -144,11 +153,13 @@ class _Found:
         materials: MaterialTable,
         material_override: "bpy.types.Material | None",
         light_group: str,
+        for_camera: bool,
         warnings: Warnings,
     ) -> None:
         self.lights: list[Lights] = []
         self.lamps: list[bpy.types.Object] = []
         self._light_group = light_group
+        self._counted_rays = ALL_RAYS if for_camera else LIGHT_RAYS
         self._visibility = visibility
         self._materials = materials
         self._override = material_override
@@ -193,7 +204,7 @@ class _Found:
             placed_by = look.visibility.original, parent.original if parent else None
             if look.kind == "LIGHT":
                 self._add_lamp(instance, look.name, placed_by)
-            elif rays:
+            elif rays & self._counted_rays:
                 if not look.known:
                     look.known, look.source = True, self._source(obj)
                 if look.source is not None:
@@ -299,7 +310,7 @@ class _Reader:
         return uvs
 
 
-def _objects(sources: list[_Source], left: np.ndarray, light_group: str) -> SceneObjects:
+def _objects(sources: list[_Source], left: np.ndarray, light_group: str, for_camera: bool) -> SceneObjects:
     """The instances that are left of the sources'."""
     names = [name for source in sources for name in source.names]
     rays = np.array([mask for source in sources for mask in source.rays], np.int64)[left]
@@ -310,5 +321,6 @@ def _objects(sources: list[_Source], left: np.ndarray, light_group: str) -> Scen
         casts_shadow=seen["shadow"],
         seen_in_gloss=seen["glossy"],
         seen_through_glass=seen["transmission"],
+        seen_by_camera=seen["camera" if for_camera else "diffuse"],
         emits=np.array([in_light_group(*by, light_group) for source in sources for by in source.placed_by], bool)[left],
     )

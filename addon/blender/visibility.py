@@ -14,8 +14,11 @@ import bpy
 
 from .warn import Warnings
 
-RAYS = ("diffuse", "shadow", "glossy", "transmission")
+RAYS = ("diffuse", "shadow", "glossy", "transmission", "camera")
 """The kinds of rays that an object may be hidden from, in Blender's words. Masks have a bit each, from the lowest."""
+
+ALL_RAYS, LIGHT_RAYS = 0b11111, 0b01111
+"""Masks of all, and of those that light goes along: what the camera alone sees, lights nothing."""
 
 NOT_READ = {"CURVES", "POINTCLOUD", "VOLUME"}
 """Types of objects, and of what geometry nodes make, that Cycles renders and no bake shows."""

@@ -2,7 +2,9 @@
 
 from .camera import Camera, SeenSurface, seen_surface
 from .charts import Charts, LightmapMesh
+from .lenses import Equirectangular, Fisheye, Lens, Orthographic, Perspective
 from .lightmap import Texels, texel_receivers
+from .pixel_filter import PixelFilter
 from .receivers import AttributeTarget, Receivers
 from .seams import Seams
 from .vertices import ReceiverMesh, vertex_receivers
@@ -11,7 +13,13 @@ __all__ = [
     "AttributeTarget",
     "Camera",
     "Charts",
+    "Equirectangular",
+    "Fisheye",
+    "Lens",
     "LightmapMesh",
+    "Orthographic",
+    "Perspective",
+    "PixelFilter",
     "ReceiverMesh",
     "Receivers",
     "Seams",

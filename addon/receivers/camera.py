@@ -6,60 +6,111 @@ import numpy as np
 
 from ..sampling.vectors import dot
 from ..scene import Scene
-from ..tracers import Hits, LightTracer
+from ..tracers import Hits, LightTracer, RayKind
+from .lenses import Lens, Perspective
+
+LEAST_COSINE = np.float32(1e-6)
+"""At which a surface is seen at the least, for what a pixel covers of it."""
+
+
+@dataclass(frozen=True)
+class CameraRays:
+    """n rays through a picture.
+
+    Attributes
+    ----------
+    origins, directions : (n, 3) float32
+        World space; where the clipping starts, m, and unit directions. NaN where the lens shows nothing.
+    length : (n,) float32, m
+        To where the clipping ends.
+    """
+
+    origins: np.ndarray
+    directions: np.ndarray
+    length: np.ndarray
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A perspective camera.
+    """A camera, and the part of its plane that is its picture.
 
     Attributes
     ----------
     position : (3,) float32, m
     axes : (3, 3) float32
         Rows: unit vectors to the right, up and forward.
-    angle : float
-        Field of view across the width, radians.
+    lens : Lens
+    window : (left, right, bottom, top)
+        Of the lens's plane.
     width, height : int
-        Pixels; they are square.
+        Pixels.
+    clip : (near, far)
+        Depths between which surfaces are seen, m.
     """
 
     position: np.ndarray
     axes: np.ndarray
-    angle: float
+    lens: Lens
+    window: tuple[float, float, float, float]
     width: int
     height: int
+    clip: tuple[float, float] = (0.0, np.inf)
+
+    @staticmethod
+    def perspective(position: np.ndarray, axes: np.ndarray, angle: float, width: int, height: int) -> "Camera":
+        """A perspective camera with square pixels and a field of view across the width, radians."""
+        x = float(np.tan(angle / 2))
+        y = x * height / width
+        return Camera(position, axes, Perspective(), (-x, x, -y, y), width, height)
 
     @property
     def n_pixels(self) -> int:
         return self.width * self.height
 
-    @property
-    def pixel_size(self) -> float:
-        """Side of a pixel at distance 1."""
-        return 2 * float(np.tan(self.angle / 2)) / self.width
+    def middles(self) -> np.ndarray:
+        """The middle of each pixel, row by row from the top left, (pixels, 2) float64: columns and rows from there."""
+        row, column = np.divmod(np.arange(self.n_pixels), self.width)
+        return np.stack([column, row], axis=1) + 0.5
 
-    def directions(self) -> np.ndarray:
-        """Unit directions through the pixels' middles, row by row from the top left, (pixels, 3) float32."""
-        y, x = np.divmod(np.arange(self.n_pixels), self.width)
-        right = (x + 0.5 - self.width / 2) * self.pixel_size
-        up = (self.height / 2 - y - 0.5) * self.pixel_size
-        directions = np.stack([right, up, np.ones(self.n_pixels)], axis=1) @ self.axes
-        return (directions / np.linalg.norm(directions, axis=1, keepdims=True)).astype(np.float32)
+    def rays(self, place: np.ndarray) -> CameraRays:
+        """The rays through places (n, 2) of the picture, in columns and rows from its top left corner."""
+        left, right, bottom, top = self.window
+        x = left + place[:, 0] * ((right - left) / self.width)
+        y = top - place[:, 1] * ((top - bottom) / self.height)
+        origins, directions = self.lens.rays(np.stack([x, y], axis=1).astype(np.float32))
+        rate = self.lens.depth(directions)
+        near, far = self.clip
+        origins = origins + (np.float32(near) / rate)[:, None] * directions
+        directions = directions @ self.axes
+        return CameraRays(self.position + origins @ self.axes, directions, np.float32(far - near) / rate)
 
     def pixels(self, points: np.ndarray) -> np.ndarray:
         """The pixel that each point (n, 3) falls into, hidden or not: (n,) int64, −1 outside the picture."""
-        right, up, forward = self.axes @ (points - self.position).T
-        scale = 1 / (np.maximum(forward, np.float32(1e-20)) * np.float32(self.pixel_size))
-        x = np.floor(self.width / 2 + right * scale)
-        y = np.floor(self.height / 2 - up * scale)
-        inside = (forward > 0) & (x >= 0) & (x < self.width) & (y >= 0) & (y < self.height)
+        left, right, bottom, top = self.window
+        plane = self.lens.project(self.local(points))
+        x = np.floor((plane[:, 0] - np.float32(left)) * np.float32(self.width / (right - left)))
+        y = np.floor((np.float32(top) - plane[:, 1]) * np.float32(self.height / (top - bottom)))
+        inside = (x >= 0) & (x < self.width) & (y >= 0) & (y < self.height)
         return np.where(inside, np.where(inside, y, 0) * self.width + np.where(inside, x, 0), -1).astype(np.int64)
+
+    def local(self, points: np.ndarray) -> np.ndarray:
+        """Points (n, 3) in the camera's frame."""
+        return (points - self.position) @ self.axes.T
+
+    def depth(self, points: np.ndarray) -> np.ndarray:
+        """Depth of points (n, 3), (n,) float32, m: along the axis, or of panoramic cameras the distance."""
+        return self.lens.depth(self.local(points))
+
+    def pixel_area(self, points: np.ndarray) -> np.ndarray:
+        """What a pixel covers of surfaces that face the camera at points (n, 3), (n,) float32, m²."""
+        left, right, bottom, top = self.window
+        of_plane = abs((right - left) * (top - bottom)) / self.n_pixels
+        return self.lens.facing_area(self.local(points)) * np.float32(of_plane)
 
 
 @dataclass(frozen=True)
 class SeenSurface:
-    """The p pixels of a camera in which there is a surface.
+    """The p points of surfaces that a camera sees, one a pixel or several.
 
     Attributes
     ----------
@@ -86,20 +137,55 @@ class SeenSurface:
     def __len__(self) -> int:
         return len(self.pixel)
 
+    def where(self, chosen: np.ndarray) -> "SeenSurface":
+        """The points that a mask or an index array chooses."""
+        names = ("pixel", "direction", "position", "normal", "shading_normal", "area")
+        return SeenSurface(hits=self.hits.where(chosen), **{name: getattr(self, name)[chosen] for name in names})
+
+    @staticmethod
+    def join(parts: "list[SeenSurface]") -> "SeenSurface":
+        """All points of several `SeenSurface`, in order."""
+        names = ("pixel", "direction", "position", "normal", "shading_normal", "area")
+        arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+        return SeenSurface(hits=Hits.join([part.hits for part in parts]), **arrays)
+
 
 def seen_surface(scene: Scene, tracer: LightTracer, camera: Camera) -> SeenSurface:
-    """What the camera sees of what diffuse rays see, by a ray through the middle of each pixel.
+    """What the camera sees, by a ray through the middle of each pixel."""
+    rays = camera.rays(camera.middles())
+    hits = first_hits(tracer, rays)
+    k = np.flatnonzero(hits.hit)
+    return surface_seen(scene, camera, k, hits.where(k), rays.origins[k], rays.directions[k])
 
-    A pixel covers, of a surface at the depth z = (x − v)·r, A = s² z³ / |(x − v)·n| with its side s at distance 1
-    (Fei and Wang, section 4.3, where s = 2 tan(α/2)/N).
+
+def first_hits(tracer: LightTracer, rays: CameraRays) -> Hits:
+    """Where a camera's rays are stopped, within its clipping."""
+    hits = Hits.none(len(rays.length))
+    if len(hits.triangle) == 0:
+        return hits
+    k = np.flatnonzero(np.isfinite(rays.directions[:, 0]))
+    met = tracer.closest_hit(rays.origins[k], rays.directions[k], RayKind.CAMERA)
+    if met.tint is not None:
+        hits = hits.with_tint()
+    near = np.flatnonzero(met.distance <= rays.length[k])
+    hits.put(k[near], met.where(near))
+    return hits
+
+
+def surface_seen(
+    scene: Scene, camera: Camera, pixel: np.ndarray, hits: Hits, origins: np.ndarray, directions: np.ndarray
+) -> SeenSurface:
+    """The surface that rays from a camera hit.
+
+    Parameters
+    ----------
+    pixel : (n,) int64
+    hits : Hits
+        All hit.
+    origins, directions : (n, 3) float32
+        Of the rays.
     """
-    directions = camera.directions()
-    hits = tracer.closest_hit(np.repeat(camera.position[None], len(directions), axis=0), directions)
-    pixel = np.flatnonzero(hits.hit)
-    hits, directions = hits.where(pixel), directions[pixel]
-    position, normal = hits.points(camera.position, directions)
+    position, normal = hits.points(origins, directions)
     shading = scene.shading_normals(hits.triangle, hits.u, hits.v, normal)
-    away = position - camera.position
-    depth = away @ camera.axes[2]
-    area = camera.pixel_size**2 * depth**3 / np.maximum(np.abs(dot(away, normal)), np.float32(1e-6) * depth)
-    return SeenSurface(pixel, hits, directions, position, normal, shading, area.astype(np.float32))
+    cosine = np.maximum(np.abs(dot(directions, normal)), LEAST_COSINE)
+    return SeenSurface(pixel, hits, directions, position, normal, shading, camera.pixel_area(position) / cosine)

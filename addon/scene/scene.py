@@ -30,6 +30,8 @@ class SceneObjects:
         Rays that come from a glossy lobe, and rays that were transmitted, see the object.
     emits : (o,) bool
         Whether the object's emission counts (in a bake of one light group, its members' alone).
+    seen_by_camera : (o,) bool
+        Rays from the camera see the object.
     """
 
     names: tuple[str, ...]
@@ -38,11 +40,12 @@ class SceneObjects:
     seen_in_gloss: np.ndarray
     seen_through_glass: np.ndarray
     emits: np.ndarray
+    seen_by_camera: np.ndarray
 
     @staticmethod
     def seen_by_all(names: tuple[str, ...]) -> "SceneObjects":
         """Objects that all rays see."""
-        return SceneObjects(names, *(np.ones(len(names), bool) for _ in range(5)))
+        return SceneObjects(names, *(np.ones(len(names), bool) for _ in range(6)))
 
 
 @dataclass(frozen=True)

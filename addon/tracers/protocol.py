@@ -106,11 +106,19 @@ class RayKind(IntEnum):
     GLOSSY = 1
     TRANSMITTED = 2
     SHADOW = 3
+    CAMERA = 4
 
 
 def seen_by(objects: SceneObjects, kind: RayKind) -> np.ndarray:
     """Which objects rays of a kind see, (o,) bool."""
-    return (objects.scatters, objects.seen_in_gloss, objects.seen_through_glass, objects.casts_shadow)[kind]
+    seen_by_kind = (
+        objects.scatters,
+        objects.seen_in_gloss,
+        objects.seen_through_glass,
+        objects.casts_shadow,
+        objects.seen_by_camera,
+    )
+    return seen_by_kind[kind]
 
 
 def tree_of_each_kind(objects: SceneObjects, build: Callable[[np.ndarray], Tree]) -> list[Tree]:

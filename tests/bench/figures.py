@@ -57,7 +57,9 @@ def load(path):
 def camera_of_scene(width, height):
     """The camera of Blender's scene with so many pixels, as wide an angle of view as it has."""
     camera = read_camera(bpy.context.scene, bpy.context.evaluated_depsgraph_get())
-    return replace(camera, width=width, height=height)
+    left, right, *_ = camera.window
+    half = (right - left) / 2 * height / width
+    return replace(camera, window=(left, right, -half, half), width=width, height=height)
 
 
 def relative_rmse(value, truth):
