@@ -6,17 +6,19 @@ from time import perf_counter
 
 import numpy as np
 
+from .errors import BakeError
 from .gather import (
     Cascade,
-    Density,
     DirectLight,
     Effort,
+    Estimate,
     GatherRays,
     Irradiance,
     Survey,
     build_radiance_cache,
     density_estimate,
     direct_irradiance,
+    direct_slope,
     final_gather,
     survey_surfaces,
 )
@@ -77,7 +79,8 @@ def bake(
 def no_light() -> Irradiance:
     """The light of no receivers."""
     nothing = np.zeros((0, 3), np.float32)
-    return Irradiance(nothing, nothing[:, 0], {"indirect": nothing}, {"receivers": 0})
+    slope = np.zeros((0, 3, 3), np.float32)
+    return Irradiance(nothing, nothing[:, 0], {"indirect": nothing}, {"receivers": 0}, slope)
 
 
 def solve(
@@ -91,6 +94,8 @@ def solve(
 ) -> "Solution":
     """Trace photons through `scene`, those that `receivers` (at least one) need, and keep them; as `bake` else."""
     progress, inspector = progress or Progress(), inspector or Inspector()
+    if receivers.directional and settings.gather == "light_volume":
+        raise BakeError("A light volume does not tell what directional lightmaps need: choose another Gather.")
     started = perf_counter()
     workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
     region = region_of(receivers.position)
@@ -143,18 +148,20 @@ class Solution:
     def irradiance(self) -> Irradiance:
         """The light at the receivers."""
         if self.settings.gather == "final":
-            indirect, stderr, counts = self._by_final_gather()
+            light, counts = self._by_final_gather()
         elif self.settings.gather == "light_volume":
-            indirect, stderr, counts = self._by_light_volume()
+            light, counts = self._by_light_volume()
         else:
-            indirect, stderr, counts = self._by_density()
-        passes = {"indirect": indirect}
+            light, counts = self._by_density()
+        passes, slope = {"indirect": light.irradiance}, light.slope
         if self.settings.add_direct:
-            passes["direct"] = direct_irradiance(self.scene, self.direct, self.receivers, self.workers)
+            at = self.scene, self.direct, self.receivers
+            passes["direct"] = direct_irradiance(*at, self.workers)
+            if slope is not None:
+                slope = slope + direct_slope(*at, passes["direct"], self.workers)
         value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
-        return Irradiance(
-            value, stderr, passes, {"receivers": len(value), "stored_photons": len(self.photons), **counts}
-        )
+        counts = {"receivers": len(value), "stored_photons": len(self.photons), **counts}
+        return Irradiance(value, light.stderr, passes, counts, slope)
 
     @cached_property
     def rays(self) -> GatherRays | None:
@@ -166,16 +173,16 @@ class Solution:
         cache = build_radiance_cache(scene, tracer, self.photons, direct, self.survey, n_rays, self.workers)
         return GatherRays(scene, tracer, direct, cache)
 
-    def _by_final_gather(self) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
+    def _by_final_gather(self) -> tuple[Estimate, dict[str, int]]:
         """Photons and direct light make a radiance cache; rays from some receivers gather from it, for all."""
         rays, caustics = self._must_gather(), self._caustics()
         effort = Effort(self.settings.n_gather_rays, self.settings.noise, self.deadline, self.settings.interpolate)
         extent = max(2 * region_of(self.receivers.position).radius, _LEAST_EXTENT)
         gathered = final_gather(rays, self.receivers, effort, extent, self.tracer.surfaces, self.workers)
         counts = {"gather_points": gathered.n_records, "gather_rays": gathered.n_rays}
-        return _sum(gathered.irradiance, gathered.stderr, counts, caustics)
+        return _sum(gathered.light, counts, caustics)
 
-    def _by_light_volume(self) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
+    def _by_light_volume(self) -> tuple[Estimate, dict[str, int]]:
         """A coarse but smooth grid takes up photons, or what rays gather; caustics, which are sharp, stay out of it."""
         n_cells, n_rays, at = self.settings.n_grid_cells, self.settings.n_volume_rays, self.receivers.position
         if n_rays:
@@ -186,19 +193,18 @@ class Solution:
         self.inspector.see("cells", volumes.cells)
         irradiance, stderr = volumes.irradiance(at, self.receivers.normal, self.workers)
         counts = {"volume_cells": sum(volume.grid.n_cells for volume in volumes.volumes)}
-        return _sum(irradiance, stderr, counts, self._caustics())
+        return _sum(Estimate(irradiance, stderr), counts, self._caustics())
 
-    def _by_density(self) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
+    def _by_density(self) -> tuple[Estimate, dict[str, int]]:
         """Receivers gather the photons around them."""
         scattered = self.photons.where(self.photons.kind != PathKind.DIRECT)
-        density = self._density(scattered, self.settings.n_nearest, self.receivers)
-        return density.irradiance, density.stderr, {}
+        return self._density(scattered, self.settings.n_nearest, self.receivers), {}
 
     def _must_gather(self) -> GatherRays:
         assert self.rays is not None
         return self.rays
 
-    def _caustics(self) -> tuple[Density, int]:
+    def _caustics(self) -> tuple[Estimate, int]:
         """What lamps send over mirrors and glass, which photons find far better than rays do; and their number."""
         focused = self.photons.where(self.photons.kind == PathKind.CAUSTIC)
         n_nearest = self.settings.n_nearest // _CAUSTIC_SHARE
@@ -209,23 +215,19 @@ class Solution:
         if takers is None or not takers.any():
             focused = focused if takers is None else Photons.none()
             return self._density(focused, n_nearest, self.receivers), n_focused
-        irradiance, stderr = np.zeros_like(self.receivers.position), np.zeros(len(takers), np.float32)
-        density = self._density(focused, n_nearest, self.receivers.where(takers))
-        irradiance[takers], stderr[takers] = density.irradiance, density.stderr
-        return Density(irradiance, stderr), n_focused
+        caustics = Estimate.dark(len(takers), self.receivers.directional)
+        caustics.put(takers, self._density(focused, n_nearest, self.receivers.where(takers)))
+        return caustics, n_focused
 
-    def _density(self, photons: Photons, n_nearest: int, receivers: Receivers) -> Density:
+    def _density(self, photons: Photons, n_nearest: int, receivers: Receivers) -> Estimate:
         radius = self.settings.max_radius
         return density_estimate(self.tracer, photons, receivers, n_nearest, radius, self.workers)
 
 
-def _sum(
-    irradiance: np.ndarray, stderr: np.ndarray, counts: dict[str, int], caustics: tuple[Density, int]
-) -> tuple[np.ndarray, np.ndarray, dict[str, int]]:
-    """Irradiance (n, 3), its standard error (n,) and counts, with the caustics'."""
+def _sum(light: Estimate, counts: dict[str, int], caustics: tuple[Estimate, int]) -> tuple[Estimate, dict[str, int]]:
+    """Light and counts, with the caustics'."""
     caustic, n_photons = caustics
-    counts = {**counts, "caustic_photons": n_photons}
-    return irradiance + caustic.irradiance, np.hypot(stderr, caustic.stderr), counts
+    return light.plus(caustic), {**counts, "caustic_photons": n_photons}
 
 
 def _guided(

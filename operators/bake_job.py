@@ -243,13 +243,14 @@ def _joined(parts: list[Receivers]) -> Receivers:
     if any(part.takes_caustics is not None for part in parts):
         ones = [np.ones(len(part), bool) if part.takes_caustics is None else part.takes_caustics for part in parts]
         takes = np.concatenate(ones)
-    return Receivers(position, normal, footprint, tuple(targets), takes)
+    return Receivers(position, normal, footprint, tuple(targets), takes, any(part.directional for part in parts))
 
 
 def _part(light: "Irradiance", rows: slice) -> "Irradiance":
     """The light of some receivers."""
     passes = {name: values[rows] for name, values in light.passes.items()}
-    return replace(light, value=light.value[rows], stderr=light.stderr[rows], passes=passes)
+    slope = None if light.slope is None else light.slope[rows]
+    return replace(light, value=light.value[rows], stderr=light.stderr[rows], passes=passes, slope=slope)
 
 
 def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:

@@ -1,13 +1,13 @@
 """Photons to irradiance: a final gather into a radiance cache, a density estimate, or a volume of cells."""
 
 from .build_cache import Survey, build_radiance_cache, survey_surfaces
-from .density import Density, density_estimate
-from .direct_irradiance import direct_irradiance
+from .density import density_estimate
+from .direct_irradiance import direct_irradiance, direct_slope
 from .direct_light import DirectLight
 from .final import Effort, final_gather
 from .gather_rays import GatherRays
 from .glossy_light import glossy_radiance
-from .irradiance import Irradiance
+from .irradiance import Estimate, Irradiance
 from .light_volume import Cascade
 from .photon_volumes import photon_volume_irradiance, scatter_light
 from .radiance_cache import RadianceCache
@@ -15,9 +15,9 @@ from .screen_volume import screen_irradiance
 
 __all__ = [
     "Cascade",
-    "Density",
     "DirectLight",
     "Effort",
+    "Estimate",
     "GatherRays",
     "Irradiance",
     "RadianceCache",
@@ -25,6 +25,7 @@ __all__ = [
     "build_radiance_cache",
     "density_estimate",
     "direct_irradiance",
+    "direct_slope",
     "final_gather",
     "glossy_radiance",
     "photon_volume_irradiance",

@@ -6,8 +6,6 @@ gives (Eq. 3.7). Its area πr² is too large where a surface ends within the sph
 measure which share of the disc is surface.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -18,6 +16,8 @@ from ..sampling.streams import below_one, sobol
 from ..sampling.vectors import dot
 from ..sampling.warps import frame, sample_uniform_disk
 from ..tracers import LightTracer, Tracer
+from .irradiance import Estimate
+from .turned_normals import slope_of_light
 
 SLICE = np.float32(0.2)
 """Half the slice's thickness over the sphere's radius: thin against walls behind, thick enough for curved surfaces."""
@@ -29,16 +29,9 @@ _DENSITY = 41  # stream of random numbers
 _PAIRS = 1 << 19  # of receivers and photons in a chunk, which bounds the memory
 _OVERSEARCH = 2  # in an edge between two faces, half of the nearest photons are the other face's
 _N_DISC_RAYS = 16
+_LOWEST = np.float32(0.1)  # cosine: few photons come in lower, and each would weigh the more
 _LEAST_SHARE = np.float32(1 / 8)  # half of a corner between three walls: with less, the receiver is on no surface
 _SAME_SIDE = np.float32(0.5)  # least cosine between normals of one surface
-
-
-@dataclass(frozen=True)
-class Density:
-    """What n receivers' photons say: irradiance (n, 3) and its standard error (n,), float32, W/m²."""
-
-    irradiance: np.ndarray
-    stderr: np.ndarray
 
 
 def search_radius(photons: Photons, region: Sphere, k: int) -> float:
@@ -60,7 +53,7 @@ def density_estimate(
     n_nearest: int,
     max_radius: float,
     workers: Workers,
-) -> Density:
+) -> Estimate:
     """Irradiance E = Σ Φ / (s π r²), with s the share of the disc of radius r that is surface.
 
     With k photons found, the sum runs over the k − 1 nearest and r is the k-th's distance, which makes the mean exact
@@ -74,16 +67,17 @@ def density_estimate(
         m; 0 takes `search_radius`.
     """
     n = len(receivers)
-    irradiance, stderr = np.zeros((n, 3), np.float32), np.zeros(n, np.float32)
+    estimates = Estimate.dark(n, receivers.directional)
     if len(photons) == 0:
-        return Density(irradiance, stderr)
+        return estimates
     tracer = light_tracer.surfaces
     r_max = max_radius or search_radius(photons, region_of(receivers.position), n_nearest)
     workers.progress.update("Sorting photons", 0.0)
     tree = cKDTree(photons.position, balanced_tree=False)
     photon_normals = photons.normal
+    directions = photons.direction if receivers.directional else None
 
-    def estimate(chunk: slice, _: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    def estimate(chunk: slice, _: np.random.Generator) -> Estimate:
         normals = receivers.normal[chunk]
         x, smothered = _on_surface(light_tracer, receivers.position[chunk], normals, float(SLICE * r_max))
         within, r = _nearest_in_slice(tree, photons.position, photon_normals, x, normals, n_nearest, r_max)
@@ -98,11 +92,23 @@ def density_estimate(
         power = np.where((within >= 0)[..., None], photons.power[within], 0)
         area = np.maximum(np.pi * r**2 * share, np.float32(1e-30))  # where photons lie on the very receiver
         squares = (power.mean(axis=2) ** 2).sum(axis=1)
-        return power.sum(axis=1) / area[:, None], np.sqrt(squares) / area
+        slope = None if directions is None else _slope(power, directions[within], normals, area)
+        return Estimate(power.sum(axis=1) / area[:, None], np.sqrt(squares) / area, slope)
 
-    for chunk, estimates in workers.chunks("Gathering photons", n, max(1, _PAIRS // n_nearest), estimate, (_DENSITY,)):
-        irradiance[chunk], stderr[chunk] = estimates
-    return Density(irradiance, stderr)
+    for chunk, found in workers.chunks("Gathering photons", n, max(1, _PAIRS // n_nearest), estimate, (_DENSITY,)):
+        estimates.put(chunk, found)
+    return estimates
+
+
+def _slope(power: np.ndarray, flight: np.ndarray, normals: np.ndarray, area: np.ndarray) -> np.ndarray:
+    """Slope (n, 3, 3) of photons' power (n, k, 3) that flew along unit vectors (n, k, 3) onto areas (n,).
+
+    A photon brings L dω = Φ / (cos θ A), where Φ/A is irradiance; what comes in lower than `_LOWEST` as if from there.
+    """
+    n, k = power.shape[:2]
+    towards, normal = -flight.reshape(-1, 3), np.repeat(normals, k, 0)
+    g = slope_of_light(towards, normal) / np.maximum(dot(towards, normal), _LOWEST)[:, None]
+    return g.reshape(n, k, 3).transpose(0, 2, 1) @ power / area[:, None, None]
 
 
 def _on_surface(

@@ -1,4 +1,4 @@
-"""The direct pass: all direct light at receivers."""
+"""The direct pass: all direct light at receivers, and how it changes with their normals."""
 
 import numpy as np
 
@@ -6,9 +6,12 @@ from ..parallel import Workers
 from ..receivers import Receivers
 from ..scene import Scene
 from .direct_light import DirectLight
+from .ray_directions import even_directions
 
 N_SAMPLES = 64
-_AT_RECEIVERS = 31  # stream of random numbers
+_STAGE = "Adding direct light"
+_CHUNK = 1024  # receivers
+_AT_RECEIVERS, _AT_TURNED = 31, 32  # streams of random numbers
 
 
 def direct_irradiance(scene: Scene, direct: DirectLight, receivers: Receivers, workers: Workers) -> np.ndarray:
@@ -22,9 +25,36 @@ def direct_irradiance(scene: Scene, direct: DirectLight, receivers: Receivers, w
         return direct.irradiance_with_sky(positions, normals, objects, random).reshape(-1, N_SAMPLES, 3).mean(axis=1)
 
     irradiance = np.zeros((len(receivers), 3), np.float32)
-    for chunk, value in workers.chunks("Adding direct light", len(receivers), 1024, estimate, (_AT_RECEIVERS,)):
+    for chunk, value in workers.chunks(_STAGE, len(receivers), _CHUNK, estimate, (_AT_RECEIVERS,)):
         irradiance[chunk] = value
     return irradiance
+
+
+def direct_slope(
+    scene: Scene, direct: DirectLight, receivers: Receivers, irradiance: np.ndarray, workers: Workers
+) -> np.ndarray:
+    """How the direct irradiance (n, 3) of receivers changes with their normals, (n, 3, 3) float32, W/m².
+
+    By its definition (`turned_normals`): from the irradiance of `N_SAMPLES` normals n' even over the hemisphere,
+
+        B = 3 · mean of (E(n') − E(n)) (n' − n)
+    """
+    of_receiver = _objects(scene, receivers)
+
+    def estimate(chunk: slice, random: np.random.Generator) -> np.ndarray:
+        positions, normals, objects = (
+            np.repeat(of[chunk], N_SAMPLES, 0) for of in (receivers.position, receivers.normal, of_receiver)
+        )
+        turned = even_directions(normals, N_SAMPLES, random)
+        change = direct.irradiance_with_sky(positions, turned, objects, random).reshape(-1, N_SAMPLES, 3)
+        change -= irradiance[chunk, None]
+        way = (turned - normals).reshape(-1, N_SAMPLES, 3)
+        return np.float32(3 / N_SAMPLES) * way.transpose(0, 2, 1) @ change
+
+    slope = np.zeros((len(receivers), 3, 3), np.float32)
+    for chunk, value in workers.chunks(_STAGE, len(receivers), _CHUNK, estimate, (_AT_TURNED,)):
+        slope[chunk] = value
+    return slope
 
 
 def _objects(scene: Scene, receivers: Receivers) -> np.ndarray:

@@ -11,19 +11,17 @@ tracer would find them, by direct light at the point and a further ray for the r
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from ..bsdf import SMOOTH, Lobe, Surface, base_share, evaluate_wide, glossy_albedo, surface_at
 from ..photons.scattering import ALL_LOBES, NARROW_LOBES, facing, local_axes, scatter
-from ..sampling.streams import below_one, sobol
 from ..sampling.vectors import dot, largest
-from ..sampling.warps import sample_cosine_hemisphere, to_world
 from ..scene import Scene
 from ..tracers import Hits, LightTracer
 from .direct_light import DirectLight
 from .radiance_cache import RadianceCache
+from .ray_directions import gather_directions
 
 _MAX_NEAR_HITS = 4
 _MAX_HITS = 32
@@ -268,21 +266,3 @@ def _join(parts: list[_Paths]) -> _Paths:
     names = ("ray", "throughput", "directions", "positions", "normals", "near")
     arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     return _Paths(hits=Hits.join([part.hits for part in parts]), **arrays)
-
-
-def gather_directions(normals: np.ndarray, n_rays: int, random: np.random.Generator) -> np.ndarray:
-    """Cosine-weighted directions around normals (n, 3), (n, 3) float32; every run of `n_rays` is stratified."""
-    return to_world(sample_cosine_hemisphere(_stratified(len(normals) // n_rays, n_rays, random)), normals)
-
-
-def _stratified(n_runs: int, n_rays: int, random: np.random.Generator) -> np.ndarray:
-    """Points of the unit square, (n_runs · n_rays, 2): one Sobol set, shifted around the torus anew for each run."""
-    shifted = _sobol_set(n_rays) + random.random((n_runs, 1, 2), dtype=np.float32)
-    return below_one(shifted - np.floor(shifted)).reshape(-1, 2)
-
-
-@lru_cache(maxsize=16)
-def _sobol_set(n: int) -> np.ndarray:
-    """The first n points of the Sobol sequence, (1, n, 2) float32."""
-    power_of_two = 1 << max(n - 1, 0).bit_length()
-    return sobol(2, 0).random(power_of_two)[None, :n].astype(np.float32)

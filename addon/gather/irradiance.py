@@ -6,6 +6,41 @@ import numpy as np
 
 
 @dataclass(frozen=True)
+class Estimate:
+    """What one way of gathering says of n receivers.
+
+    Attributes
+    ----------
+    irradiance : (n, 3) float32, W/m²
+    stderr : (n,) float32, W/m²
+        Standard error of the irradiance's mean over colours.
+    slope : (n, 3, 3) float32 or None, W/m²
+        As in `Irradiance`.
+    """
+
+    irradiance: np.ndarray
+    stderr: np.ndarray
+    slope: np.ndarray | None = None
+
+    @staticmethod
+    def dark(n: int, directional: bool) -> "Estimate":
+        """No light at n receivers."""
+        slope = np.zeros((n, 3, 3), np.float32) if directional else None
+        return Estimate(np.zeros((n, 3), np.float32), np.zeros(n, np.float32), slope)
+
+    def plus(self, other: "Estimate") -> "Estimate":
+        """The sum of two kinds of light, whose errors are independent."""
+        slope = None if self.slope is None or other.slope is None else self.slope + other.slope
+        return Estimate(self.irradiance + other.irradiance, np.hypot(self.stderr, other.stderr), slope)
+
+    def put(self, rows: np.ndarray | slice, other: "Estimate") -> None:
+        """Take those of some receivers from another estimate."""
+        self.irradiance[rows], self.stderr[rows] = other.irradiance, other.stderr
+        if self.slope is not None:
+            self.slope[rows] = other.slope
+
+
+@dataclass(frozen=True)
 class Irradiance:
     """What n receivers receive.
 
@@ -19,12 +54,16 @@ class Irradiance:
         ``indirect`` and, where asked for, ``direct``.
     counts : dict of str to int
         What the bake did, for its report: photons, rays, elements.
+    slope : (n, 3, 3) float32 or None, W/m²
+        How the value changes with the normal, for each axis and colour: E(n') ≈ E + slope·(n' − n), by
+        `turned_normals`. None unless the receivers ask for it.
     """
 
     value: np.ndarray
     stderr: np.ndarray
     passes: dict[str, np.ndarray]
     counts: dict[str, int]
+    slope: np.ndarray | None = None
 
     @property
     def relative_noise(self) -> float:

@@ -64,6 +64,21 @@ def pdf_cosine_hemisphere(cos_theta: np.ndarray) -> np.ndarray:
     return np.maximum(cos_theta, 0) / np.float32(np.pi)
 
 
+def sample_halfway_hemisphere(u: np.ndarray) -> np.ndarray:
+    """Directions around +z halfway between cosine-weighted and uniform, (n, 3): density (cos θ + 1/2)/(2π).
+
+    z = cos θ has the distribution function (z² + z)/2.
+    """
+    z = (np.sqrt(1 + 8 * u[:, 0]) - 1) / 2
+    r, phi = np.sqrt(np.maximum(1 - z * z, 0)), TWO_PI * u[:, 1]
+    return np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1)
+
+
+def pdf_halfway_hemisphere(cos_theta: np.ndarray) -> np.ndarray:
+    """Density of `sample_halfway_hemisphere` by solid angle: (cos θ + 1/2)/(2π) above the horizon, 0 below."""
+    return np.where(cos_theta >= 0, (cos_theta + np.float32(0.5)) / TWO_PI, np.float32(0))
+
+
 def frame(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Two unit vectors that make a right-handed orthonormal frame with unit normals (n, 3): (tangent, bitangent).
 

@@ -21,7 +21,8 @@ from photon_bake.addon import parallel
 from photon_bake.addon.bsdf import Surface, base_share, glossy_albedo, is_focused, sample_bsdf, surface_at
 from photon_bake.addon.gather import DirectLight, GatherRays, RadianceCache, build_radiance_cache, survey_surfaces
 from photon_bake.addon.gather.final.records import RecordMaker
-from photon_bake.addon.gather.gather_rays import _Paths, gather_directions
+from photon_bake.addon.gather.gather_rays import _Paths
+from photon_bake.addon.gather.ray_directions import gather_directions
 from photon_bake.addon.parallel import Turns, Workers
 from photon_bake.addon.photons import GuidedSource, Photons, guide_sources, light_sources, region_of, trace_photons
 from photon_bake.addon.photons.scattering import facing, local_axes, scatter

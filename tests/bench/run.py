@@ -84,7 +84,7 @@ def path_traced(scene, probes, element, truth):
         start = perf_counter()
         rays, effort = GatherRays(scene, tracer, direct, cache), Effort(2048, interpolate=False)
         gathered = final_gather(rays, probes, effort, 2 * region.radius, tracer.surfaces, Workers())
-    at_probe = gathered.irradiance[element].reshape(-1, 3, 3).mean(axis=1) / np.pi
+    at_probe = gathered.light.irradiance[element].reshape(-1, 3, 3).mean(axis=1) / np.pi
     return f"{perf_counter() - start:.1f}", *figures(at_probe, truth)
 
 

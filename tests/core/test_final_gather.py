@@ -32,7 +32,8 @@ def records_at(position, normal=UP, edge=0.3, radiance=0.0, n_rays=64, noise=0.0
     total = np.repeat(batches * n_rays / N_BATCHES, 3, axis=2)
     normals = np.broadcast_to(np.asarray(normal, np.float32), position.shape).copy()
     edges = np.full(n, edge, np.float32)
-    return Records(np.arange(n), position, normals, edges, total, np.full(n, n_rays), np.full(n, float(n_rays)))
+    rays, nearness = np.full(n, n_rays), np.full(n, float(n_rays))
+    return Records(np.arange(n), position, normals, edges, total, rays, nearness, np.zeros((n, 0, 3)))
 
 
 def around_floor(records, scene=None):
@@ -93,12 +94,12 @@ def test_blending_takes_noise_and_leaves_edges():
     even = records_at(position, radiance=1.0, noise=0.1)
     around = around_floor(even).of_records(np.arange(900), Workers())
     spread = Spread.of(even, around)
-    assert spread.blended(even, around).std() < 0.7 * even.irradiance.std()
+    assert spread.blended(even.irradiance, around).std() < 0.7 * even.irradiance.std()
     step = records_at(position, edge=0.1, radiance=np.where(position[:, 0] > 0, 1.0, 0.2), noise=0.01)
     around = around_floor(step).of_records(np.arange(900), Workers())
     spread = Spread.of(step, around)
     at_edge = np.abs(position[:, 0]) < 0.02
-    moved = np.abs(spread.blended(step, around) - step.irradiance)[at_edge]
+    moved = np.abs(spread.blended(step.irradiance, around) - step.irradiance)[at_edge]
     assert moved.max() < 0.1 * np.pi and spread.bias2[at_edge].mean() > 10 * spread.bias2[~at_edge].mean()
 
 

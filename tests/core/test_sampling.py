@@ -20,6 +20,10 @@ def test_cosine_hemisphere(u):
     assert chi_square_of_directions(warps.sample_cosine_hemisphere(u), warps.pdf_cosine_hemisphere) > 1e-3
 
 
+def test_halfway_hemisphere(u):
+    assert chi_square_of_directions(warps.sample_halfway_hemisphere(u), warps.pdf_halfway_hemisphere) > 1e-3
+
+
 def test_uniform_sphere(u):
     directions = warps.sample_uniform_sphere(u)
     assert chi_square_of_directions(directions, lambda z: np.full_like(z, warps.pdf_uniform_sphere())) > 1e-3

@@ -8,6 +8,7 @@ from ...parallel import Turns, Workers
 from ...receivers import Receivers
 from ...tracers import Tracer
 from ..gather_rays import GatherRays
+from ..irradiance import Estimate
 from .effort import Effort, rays_for_budget, rays_for_noise
 from .placement import look_up_all, place_records
 from .records import STAGE, RecordMaker, Records
@@ -28,16 +29,13 @@ class Gathered:
 
     Attributes
     ----------
-    irradiance : (n, 3) float32, W/m²
-        From surfaces.
-    stderr : (n,) float32, W/m²
-        Standard error of the irradiance's mean over colours, by `Spread`.
+    light : Estimate
+        From surfaces; its standard error is by `Spread`.
     n_records, n_rays : int
         Receivers that gathered, and rays that they sent.
     """
 
-    irradiance: np.ndarray
-    stderr: np.ndarray
+    light: Estimate
     n_records: int
     n_rays: int
 
@@ -56,7 +54,7 @@ def final_gather(
     """
     turns = Turns(workers)
     maker = RecordMaker(rays, receivers, max(1, effort.n_rays // 2), turns)
-    records = Records.none()
+    records = Records.none(receivers.directional)
     if effort.interpolate:
         records = place_records(receivers, extent, effort.tolerance, maker, tracer, turns)
         records, weights = look_up_all(records, receivers, extent, maker, tracer, turns)
@@ -71,9 +69,16 @@ def final_gather(
     records = _add_rays(records, weights, around, maker, effort)
     turns.end(STAGE)
     spread = Spread.of(records, around)
-    irradiance = np.maximum(weights.apply(spread.blended(records, around)), 0).astype(np.float32)
+    irradiance = np.maximum(weights.apply(spread.blended(records.irradiance, around)), 0).astype(np.float32)
+    slope = _slope(records, spread, around, weights) if receivers.directional else None
     stderr = np.sqrt(spread.variance(records, weights)).astype(np.float32)
-    return Gathered(irradiance, stderr, len(records), int(records.n_rays.sum()))
+    return Gathered(Estimate(irradiance, stderr, slope), len(records), int(records.n_rays.sum()))
+
+
+def _slope(records: Records, spread: Spread, around: Weights | None, weights: Weights) -> np.ndarray:
+    """What receivers take of the records' slopes, (n, 3, 3) float32: as of their irradiance, axis by axis."""
+    axes = np.moveaxis(records.slope, 1, 0)
+    return np.stack([weights.apply(spread.blended(axis, around)).astype(np.float32) for axis in axes], axis=1)
 
 
 def _add_rays(

@@ -33,7 +33,7 @@ def place_records(
     """
     position, normal, low = receivers.position, receivers.normal, receivers.position.min(axis=0)
     undecided, edge = np.arange(len(receivers)), _FIRST * extent
-    records, record_of = Records.none(), np.full(len(receivers), -1)
+    records, record_of = Records.none(receivers.directional), np.full(len(receivers), -1)
     for _ in range(_LEVELS):
         # One record a cell; some receivers have theirs from the larger cell
         keys = cell_keys(position[undecided], normal[undecided], low, edge)

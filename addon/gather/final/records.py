@@ -7,8 +7,11 @@ import numpy as np
 
 from ...parallel import Turns
 from ...receivers import Receivers
+from ...sampling.vectors import dot
 from ...scene.z_curve import z_curve
 from ..gather_rays import GatherRays
+from ..ray_directions import gather_directions, halfway_directions
+from ..turned_normals import slope_of_light
 
 N_BATCHES = 4
 STAGE = "Gathering light"
@@ -35,6 +38,8 @@ class Records:
         Rays of all batches together.
     nearness : (m,) float64, 1/m
         Inverse distances of what the rays met, summed.
+    bend : (m, 3, 3) float64, W/(m² sr)
+        For each axis and colour: what the rays say of the slope, summed. (m, 0, 3) where nobody asks for it.
     """
 
     receiver: np.ndarray
@@ -44,21 +49,28 @@ class Records:
     total: np.ndarray
     n_rays: np.ndarray
     nearness: np.ndarray
+    bend: np.ndarray
 
     def __len__(self) -> int:
         return len(self.receiver)
 
     @staticmethod
-    def none() -> "Records":
+    def none(directional: bool = False) -> "Records":
         """No records."""
         nothing, whole = np.zeros(0, np.float32), np.zeros(0, np.int64)
         points = np.zeros((0, 3), np.float32)
-        return Records(whole, points, points, nothing, np.zeros((0, N_BATCHES, 3)), whole, np.zeros(0))
+        total = np.zeros((0, N_BATCHES, 3))
+        return Records(whole, points, points, nothing, total, whole, np.zeros(0), _no_bend(0, directional))
 
     @property
     def irradiance(self) -> np.ndarray:
         """(m, 3) float64, W/m²: E = π · mean of L over cosine-weighted rays."""
         return np.pi * self.total.sum(axis=1) / self.n_rays[:, None]
+
+    @property
+    def slope(self) -> np.ndarray:
+        """How the irradiance changes with the normal (`turned_normals`), for each axis and colour, (m, 3, 3), W/m²."""
+        return np.pi * self.bend / self.n_rays[:, None, None]
 
     @property
     def variance(self) -> np.ndarray:
@@ -91,10 +103,10 @@ class Records:
         place = np.full(int(self.receiver.max()) + 1, -1)
         place[self.receiver] = np.arange(len(self))
         k = place[more.receiver]
-        total, n_rays, nearness = self.total.copy(), self.n_rays.copy(), self.nearness.copy()
-        for sums, added in ((total, more.total), (n_rays, more.n_rays), (nearness, more.nearness)):
-            np.add.at(sums, k, added)
-        return replace(self, total=total, n_rays=n_rays, nearness=nearness)
+        sums = {name: getattr(self, name).copy() for name in ("total", "n_rays", "nearness", "bend")}
+        for name, sum_ in sums.items():
+            np.add.at(sum_, k, getattr(more, name))
+        return replace(self, **sums)
 
 
 class RecordMaker:
@@ -128,26 +140,40 @@ class RecordMaker:
         size, key = max(1, _CHUNK // self.n_rays), (_GATHER, self._n_calls)
         self._n_calls += 1
         at, n = self._receivers, len(chosen)
-        total, nearness = np.zeros((n, N_BATCHES, 3)), np.zeros(n)
+        total, nearness, bend = np.zeros((n, N_BATCHES, 3)), np.zeros(n), _no_bend(n, at.directional)
         # Neighbours are gathered together, whose rays meet the same surfaces: that is faster
         order = np.argsort(z_curve(at.position[chosen]), kind="stable") if n else np.zeros(0, int)
 
-        def gather(chunk: slice, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        def gather(chunk: slice, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             return self._gather(chosen[order[chunk]], random)
 
         workers, bytes_ = self._turns.next(), self.n_rays * _RAY_BYTES
-        for chunk, (sums, near) in workers.chunks(STAGE, n, size, gather, key, row_bytes=bytes_):
-            total[order[chunk]], nearness[order[chunk]] = sums, near
+        for chunk, (sums, near, bent) in workers.chunks(STAGE, n, size, gather, key, row_bytes=bytes_):
+            total[order[chunk]], nearness[order[chunk]], bend[order[chunk]] = sums, near, bent
         self._n_sent += n * self.n_rays
         self._seconds += perf_counter() - began
         edges, n_rays = np.full(n, edge, np.float32), np.full(n, self.n_rays)
-        return Records(chosen, at.position[chosen], at.normal[chosen], edges, total, n_rays, nearness)
+        return Records(chosen, at.position[chosen], at.normal[chosen], edges, total, n_rays, nearness, bend)
 
-    def _gather(self, chosen: np.ndarray, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-        """Radiance summed over the rays of each batch (r, batches, 3), each being stratified; the nearness (r,)."""
+    def _gather(self, chosen: np.ndarray, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Radiance summed over each batch's rays (r, batches, 3), which are stratified; nearness (r,) and bend."""
         n, at = self.n_rays, self._receivers
         origins, normals = np.repeat(at.position[chosen], n, 0), np.repeat(at.normal[chosen], n, 0)
-        met = self._rays.radiance(origins, normals, self.rays_a_batch, random)
-        batches = met.reflected.reshape(len(chosen), N_BATCHES, self.rays_a_batch, 3)
-        nearness = 1 / np.maximum(met.distance.reshape(-1, n), _LEAST_DISTANCE)
-        return batches.sum(axis=2, dtype=np.float64), nearness.sum(axis=1, dtype=np.float64)
+        if at.directional:
+            directions, weight = halfway_directions(normals, self.rays_a_batch, random)
+            share = weight * dot(directions, normals)
+        else:
+            directions, share = gather_directions(normals, self.rays_a_batch, random), np.ones(1, np.float32)
+        met = self._rays.radiance_along(origins, directions, random)
+        batches = (share[:, None] * met.reflected).reshape(len(chosen), N_BATCHES, self.rays_a_batch, 3)
+        nearness = (share / np.maximum(met.distance, _LEAST_DISTANCE)).reshape(-1, n)
+        bend = _no_bend(len(chosen), at.directional)
+        if at.directional:
+            slope = weight[:, None] * slope_of_light(directions, normals)
+            bend = slope.reshape(-1, n, 3).transpose(0, 2, 1) @ met.reflected.reshape(-1, n, 3)
+        return batches.sum(axis=2, dtype=np.float64), nearness.sum(axis=1, dtype=np.float64), bend
+
+
+def _no_bend(n: int, directional: bool) -> np.ndarray:
+    """The bend of n records without rays, with or without rows."""
+    return np.zeros((n, 3 if directional else 0, 3))

@@ -61,9 +61,8 @@ class Spread:
         blend = np.where(supported, noise / np.maximum(np.maximum(off2, noise + others), 1e-30), 0)
         return Spread(per_ray, expected, others, np.maximum(off2 - noise - others, 0), blend)
 
-    def blended(self, records: Records, around: Weights | None) -> np.ndarray:
-        """Irradiance of the records, moved to what those around them say, (m, 3) float64, W/m²."""
-        value = records.irradiance
+    def blended(self, value: np.ndarray, around: Weights | None) -> np.ndarray:
+        """Values of the records, (m, 3), moved to what those around them say, (m, 3) float64."""
         return value if around is None else value + self.blend[:, None] * (around.apply(value) - value)
 
     def variance(self, records: Records, weights: Weights) -> np.ndarray:

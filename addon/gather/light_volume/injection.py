@@ -11,7 +11,8 @@ from ...sampling.vectors import dot
 from ...scene import Scene
 from ...scene.surface_points import SurfacePoints, surface_points
 from ...tracers import LightTracer
-from ..gather_rays import GatherRays, gather_directions
+from ..gather_rays import GatherRays
+from ..ray_directions import gather_directions
 from ..sh_fields import ISOTROPIC, N_LIGHT, N_SIGNS, SCALE, light_fields, random_signs
 from .grid import Grid
 
