@@ -197,8 +197,12 @@ class Solution:
 
     def _by_density(self) -> tuple[Estimate, dict[str, int]]:
         """Receivers gather the photons around them."""
-        scattered = self.photons.where(self.photons.kind != PathKind.DIRECT)
-        return self._density(scattered, self.settings.n_nearest, self.receivers), {}
+        kind = self.photons.kind
+        if self.receivers.takes_caustics is None:
+            scattered = self.photons.where(kind != PathKind.DIRECT)
+            return self._density(scattered, self.settings.n_nearest, self.receivers), {}
+        scattered = self.photons.where(kind == PathKind.INDIRECT)
+        return _sum(self._density(scattered, self.settings.n_nearest, self.receivers), {}, self._caustics())
 
     def _must_gather(self) -> GatherRays:
         assert self.rays is not None

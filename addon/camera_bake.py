@@ -4,13 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .bsdf import base_share, surface_at
 from .gather import Cascade, glossy_radiance, screen_irradiance
 from .parallel import Workers
 from .photons import PathKind, light_sources, region_of, trace_photons
 from .progress import Progress
-from .receivers import Camera, SeenSurface, seen_surface
-from .sampling.vectors import dot
+from .receivers import Camera, diffuse_colors, seen_surface
 from .scene import Scene
 from .settings import BakeSettings
 from .tracers import LightTracer, Tracer
@@ -71,7 +69,7 @@ def bake_camera(
     focused = photons.where(photons.kind == PathKind.CAUSTIC)
     caustics, _ = screen_irradiance(camera, seen, focused, workers)
     glossy = glossy_radiance(scene, seen, volumes, workers)
-    albedo = _diffuse_albedo(scene, seen)
+    albedo, _ = diffuse_colors(scene, seen)
 
     def picture(values: np.ndarray) -> np.ndarray:
         pixels = np.zeros((camera.n_pixels, 3), np.float32)
@@ -79,10 +77,3 @@ def bake_camera(
         return pixels.reshape(camera.height, camera.width, 3)
 
     return CameraLight(picture(indirect), picture(caustics), picture(glossy), picture(albedo))
-
-
-def _diffuse_albedo(scene: Scene, seen: SeenSurface) -> np.ndarray:
-    """What the diffuse lobe sends to the camera of the light that comes to it, (p, 3) float32."""
-    hits = seen.hits
-    surface = surface_at(scene, hits.triangle, hits.u, hits.v, hits.back(seen.direction))
-    return surface.diffuse * base_share(surface, np.abs(dot(seen.normal, seen.direction)))[:, None]

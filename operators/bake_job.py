@@ -15,6 +15,7 @@ from ..addon.receivers import AttributeTarget, Receivers
 from ..addon.scene import Scene
 from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
+from .camera_target import CameraTarget
 
 if TYPE_CHECKING:
     from ..addon.bake import Solution
@@ -75,7 +76,7 @@ class Target(Protocol):
     @property
     def object_names(self) -> list[str]: ...
 
-    def points(self, tracer: Tracer, workers: Workers, warnings: list[str]) -> Points:
+    def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> Points:
         """Where light is wanted; touches none of Blender's data."""
 
 
@@ -171,7 +172,8 @@ class BakeJob:
         depsgraph = context.evaluated_depsgraph_get()
         targets = [one.read(depsgraph, names, progress, warnings) for one in wanted]
         depsgraph = context.evaluated_depsgraph_get()  # making UV maps may have left it behind
-        scene = extract_scene(depsgraph, warnings, light_group)
+        for_camera = any(isinstance(target, CameraTarget) for target in targets)
+        scene = extract_scene(depsgraph, warnings, light_group, for_camera)
         progress.update(READING, 1)
         return cls(scene, targets, list(dict.fromkeys(warnings)), {"triangles": scene.n_triangles})
 
@@ -187,7 +189,7 @@ class BakeJob:
         inspector = inspector or Inspector()
         workers = Workers(settings.seed, settings.n_threads, progress)
         tracer = make_tracer(self.scene, self.warnings)
-        points = [target.points(tracer, workers, self.warnings) for target in self.targets]
+        points = [target.points(self.scene, tracer, workers, self.warnings) for target in self.targets]
         receivers = _joined([one.receivers for one in points])
         maps = None
         if settings.tracer == "multi_image" and len(receivers):

@@ -19,6 +19,7 @@ from ..addon.output import atomic_path, check_writable
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
 from ..addon.receivers import AttributeTarget, LightmapMesh, Receivers
+from ..addon.scene import Scene
 from ..addon.tracers import Tracer
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ class LightmapTarget:
     def object_names(self) -> list[str]:
         return [place.object_name for place in self.layout.places]
 
-    def points(self, tracer: Tracer, workers: Workers, warnings: list[str]) -> "LightmapPoints":
+    def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "LightmapPoints":
         """See `Target.points`."""
         from ..addon.receivers import texel_receivers
 

@@ -8,6 +8,7 @@ from ..addon.blender import bake_objects, check_color_attribute, receiver_meshes
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
 from ..addon.receivers import ReceiverMesh, Receivers, vertex_receivers
+from ..addon.scene import Scene
 from ..addon.tracers import Tracer
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ class VertexTarget:
     def object_names(self) -> list[str]:
         return [mesh.object_name for mesh in self.meshes]
 
-    def points(self, tracer: Tracer, workers: Workers, warnings: list[str]) -> "VertexPoints":
+    def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "VertexPoints":
         """See `Target.points`."""
         receivers = vertex_receivers(self.meshes)
         warnings += too_coarse(receivers)

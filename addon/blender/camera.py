@@ -1,11 +1,11 @@
 """A Blender camera as the engine sees it."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..errors import BakeError
+from ..output.camera import PictureFrame
 from ..receivers import Camera, Equirectangular, Fisheye, Lens, Orthographic, Perspective, PixelFilter
 from ..receivers.pixel_filter import FilterKind
 
@@ -13,24 +13,6 @@ Window = tuple[float, float, float, float]
 
 _PANORAMAS = ("EQUIRECTANGULAR", "FISHEYE_EQUIDISTANT", "FISHEYE_EQUISOLID")
 _FILTERS: dict[str, FilterKind] = {"BOX": "box", "GAUSSIAN": "gaussian", "BLACKMAN_HARRIS": "blackman_harris"}
-
-
-@dataclass(frozen=True)
-class PictureFrame:
-    """The picture that a render writes.
-
-    Attributes
-    ----------
-    width, height : int
-        Pixels.
-    column, row : int
-        Of the upper left pixel of the part that is rendered, from the upper left.
-    """
-
-    width: int
-    height: int
-    column: int = 0
-    row: int = 0
 
 
 def read_camera(scene: Any, depsgraph: Any, warnings: list[str] | None = None) -> Camera:

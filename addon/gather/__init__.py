@@ -1,6 +1,7 @@
 """Photons to irradiance: a final gather into a radiance cache, a density estimate, or a volume of cells."""
 
 from .build_cache import Survey, build_radiance_cache, survey_surfaces
+from .camera_gloss import camera_gloss, reflected_direct
 from .density import density_estimate
 from .direct_irradiance import direct_irradiance, direct_slope
 from .direct_light import DirectLight
@@ -23,12 +24,14 @@ __all__ = [
     "RadianceCache",
     "Survey",
     "build_radiance_cache",
+    "camera_gloss",
     "density_estimate",
     "direct_irradiance",
     "direct_slope",
     "final_gather",
     "glossy_radiance",
     "photon_volume_irradiance",
+    "reflected_direct",
     "scatter_light",
     "screen_irradiance",
     "survey_surfaces",

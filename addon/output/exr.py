@@ -1,14 +1,12 @@
 """OpenEXR files."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
+from ..camera_settings import Compression
 from .files import whole_file
-
-Compression = Literal["none", "rle", "zips", "zip", "piz", "dwaa", "dwab"]
 
 _LARGEST_HALF = 65504.0
 
@@ -19,6 +17,7 @@ def write_exr(
     metadata: Mapping[str, str | int | float] | None = None,
     half: bool = True,
     compression: Compression = "zip",
+    exact: Collection[str] = (),
 ) -> None:
     """Write an OpenEXR file of scan lines, whole or not at all.
 
@@ -32,6 +31,8 @@ def write_exr(
         Whether values become 16-bit floats, of which the largest is 65504; unsigned integers stay as they are.
     compression : str
         ``dwaa`` and ``dwab`` lose a little, all others nothing.
+    exact : collection of str
+        Channels that stay as they are where the others become 16-bit.
 
     Raises
     ------
@@ -40,8 +41,8 @@ def write_exr(
     """
     import OpenEXR
 
-    def pixels(values: np.ndarray) -> np.ndarray:
-        if half and values.dtype != np.uint32:
+    def pixels(name: str, values: np.ndarray) -> np.ndarray:
+        if half and name not in exact and values.dtype != np.uint32:
             values = np.clip(values, -_LARGEST_HALF, _LARGEST_HALF).astype(np.float16)
         return np.ascontiguousarray(values)
 
@@ -50,5 +51,5 @@ def write_exr(
         "compression": getattr(OpenEXR, f"{'no' if compression == 'none' else compression}_COMPRESSION".upper()),
         "type": OpenEXR.scanlineimage,
     }
-    with whole_file(path) as file, OpenEXR.File(header, {name: pixels(v) for name, v in channels.items()}) as exr:
+    with whole_file(path) as file, OpenEXR.File(header, {name: pixels(name, v) for name, v in channels.items()}) as exr:
         exr.write(file)

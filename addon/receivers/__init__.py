@@ -1,6 +1,7 @@
 """Where light is wanted: points with a normal, and where each one's value goes."""
 
 from .camera import Camera, SeenSurface, seen_surface
+from .camera_points import CameraPoints, camera_points, diffuse_colors
 from .charts import Charts, LightmapMesh
 from .lenses import Equirectangular, Fisheye, Lens, Orthographic, Perspective
 from .lightmap import Texels, texel_receivers
@@ -12,6 +13,7 @@ from .vertices import ReceiverMesh, vertex_receivers
 __all__ = [
     "AttributeTarget",
     "Camera",
+    "CameraPoints",
     "Charts",
     "Equirectangular",
     "Fisheye",
@@ -25,6 +27,8 @@ __all__ = [
     "Seams",
     "SeenSurface",
     "Texels",
+    "camera_points",
+    "diffuse_colors",
     "seen_surface",
     "texel_receivers",
     "vertex_receivers",

@@ -1,6 +1,6 @@
 """What a camera sees: a point of a surface for each pixel."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -81,8 +81,8 @@ class Camera:
         rate = self.lens.depth(directions)
         near, far = self.clip
         origins = origins + (np.float32(near) / rate)[:, None] * directions
-        directions = directions @ self.axes
-        return CameraRays(self.position + origins @ self.axes, directions, np.float32(far - near) / rate)
+        origins, directions = (np.einsum("nj,ji->ni", vectors, self.axes) for vectors in (origins, directions))
+        return CameraRays(self.position + origins, directions, np.float32(far - near) / rate)
 
     def pixels(self, points: np.ndarray) -> np.ndarray:
         """The pixel that each point (n, 3) falls into, hidden or not: (n,) int64, −1 outside the picture."""
@@ -95,7 +95,7 @@ class Camera:
 
     def local(self, points: np.ndarray) -> np.ndarray:
         """Points (n, 3) in the camera's frame."""
-        return (points - self.position) @ self.axes.T
+        return np.einsum("ni,ji->nj", points - self.position, self.axes)
 
     def depth(self, points: np.ndarray) -> np.ndarray:
         """Depth of points (n, 3), (n,) float32, m: along the axis, or of panoramic cameras the distance."""
@@ -141,6 +141,14 @@ class SeenSurface:
         """The points that a mask or an index array chooses."""
         names = ("pixel", "direction", "position", "normal", "shading_normal", "area")
         return SeenSurface(hits=self.hits.where(chosen), **{name: getattr(self, name)[chosen] for name in names})
+
+    def in_pixels(self, pixel: np.ndarray) -> "SeenSurface":
+        """The same points in other pixels (p,)."""
+        return replace(self, pixel=pixel)
+
+    def of_areas(self, area: np.ndarray) -> "SeenSurface":
+        """The same points for other areas (p,), m²."""
+        return replace(self, area=area)
 
     @staticmethod
     def join(parts: "list[SeenSurface]") -> "SeenSurface":

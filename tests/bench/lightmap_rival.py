@@ -198,7 +198,7 @@ def measure_ours(lightmap, judge, quality, rival):
     job = _our_job(lightmap)
     start = perf_counter()
     tracer = EmbreeTracer(job.scene)
-    points = job.targets[0].points(tracer, workers, [])
+    points = job.targets[0].points(job.scene, tracer, workers, [])
     light = bake(job.scene, points.receivers, settings, tracer)
     seconds = perf_counter() - start
     for denoiser in DENOISERS:

@@ -144,7 +144,7 @@ def measure(name, path, density, quality, most_texels):
         job = BakeJob.prepare(bpy.context, [wanted], Progress(), names)
     (target,) = job.targets
     tracer, workers = make_tracer(job.scene, []), Workers(settings.seed, settings.n_threads)
-    points = target.points(tracer, workers, [])
+    points = target.points(job.scene, tracer, workers, [])
     light = bake(job.scene, points.receivers, settings, tracer)
     seconds = perf_counter() - start
     corners, uv = (np.concatenate([getattr(mesh, what) for mesh in target.meshes]) for what in ("positions", "uv"))

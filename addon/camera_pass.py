@@ -1,0 +1,97 @@
+"""The pass of a camera: what a compositor adds to a render of direct light, from a solve of the light in the scene."""
+
+import numpy as np
+
+from .bake import Solution
+from .gather import Irradiance, camera_gloss, photon_volume_irradiance, reflected_direct
+from .output.camera import CameraPass
+from .parallel import Workers
+from .photons import PathKind
+from .receivers import CameraPoints
+from .scene import Scene
+
+_LEAST_ALBEDO = np.float32(1e-3)
+"""Below which light that falls on a surface is not to be had by division from what it reflects."""
+
+
+def camera_pass(
+    scene: Scene,
+    points: CameraPoints,
+    light: Irradiance,
+    solution: Solution | None,
+    n_gloss_rays: int,
+    workers: Workers,
+) -> CameraPass:
+    """The pass of a camera's points.
+
+    Parameters
+    ----------
+    light : Irradiance
+        Of the points' receivers.
+    solution : Solution or None
+        That the light was gathered from; None where the camera sees nothing.
+    n_gloss_rays : int
+        Rays of a point that reflects all light in its glossy lobe.
+    """
+    colour = np.concatenate([points.front, points.back[points.through]])
+    diffuse, albedo = _diffuse(points, colour, light)
+    error = [_picture_of_rows(points, colour.mean(axis=1) * light.stderr / np.float32(np.pi))]
+    caustics, glossy = np.zeros_like(diffuse), points.beyond
+    if solution is not None:
+        caustics, of_caustics = _caustics(points, solution, workers)
+        gloss, of_gloss = camera_gloss(scene, points, solution.rays, n_gloss_rays, workers)
+        direct = reflected_direct(scene, points, solution.direct, workers)
+        glossy = glossy + points.picture(gloss) + _picture(points, direct)
+        error += [_picture_of_rows(points, of_caustics), _root_of_squares(points, of_gloss)]
+    return CameraPass(
+        indirect_diffuse=diffuse,
+        caustics=caustics,
+        glossy=glossy,
+        albedo=albedo,
+        normal=points.normal,
+        depth=points.depth,
+        error=np.sqrt(np.sum([one**2 for one in error], axis=0)),
+    )
+
+
+def _diffuse(points: CameraPoints, colour: np.ndarray, light: Irradiance) -> tuple[np.ndarray, np.ndarray]:
+    """E/π of pixels, the mean by what each point reflects of it, and albedo; (height, width, 3) each.
+
+    Where next to nothing is reflected it is the mean over the points.
+    """
+    radiosity = light.passes["indirect"] / np.float32(np.pi)
+    reflected, albedo = _picture(points, colour * radiosity), _picture(points, colour)
+    plain = points.picture(radiosity[: len(points)] * points.share[:, None])
+    share = points.picture(points.share[:, None])
+    mean = plain / np.maximum(share, np.float32(1e-6))
+    return np.where(albedo > _LEAST_ALBEDO, reflected / np.maximum(albedo, _LEAST_ALBEDO), mean), albedo
+
+
+def _caustics(points: CameraPoints, solution: Solution, workers: Workers) -> tuple[np.ndarray, np.ndarray]:
+    """Radiance (height, width, 3) by caustics on what the camera itself sees, and its standard error by points."""
+    stderr = np.zeros(len(points), np.float32)
+    k = np.flatnonzero(points.n_followed == 0)
+    focused = solution.photons.where(solution.photons.kind == PathKind.CAUSTIC)
+    radiance = np.zeros((len(points), 3), np.float32)
+    if len(focused) and len(k):
+        irradiance, of_irradiance = photon_volume_irradiance(points.camera, points.seen.where(k), focused, workers)
+        radiance[k] = points.front[k] * irradiance / np.float32(np.pi)
+        stderr[k] = points.front[k].mean(axis=1) * of_irradiance / np.float32(np.pi)
+    return points.picture(radiance), stderr
+
+
+def _picture(points: CameraPoints, rows: np.ndarray) -> np.ndarray:
+    """Values (r, 3) of the points' receivers summed in each pixel."""
+    values = rows[: len(points)].copy()
+    values[points.through] += rows[len(points) :]
+    return points.picture(values)
+
+
+def _picture_of_rows(points: CameraPoints, stderr: np.ndarray) -> np.ndarray:
+    """Standard errors (r,) of points or their receivers, added up: those of a pixel's points are alike."""
+    return _picture(points, stderr[:, None])[..., 0]
+
+
+def _root_of_squares(points: CameraPoints, stderr: np.ndarray) -> np.ndarray:
+    """Standard errors (n,) of points that are independent of each other, in pixels."""
+    return np.sqrt(points.picture((stderr**2)[:, None])[..., 0])

@@ -1,0 +1,57 @@
+"""Every knob of a camera's pass, said once for the panel, the command line and the docs."""
+
+from dataclasses import dataclass, field, fields
+from typing import Any, Literal, get_args
+
+from .errors import BakeError
+
+PassDenoiser = Literal["auto", "oidn", "none"]
+Precision = Literal["half", "float"]
+Compression = Literal["none", "rle", "zips", "zip", "piz", "dwaa", "dwab"]
+
+PASS_CHOICES: dict[str, tuple[str, ...]] = {
+    "pass_denoiser": get_args(PassDenoiser),
+    "precision": get_args(Precision),
+    "compression": get_args(Compression),
+}
+"""The knobs that are one of several names."""
+
+PASS_FOLDER = "passes"
+"""Where files go that nobody gave a folder for: beside the .blend file."""
+
+
+def _knob(default: Any, meaning: str, low: float | None = None, high: float | None = None) -> Any:
+    limits = {} if low is None else {"low": low, "high": high}
+    return field(default=default, metadata={"meaning": meaning, **limits})
+
+
+@dataclass(frozen=True)
+class CameraSettings:
+    """How a camera's pass is sampled and written.
+
+    Raises
+    ------
+    BakeError
+        If a value is out of its range, naming the knob and the range.
+    """
+
+    n_pixel_samples: int = _knob(8, "Rays through each pixel, which find its surfaces' edges and textures", 1, 1024)
+    n_gloss_rays: int = _knob(32, "Rays of a pixel that is all gloss; others send fewer in proportion", 2, 4096)
+    pass_denoiser: PassDenoiser = "auto"
+    file_name: str = _knob("indirect_####", "Name of the files, # standing for the digits of the frame")
+    precision: Precision = "half"
+    compression: Compression = "zip"
+
+    def __post_init__(self) -> None:
+        for name, choices in PASS_CHOICES.items():
+            if getattr(self, name) not in choices:
+                raise BakeError(f"{name} is {getattr(self, name)!r}; choose one of {', '.join(choices)}.")
+        for knob in fields(self):
+            value = getattr(self, knob.name)
+            if "low" in knob.metadata and not knob.metadata["low"] <= value <= knob.metadata["high"]:
+                low, high = knob.metadata["low"], knob.metadata["high"]
+                raise BakeError(f"{knob.name} is {value}; choose a value from {low:g} to {high:g}.")
+        if not self.file_name.strip("#") and "#" not in self.file_name:
+            raise BakeError("The files of the camera's pass have no name: give one, such as indirect_####.")
+        if any(sign in self.file_name for sign in '/\\:*?"<>|'):
+            raise BakeError(f"The file name {self.file_name!r} holds a sign that no file name may hold.")

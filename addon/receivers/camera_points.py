@@ -1,0 +1,195 @@
+"""What a camera's pixels are made of: few points, each for those of a pixel's samples that lie on one surface."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..bsdf import base_share, surface_at
+from ..parallel import Workers
+from ..sampling.vectors import dot
+from ..scene import Scene
+from ..tracers import LightTracer
+from .camera import Camera, SeenSurface
+from .camera_samples import CameraSamples, camera_samples
+from .pixel_filter import PixelFilter
+from .receivers import Receivers
+
+_ALIKE = np.float32(0.9)  # least cosine between shading normals of one surface
+_OFF_PLANE = np.float32(0.5)  # pixels, that points of one surface may lie off its plane
+_APART = np.float32(3)  # pixels, that they may lie apart: as far as filters reach
+_LIFT = np.float32(1e-3)  # of a receiver off its surface, as a share of its radius
+_SAMPLES = 1 << 17  # in a chunk
+_SAMPLING = 73  # stream of random numbers
+
+
+@dataclass(frozen=True)
+class CameraPoints:
+    """n points that a camera sees, and pictures (height, width, …) float32 of what needs no light.
+
+    Attributes
+    ----------
+    camera : Camera
+    seen : SeenSurface
+        The points; their areas add up to what the pixels cover.
+    share : (n,) float32
+        Of its pixel's samples that each stands for.
+    front, back : (n, 3) float32
+        Of the irradiance in front of the surface and behind it, over π, what the pixel gets as radiance: the mean
+        albedo of the diffuse and of the translucent lobe, times what mirrors and glass on the way leave, times `share`.
+    tint : (n, 3) float32
+        What mirrors and glass on the way leave, times `share`.
+    n_followed : (n,) uint8
+        How many of them there were.
+    depth, normal, beyond
+        As in `CameraSamples`.
+    """
+
+    camera: Camera
+    seen: SeenSurface
+    share: np.ndarray
+    front: np.ndarray
+    back: np.ndarray
+    tint: np.ndarray
+    n_followed: np.ndarray
+    depth: np.ndarray
+    normal: np.ndarray
+    beyond: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.seen)
+
+    def picture(self, values: np.ndarray) -> np.ndarray:
+        """Values (n, 3) of the points summed in each pixel, (height, width, 3) float32."""
+        n = self.camera.n_pixels
+        sums = [np.bincount(self.seen.pixel, column, minlength=n) for column in values.T]
+        return np.stack(sums, axis=1).reshape(self.camera.height, self.camera.width, -1).astype(np.float32)
+
+    @property
+    def through(self) -> np.ndarray:
+        """The points that are lit from behind too, indices."""
+        return np.flatnonzero(self.back.any(axis=1))
+
+    def receivers(self, scene: Scene) -> Receivers:
+        """A receiver in front of each point, and after those one behind each of `through`.
+
+        Only points in mirrors take caustics: those that the camera itself sees have them by `photon_volumes`.
+        """
+        seen = self.seen
+        footprint = np.sqrt(seen.area / np.float32(np.pi))
+        lift = np.maximum(scene.ray_offset(seen.position), (_LIFT * footprint)[:, None]) * seen.normal
+        k = self.through
+        takes = self.n_followed > 0
+        return Receivers(
+            np.concatenate([seen.position + lift, (seen.position - lift)[k]]).astype(np.float32),
+            np.concatenate([seen.shading_normal, -seen.shading_normal[k]]),
+            np.concatenate([footprint, footprint[k]]).astype(np.float32),
+            takes_caustics=np.concatenate([takes, takes[k]]),
+        )
+
+
+def camera_points(
+    scene: Scene, tracer: LightTracer, camera: Camera, pixel_filter: PixelFilter, n_samples: int, workers: Workers
+) -> CameraPoints:
+    """Trace `n_samples` through each pixel, and make points of them."""
+
+    def look(chunk: slice, random: np.random.Generator) -> tuple[list[np.ndarray], "_Clusters"]:
+        pixel = np.arange(chunk.start, chunk.stop)
+        samples = camera_samples(scene, tracer, camera, pixel_filter, n_samples, pixel, random)
+        return [samples.depth, samples.normal, samples.beyond], _clusters(scene, samples, n_samples)
+
+    size = max(1, _SAMPLES // n_samples)
+    chunks = workers.chunks("Looking through the camera", camera.n_pixels, size, look, (_SAMPLING,))
+    parts, pictures = [], []
+    for chunk, (of_pixels, clusters) in chunks:
+        parts.append(replace(clusters, seen=clusters.seen.in_pixels(clusters.seen.pixel + chunk.start)))
+        pictures.append(of_pixels)
+
+    def joined(name: str) -> np.ndarray:
+        return np.concatenate([getattr(clusters, name) for clusters in parts])
+
+    def picture(i: int) -> np.ndarray:
+        values = np.concatenate([of_pixels[i] for of_pixels in pictures])
+        return values.reshape(camera.height, camera.width, *values.shape[1:]).astype(np.float32)
+
+    seen = SeenSurface.join([clusters.seen for clusters in parts])
+    columns = {name: joined(name) for name in ("share", "front", "back", "tint", "n_followed")}
+    return CameraPoints(camera, seen, **columns, depth=picture(0), normal=picture(1), beyond=picture(2))
+
+
+@dataclass(frozen=True)
+class _Clusters:
+    """The points of some pixels; see `CameraPoints`."""
+
+    seen: SeenSurface
+    share: np.ndarray
+    front: np.ndarray
+    back: np.ndarray
+    tint: np.ndarray
+    n_followed: np.ndarray
+
+
+def _clusters(scene: Scene, samples: CameraSamples, n_samples: int) -> _Clusters:
+    """Points for the samples of pixels."""
+    leader = _leaders(scene, samples, n_samples)
+    chosen, cluster = np.unique(leader, return_inverse=True)
+    n = len(chosen)
+    share = (np.bincount(cluster, minlength=n) / n_samples).astype(np.float32)
+    throughput = samples.throughput[samples.sample]
+    front, back = diffuse_colors(scene, samples.seen)
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        sums = [np.bincount(cluster, column, minlength=n) for column in values.T]
+        return (np.stack(sums, axis=1) / n_samples).astype(np.float32)
+
+    seen = samples.seen.where(chosen)
+    return _Clusters(
+        seen=seen.of_areas(seen.area * share),
+        share=share,
+        front=mean(front * throughput),
+        back=mean(back * throughput),
+        tint=mean(throughput),
+        n_followed=samples.n_followed[samples.sample[chosen]],
+    )
+
+
+def _leaders(scene: Scene, samples: CameraSamples, n_samples: int) -> np.ndarray:
+    """For each of k samples that see a surface the first one of its pixel that lies on the same surface, (k,) int64.
+
+    In turns, the first sample of each pixel that has no leader yet leads all those that lie on its surface.
+    """
+    seen, k = samples.seen, len(samples.sample)
+    objects = scene.object_of_triangle[seen.hits.triangle]
+    followed = samples.n_followed[samples.sample]
+    width = np.sqrt(seen.area)
+    leader = np.full(k, -1)
+    left = np.arange(k)
+    for _ in range(n_samples):
+        if len(left) == 0:
+            break
+        pixel = seen.pixel[left]
+        first = np.append(True, pixel[1:] != pixel[:-1])
+        led = left[first][np.cumsum(first) - 1]
+        away = seen.position[left] - seen.position[led]
+        alike = (objects[left] == objects[led]) & (followed[left] == followed[led])
+        alike &= dot(seen.shading_normal[left], seen.shading_normal[led]) > _ALIKE
+        alike &= np.abs(dot(away, seen.normal[led])) <= _OFF_PLANE * width[led]
+        alike &= dot(away, away) <= (_APART * width[led]) ** 2
+        alike |= left == led
+        leader[left[alike]] = led[alike]
+        left = left[~alike]
+    return leader
+
+
+def diffuse_colors(scene: Scene, seen: SeenSurface) -> tuple[np.ndarray, np.ndarray]:
+    """Albedo of the diffuse lobe, as far as gloss over it lets it be seen, and of the translucent lobe, (n, 3) each."""
+    hits = seen.hits
+    diffuse = scene.albedo(hits.triangle, hits.u, hits.v)
+    translucent = np.zeros_like(diffuse)
+    k = np.flatnonzero(~scene.materials.matte[scene.material_of_triangle[hits.triangle]])
+    if len(k):
+        met = hits.where(k)
+        surface = surface_at(scene, met.triangle, met.u, met.v, met.back(seen.direction[k]))
+        cosine = np.abs(dot(seen.normal[k], seen.direction[k]))
+        diffuse[k] = surface.diffuse * base_share(surface, cosine)[:, None]
+        translucent[k] = surface.translucent
+    return diffuse, translucent

@@ -1,0 +1,156 @@
+"""Light in the pixels of a camera, as an EXR file that a compositor adds to a render of direct light."""
+
+import json
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..addon.blender.camera import read_camera, read_frame, read_pixel_filter
+from ..addon.camera_settings import CameraSettings
+from ..addon.errors import BakeError
+from ..addon.output import check_writable
+from ..addon.output.camera import CameraPass, PictureFrame, denoised, frame_path, write_camera_pass
+from ..addon.output.oidn import has_oidn
+from ..addon.parallel import Workers
+from ..addon.progress import Progress
+from ..addon.receivers import Camera, PixelFilter, Receivers
+from ..addon.scene import Scene
+from ..addon.tracers import Tracer
+
+if TYPE_CHECKING:
+    from ..addon.bake import Solution
+    from ..addon.gather import Irradiance
+    from ..addon.receivers import CameraPoints
+
+FILTERING = "Denoising"
+
+
+@dataclass(frozen=True)
+class WantedCamera:
+    """The pass of the scene's camera is wanted.
+
+    Attributes
+    ----------
+    settings : CameraSettings
+    folder : Path
+        For its file; made where it is missing.
+    origin : dict of str to str
+        What the file says of how it was made.
+    """
+
+    settings: CameraSettings
+    folder: Path
+    origin: dict[str, str] = field(default_factory=dict)
+
+    def read(self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]) -> "CameraTarget":
+        """See `Wanted.read`."""
+        scene = depsgraph.scene.original
+        camera = read_camera(scene, depsgraph, warnings)
+        frame = scene.frame_current
+        path = frame_path(self.folder, self.settings.file_name, frame)
+        _check_folder(self.folder, path)
+        if self.settings.pass_denoiser == "oidn" and not has_oidn():
+            raise BakeError("OpenImageDenoise (pyoidn) is not installed: install the extension's zip, or choose auto.")
+        origin = {"Scene": scene.name, "Camera": scene.camera.name, "Frame": str(frame), **self.origin}
+        return CameraTarget(camera, read_pixel_filter(scene), read_frame(scene), self.settings, path, origin)
+
+
+def _check_folder(folder: Path, path: Path) -> None:
+    """Find out before the work whether the file can be written after it."""
+    if folder.exists() and not folder.is_dir():
+        raise BakeError(f"{folder} is a file; give a folder for the camera's pass.")
+    if folder.exists():
+        check_writable(path)
+    else:
+        check_writable(next(parent for parent in folder.parents if parent.exists()) / folder.name)
+
+
+@dataclass(frozen=True)
+class CameraTarget:
+    """A camera whose pass is wanted, and the file that it goes to."""
+
+    camera: Camera
+    pixel_filter: PixelFilter
+    frame: PictureFrame
+    settings: CameraSettings
+    path: Path
+    origin: dict[str, str]
+
+    @property
+    def object_names(self) -> list[str]:
+        """None: the light goes to a file."""
+        return []
+
+    def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "SeenPoints":
+        """See `Target.points`."""
+        from ..addon.receivers import camera_points
+        from ..addon.tracers import LightTracer
+
+        n_samples = self.settings.n_pixel_samples
+        points = camera_points(scene, LightTracer(scene, tracer), self.camera, self.pixel_filter, n_samples, workers)
+        if len(points) == 0:
+            warnings.append("The camera sees no surface, so its pass is empty.")
+        return SeenPoints(points, points.receivers(scene), scene, self, warnings)
+
+
+@dataclass(frozen=True)
+class SeenPoints:
+    """What the camera sees, and the receivers there."""
+
+    points: "CameraPoints"
+    receivers: Receivers
+    scene: Scene
+    target: CameraTarget
+    warnings: list[str]
+
+    def finish(self, irradiance: "Irradiance", workers: Workers, solution: "Solution | None" = None) -> "CameraPicture":
+        """See `Points.finish`."""
+        from ..addon.camera_pass import camera_pass
+
+        settings = self.target.settings
+        passes = camera_pass(self.scene, self.points, irradiance, solution, settings.n_gloss_rays, workers)
+        if not np.isfinite(passes.indirect).all():
+            raise BakeError("The bake made values that are not finite, so nothing was written: please report this.")
+        if settings.pass_denoiser == "oidn" or (settings.pass_denoiser == "auto" and has_oidn()):
+            workers.progress.update(FILTERING, 0)
+            passes = denoised(passes)
+            workers.progress.update(FILTERING, 1)
+        made_with = asdict(solution.settings) if solution else {}
+        return CameraPicture(passes, self.target, len(self.points), made_with)
+
+
+@dataclass(frozen=True)
+class CameraPicture:
+    """A finished pass."""
+
+    passes: CameraPass
+    target: CameraTarget
+    n_points: int
+    made_with: dict[str, Any]
+
+    def write(self) -> list[str]:
+        """See `Product.write`."""
+        target = self.target
+        try:
+            target.path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise BakeError(f"The folder {target.path.parent} cannot be made ({error.strerror}).") from error
+        settings = json.dumps({**self.made_with, **asdict(target.settings)})
+        metadata = {
+            **target.origin,
+            "PhotonBakeSettings": settings,
+            "PhotonBakeSeed": self.made_with.get("seed", 0),
+        }
+        half = target.settings.precision == "half"
+        write_camera_pass(target.path, self.passes, target.frame, metadata, half, target.settings.compression)
+        return []
+
+    @property
+    def files(self) -> list[Path]:
+        return [self.target.path]
+
+    @property
+    def counts(self) -> dict[str, int]:
+        return {"camera_pixels": self.target.camera.n_pixels, "camera_points": self.n_points}
