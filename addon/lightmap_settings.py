@@ -49,6 +49,7 @@ class LightmapSettings:
     file_format: LightmapFormat = "exr_half"
     value_range: float = _knob(8.0, "Brightest light that RGBM and RGBD can store", 0.01, 1e6)
     denoiser: DenoiserName = "auto"
+    directional: bool = _knob(False, "Four more images each, that shaders with normal maps read the light from")
 
     def __post_init__(self) -> None:
         for name, choices in LIGHTMAP_CHOICES.items():

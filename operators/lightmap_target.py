@@ -25,10 +25,11 @@ from ..addon.tracers import Tracer
 if TYPE_CHECKING:
     from ..addon.bake import Solution
     from ..addon.gather import Irradiance
+    from ..addon.output.lightmap import Finished
     from ..addon.receivers import Texels
 
 KIND = "indirect"
-"""What the images hold, for the files' names."""
+"""What the images hold, for the files' names; those of directional light have kinds of their own."""
 
 
 @dataclass(frozen=True)
@@ -55,19 +56,25 @@ class WantedLightmaps:
         self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]
     ) -> "LightmapTarget":
         """See `Wanted.read`."""
-        from ..addon.output.lightmap import image_path
-
         settings = self.settings
         check = partial(check_lightmap_object, uv_map=settings.uv_map)
         objects = bake_objects(depsgraph, names, warnings, check)
         layout = lay_out(objects, depsgraph, settings, warnings, progress)
-        paths = [image_path(self.folder, self.scene, name, KIND, settings.file_format) for name in layout.names]
-        _check_paths(paths, self.folder)
+        paths = self._paths(layout)
+        _check_paths([path for of_image in paths for path in of_image.values()], self.folder)
         if self.preview is not None:
             check_writable(self.preview)
         meshes = lightmap_meshes(objects, depsgraph, layout)
         check_uv(meshes, layout.sizes, layout.uv_map)
         return LightmapTarget(meshes, layout, settings, paths, self.preview)
+
+    def _paths(self, layout: Layout) -> list[dict[str, Path]]:
+        """The files of each lightmap, by what is in them."""
+        from ..addon.output.lightmap import KINDS, image_path
+
+        kinds = (KIND, *KINDS) if self.settings.directional else (KIND,)
+        place, file_format = (self.folder, self.scene), self.settings.file_format
+        return [{kind: image_path(*place, name, kind, file_format) for kind in kinds} for name in layout.names]
 
 
 def _check_paths(paths: list[Path], folder: Path) -> None:
@@ -86,12 +93,12 @@ def _check_paths(paths: list[Path], folder: Path) -> None:
 
 @dataclass(frozen=True)
 class LightmapTarget:
-    """Objects that get lightmaps: their meshes in the images, the images' files, and a picture of all of them."""
+    """Objects that get lightmaps: their meshes in the images, each image's files by kind, and a picture of all."""
 
     meshes: list[LightmapMesh]
     layout: Layout
     settings: LightmapSettings
-    paths: list[Path]
+    paths: list[dict[str, Path]]
     preview: Path | None
 
     @property
@@ -111,7 +118,8 @@ class LightmapTarget:
             AttributeTarget(place.object_name, place.mesh_name, "POINT", np.flatnonzero(mesh == i).astype(np.int32))
             for i, place in enumerate(self.layout.places)
         )
-        return LightmapPoints(replace(receivers, targets=targets), texels, self)
+        wanted = replace(receivers, targets=targets, directional=self.settings.directional)
+        return LightmapPoints(wanted, texels, self)
 
 
 @dataclass(frozen=True)
@@ -132,47 +140,76 @@ class LightmapPoints:
         options = FinishOptions(denoiser=self.target.settings.denoiser)
         texels = self.texels
         values, stderr = irradiance.value / pi, irradiance.stderr / pi
-        images = finish_lightmaps(values, stderr, self.receivers, texels, options, workers)
+        if self.target.settings.directional and irradiance.slope is not None:
+            values = np.concatenate([values, irradiance.slope.reshape(-1, 9) / pi], axis=1)
+        finished = finish_lightmaps(values, stderr, self.receivers, texels, options, workers)
         covered = len(np.unique(np.stack([texels.image, texels.row, texels.column]), axis=1).T)
-        return Lightmaps(images, self.target, covered)
+        return Lightmaps(finished, self.target, covered)
 
 
 @dataclass(frozen=True)
 class Lightmaps:
-    """Finished images (height, width, 3) float32 of E/π, row 0 at v = 0, and how many of their texels are covered."""
+    """Finished images, and how many of their texels are covered.
 
-    images: list[np.ndarray]
+    Attributes
+    ----------
+    finished : list of Finished
+        E/π, with its slope if that is asked for.
+    """
+
+    finished: "list[Finished]"
     target: LightmapTarget
     n_covered: int
 
+    @property
+    def images(self) -> list[np.ndarray]:
+        """E/π, (height, width, 3) float32 each."""
+        return [one.light for one in self.finished]
+
     def write(self) -> list[str]:
         """See `Product.write`."""
-        from ..addon.output.lightmap import contact_sheet, write_lightmap
+        from ..addon.output.lightmap import contact_sheet
         from ..addon.output.png import write_png
 
-        settings, paths = self.target.settings, self.target.paths
+        paths = [of_image[KIND] for of_image in self.target.paths]
         check_unchanged(self.target.layout)
         try:
-            for path in paths:
+            for path in self._files:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 check_writable(path)
             with ExitStack() as stack:  # every file is written before the first takes its place
-                for path, image in zip(paths, self.images, strict=True):
-                    temporary = stack.enter_context(atomic_path(path))
-                    write_lightmap(temporary, image, settings.file_format, settings.value_range)
+                for of_image, finished in zip(self.target.paths, self.finished, strict=True):
+                    temporary = {kind: stack.enter_context(atomic_path(path)) for kind, path in of_image.items()}
+                    self._write_image(temporary, finished)
                 if self.target.preview is not None:
                     write_png(self.target.preview, contact_sheet(self.images))
         except OSError as error:
             raise BakeError(f"The lightmaps cannot be written ({error.strerror}): {error.filename}.") from error
-        write_lightmaps(self.target.layout, paths, settings)
+        write_lightmaps(self.target.layout, paths, self.target.settings)
         return []
+
+    def _write_image(self, paths: dict[str, Path], finished: "Finished") -> None:
+        """The files of one lightmap, by what is in them."""
+        from ..addon.output.lightmap import directional_light, encode_directional, write_lightmap
+
+        settings = self.target.settings
+        images = {KIND: finished.light}
+        if finished.slope is not None:
+            images |= encode_directional(*directional_light(finished.light, finished.slope, finished.normal))
+        for kind, path in paths.items():
+            unit = kind.startswith("L1")
+            write_lightmap(path, images[kind], settings.file_format, settings.value_range, unit=unit)
+
+    @property
+    def _files(self) -> list[Path]:
+        return [path for of_image in self.target.paths for path in of_image.values()]
 
     @property
     def files(self) -> list[Path]:
         preview = self.target.preview
-        return self.target.paths + ([] if preview is None else [preview])
+        return self._files + ([] if preview is None else [preview])
 
     @property
     def counts(self) -> dict[str, int]:
         texels = sum(height * width for height, width in self.target.layout.sizes)
-        return {"lightmaps": len(self.images), "lightmap_texels": texels, "covered_texels": self.n_covered}
+        return {"lightmaps": len(self.finished), "lightmap_texels": texels, "covered_texels": self.n_covered}

@@ -6,7 +6,8 @@ from ..parallel import Workers
 from ..receivers import Receivers
 from ..scene import Scene
 from .direct_light import DirectLight
-from .ray_directions import even_directions
+from .ray_directions import gather_directions
+from .turned_normals import slope_of_samples
 
 N_SAMPLES = 64
 _STAGE = "Adding direct light"
@@ -35,9 +36,7 @@ def direct_slope(
 ) -> np.ndarray:
     """How the direct irradiance (n, 3) of receivers changes with their normals, (n, 3, 3) float32, W/m².
 
-    By its definition (`turned_normals`): from the irradiance of `N_SAMPLES` normals n' even over the hemisphere,
-
-        B = 3 · mean of (E(n') − E(n)) (n' − n)
+    By its definition (`turned_normals`), from an estimate of the irradiance for each of `N_SAMPLES` turned normals.
     """
     of_receiver = _objects(scene, receivers)
 
@@ -45,11 +44,10 @@ def direct_slope(
         positions, normals, objects = (
             np.repeat(of[chunk], N_SAMPLES, 0) for of in (receivers.position, receivers.normal, of_receiver)
         )
-        turned = even_directions(normals, N_SAMPLES, random)
+        turned = gather_directions(normals, N_SAMPLES, random)
         change = direct.irradiance_with_sky(positions, turned, objects, random).reshape(-1, N_SAMPLES, 3)
         change -= irradiance[chunk, None]
-        way = (turned - normals).reshape(-1, N_SAMPLES, 3)
-        return np.float32(3 / N_SAMPLES) * way.transpose(0, 2, 1) @ change
+        return slope_of_samples(change, turned.reshape(-1, N_SAMPLES, 3), receivers.normal[chunk])
 
     slope = np.zeros((len(receivers), 3, 3), np.float32)
     for chunk, value in workers.chunks(_STAGE, len(receivers), _CHUNK, estimate, (_AT_TURNED,)):

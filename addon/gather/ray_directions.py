@@ -9,7 +9,6 @@ from ..sampling.warps import (
     pdf_halfway_hemisphere,
     sample_cosine_hemisphere,
     sample_halfway_hemisphere,
-    sample_uniform_cone,
     to_world,
 )
 
@@ -26,11 +25,6 @@ def halfway_directions(normals: np.ndarray, n_rays: int, random: np.random.Gener
     """
     local = sample_halfway_hemisphere(_stratified(len(normals) // n_rays, n_rays, random))
     return to_world(local, normals), 1 / (np.float32(np.pi) * pdf_halfway_hemisphere(local[:, 2]))
-
-
-def even_directions(normals: np.ndarray, n_rays: int, random: np.random.Generator) -> np.ndarray:
-    """Directions uniform over the hemispheres around normals (n, 3), (n, 3) float32, stratified as those."""
-    return to_world(sample_uniform_cone(_stratified(len(normals) // n_rays, n_rays, random), 0.0), normals)
 
 
 def _stratified(n_runs: int, n_rays: int, random: np.random.Generator) -> np.ndarray:

@@ -105,6 +105,7 @@ class PHOTON_BAKE_PT_lightmaps(_Tab, bpy.types.Panel):
         if lightmap.file_format in {"rgbm", "rgbd"}:
             column.prop(lightmap, "value_range")
         column.prop(lightmap, "denoiser")
+        column.prop(lightmap, "directional")
         row = self.layout.row(align=True)
         row.operator("photon_bake.show_lightmaps", icon="MATERIAL")
         row.operator("photon_bake.hide_lightmaps", icon="X", text="")
@@ -117,6 +118,28 @@ def _draw_uv_map(column: Any, lightmap: Any, obj: "bpy.types.Object | None") -> 
         column.prop_search(lightmap, "uv_map", obj.data, "uv_layers")
     else:
         column.prop(lightmap, "uv_map")
+
+
+class PHOTON_BAKE_PT_camera(_Tab, bpy.types.Panel):
+    """How the camera's pass is sampled and written, and what to do with it."""
+
+    bl_label = "Camera"
+    bl_parent_id = "PHOTON_BAKE_PT_bake"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return "camera" in context.scene.photon_bake.targets
+
+    def draw(self, context: Any) -> None:
+        camera = context.scene.photon_bake.camera
+        column = _settings_column(self.layout)
+        for name in ("folder", "file_name", "n_pixel_samples", "n_gloss_rays"):
+            column.prop(camera, name)
+        for name in ("pass_denoiser", "precision", "compression"):
+            column.prop(camera, name)
+        row = self.layout.row(align=True)
+        row.operator("photon_bake.add_pass", icon="NODE_COMPOSITING")
+        row.operator("photon_bake.remove_pass", icon="X")
 
 
 class PHOTON_BAKE_PT_debug_views(_Tab, bpy.types.Panel):
@@ -188,6 +211,7 @@ def characters_in(context: Any) -> int:
 CLASSES = (
     PHOTON_BAKE_PT_bake,
     PHOTON_BAKE_PT_lightmaps,
+    PHOTON_BAKE_PT_camera,
     PHOTON_BAKE_PT_sampling,
     PHOTON_BAKE_PT_output,
     PHOTON_BAKE_PT_debug_views,

@@ -10,10 +10,12 @@ import numpy as np
 import OpenEXR
 import pytest
 from photon_bake.addon.errors import BakeError
+from photon_bake.addon.gather.turned_normals import slope_of_light
 from photon_bake.addon.output.exr import write_exr
 from photon_bake.addon.output.lightmap import (
     KINDS,
     decode_directional,
+    directional_light,
     encode_directional,
     image_path,
     light_for_normals,
@@ -153,36 +155,47 @@ def test_dithering_keeps_the_mean():
     assert abs(dithered - 0.0123) < abs(plain - 0.0123) / 5
 
 
-def sky_over(normals):
-    """M and V, by quadrature, and E/π of a sky that grows brighter to one side, over surfaces facing `normals`."""
-    k = np.arange(20000) + 0.5
-    z, phi = 1 - 2 * k / len(k), np.pi * (1 + 5**0.5) * k
-    way = np.stack([np.sqrt(1 - z * z) * np.cos(phi), np.sqrt(1 - z * z) * np.sin(phi), z], axis=1)
-    above = (normals @ way.T > 0)[:, None]
-    radiance = (1 + way[:, 0] * np.array([[0.5], [0.2], [-0.3]])) * above  # (n, 3 colours, ways)
-    vector = np.einsum("ncw,wa->nac", radiance, way) / len(k)
-    return radiance.mean(axis=2), vector, 4 * np.einsum("ncw,nw->nc", radiance, normals @ way.T) / len(k)
+def light_of_cones(degrees, width):
+    """L0 and L1, E/π (n, 3) and normals (n, 3): each colour comes from one side, at degrees (n,) from the normals."""
+    random = np.random.default_rng(4)
+    normals, aside = (random.normal(size=(len(degrees), 3)) for _ in range(2))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    aside -= np.sum(aside * normals, axis=1, keepdims=True) * normals
+    aside /= np.linalg.norm(aside, axis=1, keepdims=True)
+    light, slope = np.zeros((len(degrees), 3)), np.zeros((len(degrees), 3, 3))
+    for colour in range(3):
+        angle = np.radians(np.minimum(degrees + width * colour, 89))[:, None]
+        way = np.cos(angle) * normals + np.sin(angle) * aside
+        light[:, colour] = np.cos(angle)[:, 0]
+        slope[:, :, colour] = slope_of_light(way, normals)
+    return directional_light(light / np.pi, slope / np.pi, normals), light / np.pi, normals
 
 
 def test_directional_images_give_back_what_they_were_made_of():
-    normals = RANDOM.normal(size=(60, 3))
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    mean, vector, light_over_pi = (a.reshape(6, 10, *a.shape[1:]) for a in sky_over(normals))
-    images = encode_directional(mean, vector)
+    (constant, linear), light, normals = light_of_cones(np.linspace(0, 89, 60), 10)
+    images = encode_directional(constant.reshape(6, 10, 3), linear.reshape(6, 10, 3, 3))
     assert tuple(images) == KINDS
     assert all(images[kind].min() >= 0 and images[kind].max() <= 1 for kind in KINDS[1:])
-    mean_back, vector_back = decode_directional(images)
-    assert mean_back == pytest.approx(mean) and vector_back == pytest.approx(vector, abs=1e-6)
-    # A half of a sphere is no linear function: bands 0 and 1 alone are off by a few percent
-    assert light_for_normals(mean, vector, normals.reshape(6, 10, 3)) == pytest.approx(light_over_pi, abs=0.05)
+    back = decode_directional(images)
+    assert back[0].reshape(60, 3) == pytest.approx(constant) and back[1].reshape(60, 3, 3) == pytest.approx(
+        linear, abs=1e-6
+    )
+    assert light_for_normals(*back, normals.reshape(6, 10, 3)).reshape(60, 3) == pytest.approx(light, abs=1e-5)
 
 
-def test_a_constant_hemisphere_is_exact():
-    """M = 1/2 and V = n/4, so that E/π = 1."""
-    mean, vector = np.full((1, 1, 3), 0.5), np.zeros((1, 1, 3, 3))
-    vector[..., 2, :] = 0.25
-    up = np.array([[[0.0, 0, 1]]])
-    assert light_for_normals(*decode_directional(encode_directional(mean, vector)), up) == pytest.approx(1)
+def test_light_of_normals_is_that_of_bands_0_and_1_as_far_as_images_hold_it():
+    """Light from straight above is (1 + 2 n·n')/3, light from everywhere above (1 + n·n')/2."""
+    up, turned = np.array([[0, 0, 1.0]]), np.array([[0.6, 0, 0.8]])
+    for slope, wanted in ((1.0, (1 + 2 * 0.8) / 3), (0.5, (1 + 0.8) / 2)):
+        both = directional_light(np.ones((1, 3)), slope * up[..., None] * np.ones(3), up)
+        assert light_for_normals(*both, turned) == pytest.approx(wanted)
+        assert light_for_normals(*both, up) == pytest.approx(1)
+
+
+def test_darkness_has_no_direction():
+    dark = directional_light(np.zeros((2, 1, 3)), np.zeros((2, 1, 3, 3)), np.eye(3)[:2, None])
+    assert not dark[0].any() and not dark[1].any()
+    assert all((encode_directional(*dark)[kind] == 0.5).all() for kind in KINDS[1:])
 
 
 @pytest.mark.parametrize("file_format", ["exr_half", "exr_float", "hdr", "rgbm", "rgbd"])

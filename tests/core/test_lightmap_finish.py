@@ -27,7 +27,7 @@ def finished(mesh, size, light, options=CLEAN, noise=0.0):
     values = light(receivers.position)
     values = values + noise * np.random.default_rng(0).normal(size=values.shape)
     stderr = np.full(len(receivers), noise / np.sqrt(3), np.float32)
-    return finish_lightmaps(values.astype(np.float32), stderr, receivers, texels, options)[0]
+    return finish_lightmaps(values.astype(np.float32), stderr, receivers, texels, options)[0].light
 
 
 def ramp(positions):
@@ -109,7 +109,8 @@ def test_a_seam_between_light_and_darkness_stays():
     right = mesh_of(right.positions + np.array([2, 0, 0]), right.uv, image=1)
     receivers, texels = texel_receivers([left, right], [(20, 20), (20, 20)])
     values = np.where(texels.image == 0, 1.0, 0.01)[:, None] * np.ones(3, np.float32)
-    lit, dark = finish_lightmaps(values.astype(np.float32), np.zeros(len(values)), receivers, texels, CLEAN)
+    images = finish_lightmaps(values.astype(np.float32), np.zeros(len(values)), receivers, texels, CLEAN)
+    lit, dark = (image.light for image in images)
     assert lit == pytest.approx(1) and dark == pytest.approx(0.01)
 
 
@@ -171,18 +172,21 @@ def test_images_without_receivers_are_black(sizes, denoiser):
     receivers, texels = texel_receivers([], sizes)
     nothing = np.zeros((0, 3), np.float32)
     images = finish_lightmaps(nothing, nothing[:, 0], receivers, texels, FinishOptions(denoiser))
-    assert [image.shape for image in images] == [(*size, 3) for size in sizes]
-    assert not any(image.any() for image in images)
+    assert [image.light.shape for image in images] == [(*size, 3) for size in sizes]
+    assert not any(image.light.any() for image in images)
 
 
-def test_values_of_any_number_of_channels():
+def test_light_with_its_slope():
     receivers, texels = texel_receivers([unwrapped_plane(0.3)], [(20, 20)])
     values = np.linspace(-1, 1, 12 * len(receivers), dtype=np.float32).reshape(-1, 12)
     values[:, :3] += 2
     stderr = np.full(len(receivers), 0.01, np.float32)
     for denoiser in ("none", "own", *(["oidn"] if has_oidn() else [])):
         (image,) = finish_lightmaps(values, stderr, receivers, texels, FinishOptions(denoiser))
-        assert image.shape == (20, 20, 12) and np.isfinite(image).all()
+        assert image.light.shape == (20, 20, 3) and image.slope.shape == (20, 20, 3, 3)
+        assert np.isfinite(image.slope).all() and (image.normal == (0, 0, 1)).all()
+        own = image.slope[texels.row, texels.column].reshape(-1, 9)
+        assert np.abs(own - values[:, 3:])[texels.weight > 0.999].max() < 4.1 * 0.01, "no more than the noise"
 
 
 @pytest.mark.parametrize("denoiser", ["own", pytest.param("oidn", marks=needs_oidn)])

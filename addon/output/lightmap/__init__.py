@@ -2,8 +2,14 @@
 
 from .contact_sheet import contact_sheet
 from .denoise import Denoiser
-from .directional import KINDS, decode_directional, encode_directional, light_for_normals
-from .finish import FinishOptions, finish_lightmaps
+from .directional import (
+    KINDS,
+    decode_directional,
+    directional_light,
+    encode_directional,
+    light_for_normals,
+)
+from .finish import Finished, FinishOptions, finish_lightmaps
 from .image_files import PATTERN, SUFFIX, FileFormat, image_path, write_lightmap
 from .oidn import has_oidn
 
@@ -14,8 +20,10 @@ __all__ = [
     "Denoiser",
     "FileFormat",
     "FinishOptions",
+    "Finished",
     "contact_sheet",
     "decode_directional",
+    "directional_light",
     "encode_directional",
     "finish_lightmaps",
     "has_oidn",

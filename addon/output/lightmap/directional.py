@@ -1,19 +1,16 @@
-"""Directional lightmaps: light from all around in four images, by spherical harmonics of the bands 0 and 1.
+"""Directional lightmaps: the light of normals that a normal map turns, in four images.
 
-For incident radiance L(ω) at a texel, with ω in world space and L = 0 below the surface,
+Light is a linear function of the normal n', with four coefficients for each colour, in world space:
 
-    M = (1/4π) ∫ L dω        V = (1/4π) ∫ L ω dω
+    E(n')/π = L0 + L1·n'
 
-a shader that has a normal n, from a normal map say, finds the light as
+It is exact at the texel's own normal n, and the best of its kind over the hemisphere around it (`turned_normals`): with
+the irradiance's slope B, L1 = B/π and L0 = E(n)/π − L1·n. Images hold L0, and for each axis a share from 0 to 1:
 
-    E(n)/π = M + 2 V·n
+    L1 = 2 L0 (2 share − 1)
 
-(Ramamoorthi and Hanrahan 2001: the cosine lobe has A₀ = π and A₁ = 2π/3). No component of V is larger than M, so that
-three images of V/M in [0, 1] go with one of M:
-
-    M  = L0            V_x = L0 · (2 L1x − 1), and y and z alike
-
-which is what engines call the SH format of directional lightmaps.
+which is the format that engines call SH, or L1. It can hold |L1| ≤ 2 L0. Light from a narrow cone around n needs more:
+there L1's part along n gives way, so that the light of n itself stays as it is.
 """
 
 import numpy as np
@@ -22,28 +19,46 @@ KINDS = ("L0", "L1x", "L1y", "L1z")
 """What the four images are called."""
 
 
-def encode_directional(mean: np.ndarray, vector: np.ndarray) -> dict[str, np.ndarray]:
-    """The four images of M and V, by their `KINDS`.
+def directional_light(light: np.ndarray, slope: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """L0 (…, 3) and L1 (…, 3, 3), for each axis and colour, float32.
+
+    With L1 = t + s n, t across n and s = E(n)/π − L0, |L1| ≤ 2 L0 is 3 L0² + 2 L0 E(n)/π ≥ t² + (E(n)/π)².
 
     Parameters
     ----------
-    mean : (h, w, 3) float32
-        M of each colour.
-    vector : (h, w, 3, 3) float32
-        V: for each axis x, y, z, each colour.
+    light : (…, 3)
+        E(n)/π.
+    slope : (…, 3, 3)
+        B/π, for each axis and colour.
+    normals : (…, 3)
+        Unit vectors.
     """
-    share = vector / np.maximum(mean, np.float32(1e-20))[:, :, None]
-    images = np.moveaxis(np.clip(share, -1, 1) * np.float32(0.5) + np.float32(0.5), 2, 0)
-    return dict(zip(KINDS, (mean, *images), strict=True))
+    light, normals = np.maximum(light, 0), normals[..., None]
+    along = (normals * slope).sum(axis=-2)
+    across = slope - normals * along[..., None, :]
+    least = (np.sqrt(4 * light**2 + 3 * (across**2).sum(axis=-2)) - light) / 3
+    constant = np.maximum(light - along, least)
+    linear = across + normals * (light - constant)[..., None, :]
+    return constant.astype(np.float32), linear.astype(np.float32)
+
+
+def shares_of(constant: np.ndarray, linear: np.ndarray) -> np.ndarray:
+    """L1/(2 L0), (…, 3, 3) from −1 to 1."""
+    return np.clip(linear / np.maximum(2 * constant, np.float32(1e-20))[..., None, :], -1, 1)
+
+
+def encode_directional(constant: np.ndarray, linear: np.ndarray) -> dict[str, np.ndarray]:
+    """The four images (h, w, 3) of L0 (h, w, 3) and L1 (h, w, 3, 3), by their `KINDS`."""
+    shares = np.moveaxis(shares_of(constant, linear) * np.float32(0.5) + np.float32(0.5), 2, 0)
+    return dict(zip(KINDS, (constant, *shares), strict=True))
 
 
 def decode_directional(images: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """M and V of the four images."""
-    mean = images["L0"]
-    vector = [mean * (2 * images[kind] - 1) for kind in KINDS[1:]]
-    return mean, np.stack(vector, axis=2)
+    """L0 and L1 of four images."""
+    constant = images["L0"]
+    return constant, np.stack([2 * constant * (2 * images[kind] - 1) for kind in KINDS[1:]], axis=2)
 
 
-def light_for_normals(mean: np.ndarray, vector: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """E(n)/π for unit normals (h, w, 3), (h, w, 3); not below 0."""
-    return np.maximum(mean + 2 * np.einsum("hwac,hwa->hwc", vector, normals), 0)
+def light_for_normals(constant: np.ndarray, linear: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """E(n')/π (…, 3) for unit normals (…, 3); not below 0."""
+    return np.maximum(constant + (normals[..., None] * linear).sum(axis=-2), 0)

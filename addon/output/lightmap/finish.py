@@ -33,6 +33,30 @@ class FinishOptions:
     padding: int = -1
 
 
+@dataclass(frozen=True)
+class Finished:
+    """A finished image; row 0 is at v = 0.
+
+    Attributes
+    ----------
+    light : (height, width, 3) float32
+    slope : (height, width, 3, 3) float32 or None
+        How it changes with the normal, for each axis and colour.
+    normal : (height, width, 3) float32
+        Of the surface.
+    """
+
+    light: np.ndarray
+    slope: np.ndarray | None
+    normal: np.ndarray
+
+    @staticmethod
+    def of(channels: np.ndarray, normal: np.ndarray) -> "Finished":
+        """Of 3 channels, or of 12."""
+        slope = channels[..., 3:].reshape(*normal.shape, 3) if channels.shape[2] > 3 else None
+        return Finished(channels[..., :3], slope, normal)
+
+
 def finish_lightmaps(
     values: np.ndarray,
     stderr: np.ndarray,
@@ -40,13 +64,13 @@ def finish_lightmaps(
     texels: Texels,
     options: FinishOptions | None = None,
     workers: Workers | None = None,
-) -> list[np.ndarray]:
-    """The images of the receivers' values, (height, width, c) float32 each, row 0 at v = 0.
+) -> list[Finished]:
+    """The images of the receivers' values.
 
     Parameters
     ----------
-    values : (n, c) float32
-        Of each receiver: three channels of light, and after them, if any, directional coefficients of each.
+    values : (n, 3 or 12) float32
+        Of each receiver: three colours of light and, if it is there, of its slope along x, y and z.
     stderr : (n,) float32
         Standard error of each one's light, in its unit: what has none is not denoised.
     """
@@ -58,4 +82,7 @@ def finish_lightmaps(
     seams = texels.seams if options.stitch else Seams.none()
     bordered = with_borders(images, seams)
     progress.update(_STAGE, 0.7)
-    return [dilated(image.value, image.known, options.padding) for image in bordered]
+    return [
+        Finished.of(dilated(image.value, image.known, options.padding), dilated(texels_of.normal, texels_of.covered))
+        for image, texels_of in zip(bordered, images, strict=True)
+    ]

@@ -6,11 +6,13 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from ...parallel import Workers
+from .directional import directional_light, shares_of
 from .texel_images import TexelImage
 
 _APART = 16  # texels: at least so far apart are the charts of one pass
 _MOST_MEMORY = 1000  # MB that the filter may take for itself
 _REACH = 4  # standard errors that a value may be changed by
+_LEAST_OF_L0 = np.float32(0.1)  # as much of it is the light of the texel's own normal
 
 
 def has_oidn() -> bool:
@@ -21,10 +23,9 @@ def has_oidn() -> bool:
 def denoised_by_oidn(image: TexelImage, workers: Workers, stage: str) -> np.ndarray:
     """The image's values through OpenImageDenoise's filter for lightmaps, (h, w, c) float32.
 
-    The first three channels are light; the others, directional coefficients, are filtered as shares of it. So that no
-    light bleeds from chart to chart, charts that lie close to each other go through the filter in separate passes, in
-    which everything around a chart has the value of its nearest texel. No value is changed by more than its noise
-    accounts for.
+    The channels are those of `finish_lightmaps`. So that no light bleeds from chart to chart, charts that lie close to
+    each other go through the filter in separate passes, in which everything around a chart has the value of its nearest
+    texel. No value is changed by more than its noise accounts for.
 
     Raises
     ------
@@ -40,19 +41,25 @@ def denoised_by_oidn(image: TexelImage, workers: Workers, stage: str) -> np.ndar
         workers.progress.update(stage, number / n_passes)
         own = pass_of_texel == number
         row, column = distance_transform_edt(~own, return_distances=False, return_indices=True)
-        result[own] = _all_filtered(image.value[row, column])[own]
+        result[own] = _all_filtered(image.value[row, column], image.normal[row, column])[own]
     reach = _REACH * np.sqrt(image.smooth_variance())[..., None]
     return np.clip(result, image.value - reach, image.value + reach)
 
 
-def _all_filtered(values: np.ndarray) -> np.ndarray:
-    """Light, and after it any number of directional coefficients of its three colours, through the filter."""
+def _all_filtered(values: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Light, and its slope if there is one, through the filter, which expects L1 as shares of L0.
+
+    With a share S = L1/(2 L0), light is L0 (1 + 2 S·n), which gives L0 and the slope, L1, of what was filtered.
+    """
     light = _filtered(values[..., :3], directional=False)
-    parts = [light]
-    for first in range(3, values.shape[2], 3):
-        share = values[..., first : first + 3] / np.maximum(values[..., :3], np.float32(1e-20))
-        parts.append(light * _filtered(np.clip(share, -1, 1), directional=True))
-    return np.concatenate(parts, axis=2)
+    if values.shape[2] == 3:
+        return light
+    slope = values[..., 3:].reshape(*normals.shape, 3)
+    shares = shares_of(*directional_light(values[..., :3], slope, normals))
+    shares = np.stack([_filtered(shares[..., axis, :], directional=True) for axis in range(3)], axis=2)
+    constant = light / np.maximum(1 + 2 * (normals[..., None] * shares).sum(axis=2), _LEAST_OF_L0)
+    slope = 2 * constant[..., None, :] * shares
+    return np.concatenate([light, slope.reshape(*light.shape[:2], 9)], axis=2)
 
 
 def _filtered(values: np.ndarray, directional: bool) -> np.ndarray:
