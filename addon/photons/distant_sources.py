@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..sampling.vectors import dot
 from ..sampling.warps import frame, sample_uniform_cone, sample_uniform_disk, to_world
 from ..scene import Lights, Scene
 from .source import Rays, Source, Sphere, bounding_sphere
@@ -32,8 +33,9 @@ class _DistantSource(Source):
         self, directions: np.ndarray, u_place: np.ndarray, u_choose: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Origins (n, 3) outside the scene, and 1/p of each (n, 1), m²."""
+        aimed, u_disc = self._halved(u_choose)
         n_discs = len(self._radii) + 1
-        chosen = (u_choose * n_discs).astype(np.int32)
+        chosen = np.minimum((u_disc * n_discs).astype(np.int32), n_discs - 1)
         of_region = chosen < n_discs - 1
         radii = np.append(self._radii, np.float32(self._whole.radius))[chosen]
         tangent, bitangent = frame(directions)
@@ -49,10 +51,13 @@ class _DistantSource(Source):
         in_whole = ~of_region | (other <= self._whole.radius**2)
         density = self._density[n_narrower] + in_whole * self._density_of_whole
 
-        # Start behind the whole scene
         centres = np.stack([self._whole.centre, self._centre])[of_region.astype(np.int8)]
-        back = np.where(of_region, along, 0) + np.float32(self._whole.radius)
-        return centres + offset - back[:, None] * directions, 1 / density[:, None]
+        places, per_density = centres + offset, 1 / density
+        if self.aim:
+            places, per_density = self.aim.move(aimed, u_place, places, directions, per_density)
+        # Start behind the whole scene
+        back = dot(places - self._whole.centre, directions) + np.float32(self._whole.radius)
+        return places - back[:, None] * directions, per_density[:, None]
 
 
 class SunSource(_DistantSource):

@@ -2,6 +2,7 @@
 
 from ..errors import BakeError
 from ..scene import LightKind, Scene
+from .caustic_makers import caustic_makers
 from .distant_sources import SunSource, WorldSource
 from .lamp_sources import AreaSource, PointSource
 from .mesh_source import MeshSource
@@ -9,7 +10,7 @@ from .source import Source, Sphere, bounding_sphere
 
 
 def light_sources(scene: Scene, region: Sphere) -> list[Source]:
-    """All sources of a scene that emit anything, the receivers being in `region`.
+    """All sources of a scene that emit anything, the receivers being in `region`, aimed at what makes caustics.
 
     Raises
     ------
@@ -28,6 +29,10 @@ def light_sources(scene: Scene, region: Sphere) -> list[Source]:
     sources.append(MeshSource(scene))
     sources.append(WorldSource(scene, region))
     sources = [source for source in sources if source.power.sum() > 0]
+    aim = caustic_makers(scene)
+    for source in sources:
+        if aim and source.sampled_directly:
+            source.aim_at(aim)
     if not sources:
         raise BakeError("There is no light in the scene: add a lamp, an emissive material or a world colour.")
     return sources

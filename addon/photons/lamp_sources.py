@@ -3,8 +3,10 @@
 import numpy as np
 
 from ..sampling.streams import sobol
+from ..sampling.vectors import dot
 from ..sampling.warps import sample_cosine_hemisphere, sample_uniform_cone, sample_uniform_disk, to_world
 from ..scene import LightKind, Lights
+from .aiming import cone_around
 from .source import Rays, Source, Sphere
 
 
@@ -23,7 +25,9 @@ class PointSource(Source):
         self._is_spot = lights.kind[lamp] == LightKind.SPOT
         self._cos_max = float(lights.cos_half_cone(lamp)) if self._is_spot else -1.0
         position = lights.position[lamp][None]
-        (cos_to_scene,), (self._to_scene,) = _cone_around(whole, position, float(lights.radius[lamp]))
+        (cos_to_scene,), (self._to_scene,) = cone_around(
+            whole.centre, whole.radius, position, float(lights.radius[lamp])
+        )
         self._aims = cos_to_scene > self._cos_max
         self._cos_max = max(self._cos_max, float(cos_to_scene))
         self._solid_angle = 2 * np.pi * (1 - self._cos_max)
@@ -34,7 +38,13 @@ class PointSource(Source):
         """Uniform directions in the cone, weighted by the falloff."""
         lights, lamp = self._lights, self.lamp
         directions, share = self._directions(u[:, :2])
-        flux = lights.emission[lamp] * (np.float32(self._solid_angle) * share)[:, None]
+        per_density = np.float32(self._solid_angle) * share
+        if self.aim:
+            (k, _), at = self._halved(u[:, 4]), lights.position[lamp][None]
+            reach = float(lights.radius[lamp])
+            directions, per_density = self.aim.redirect(k, u[:, :2], at, directions, per_density, reach)
+            per_density[k] *= self._falloff(directions[k])
+        flux = lights.emission[lamp] * per_density[:, None]
         place = sample_uniform_disk(u[:, 2:4])
         bulge = np.sqrt(1 - u[:, 2:3]) if lights.sphere[lamp] else np.zeros((len(u), 1), np.float32)
         origins = lights.position[lamp] + lights.radius[lamp] * to_world(np.hstack([place, bulge]), directions)
@@ -50,16 +60,20 @@ class PointSource(Source):
         local = sample_uniform_cone(u, self._cos_max)
         if self._aims or not self._is_spot:
             directions = to_world(local, np.broadcast_to(self._to_scene, (len(u), 3)))
-            if not self._is_spot:
-                return directions, np.ones(len(u), np.float32)
-            every = np.full(len(u), lamp)
-            return directions, lights.spot_falloff(every, lights.in_cone(every, directions))
+            return directions, self._falloff(directions)
         share = lights.spot_falloff(lamp, local[:, 2])
         a, b = lights.stretch[lamp]
         local = local * np.array([a, b, 1], np.float32)
         length = np.linalg.norm(local, axis=1)
         axes = np.stack([lights.axis_x[lamp], lights.axis_y[lamp], lights.direction[lamp]])
         return (local / length[:, None]) @ axes, share * a * b / length**3
+
+    def _falloff(self, directions: np.ndarray) -> np.ndarray:
+        """Share of the intensity that goes in each direction (n, 3), (n,) float32."""
+        if not self._is_spot:
+            return np.ones(len(directions), np.float32)
+        every = np.full(len(directions), self.lamp)
+        return self._lights.spot_falloff(every, self._lights.in_cone(every, directions))
 
 
 class AreaSource(Source):
@@ -74,49 +88,44 @@ class AreaSource(Source):
         self._sin2 = np.float32(lights.sin2_half_spread(lamp))
         self._full_power = lights.emission[lamp].astype(np.float64) * np.pi * float(lights.area(np.array([lamp]))[0])
         reach = float(np.linalg.norm(lights.size[lamp])) / 2
-        (cos_to_scene,), _ = _cone_around(whole, lights.position[lamp][None], reach)
+        (cos_to_scene,), _ = cone_around(whole.centre, whole.radius, lights.position[lamp][None], reach)
         self._aims = 2 * (1 - cos_to_scene) < self._sin2
         share = self._leaving(sobol(4, 0).random(_N_FOR_POWER).astype(np.float32))[2] if self._aims else np.ones(1)
         self.power = self._full_power * share.mean(dtype=np.float64)
 
     def emit(self, u: np.ndarray) -> Rays:
         """Uniform places, directions within the spread or the cone around the scene, weighted by cosine and falloff."""
-        origins, directions, share = self._leaving(u[:, :4])
+        origins, directions, share = self._leaving(u)
         return Rays(origins, directions, self._full_power.astype(np.float32) * share[:, None])
 
     def _leaving(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Origins (n, 3), directions (n, 3), and the radiance and cosine over density and full power of each, (n,)."""
         lights, lamp = self._lights, np.full(len(u), self.lamp)
-        axis = lights.direction[lamp]
         origins = sample_area_lamp(lights, lamp, u[:, 2:4])
-        if self._aims:
-            cos_max, to_scene = _cone_around(self._whole, origins, 0.0)
-            directions = to_world(sample_uniform_cone(u[:, :2], cos_max), to_scene)
-            cosine = np.maximum(np.einsum("ij,ij->i", directions, axis), 0)
-            share = (cosine * 2 * (1 - cos_max)).astype(np.float32)
-        else:
-            local = sample_cosine_hemisphere(u[:, :2] * np.stack([self._sin2, np.float32(1)]))
-            directions, cosine = to_world(local, axis), local[:, 2]
-            share = np.full(len(u), self._sin2)
+        directions, per_density = self._directions(u[:, :2], origins)
+        if self.aim:
+            directions, per_density = self.aim.redirect(
+                self._halved(u[:, 4])[0], u[:, :2], origins, directions, per_density
+            )
+        axis = lights.direction[lamp]
+        cosine = np.maximum(dot(directions, axis), 0)
         aside = np.linalg.norm(directions - cosine[:, None] * axis, axis=1)
-        return origins, directions, share * lights.spread_falloff(lamp, aside / np.maximum(cosine, np.float32(1e-6)))
+        falloff = lights.spread_falloff(lamp, aside / np.maximum(cosine, np.float32(1e-6)))
+        return origins, directions, cosine * per_density / np.float32(np.pi) * falloff
+
+    def _directions(self, u: np.ndarray, origins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Directions (n, 3), and 1 over their densities by solid angle (n,), sr."""
+        if self._aims:
+            cos_max, to_scene = cone_around(self._whole.centre, self._whole.radius, origins, 0.0)
+            directions = to_world(sample_uniform_cone(u, cos_max), to_scene)
+            return directions, (2 * np.pi * (1 - cos_max)).astype(np.float32)
+        local = sample_cosine_hemisphere(u * np.stack([self._sin2, np.float32(1)]))
+        axis = np.broadcast_to(self._lights.direction[self.lamp], origins.shape)
+        return to_world(local, axis), self._sin2 * np.float32(np.pi) / np.maximum(local[:, 2], np.float32(1e-6))
 
 
 _N_FOR_POWER = 1 << 14
 """Photons by which the power is told that lamps send to the scene."""
-
-
-def _cone_around(sphere: Sphere, positions: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Cones that hold all lines to a ball from within `reach` of positions: cos of half the angle (n,), axes (n, 3).
-
-    The cosine (float64, since cones are narrow) is −1 where a position is too close for a cone.
-    """
-    way = sphere.centre - positions
-    distance = np.linalg.norm(way, axis=1).astype(np.float64)
-    sine = (sphere.radius + reach) / np.maximum(distance, 1e-30)
-    cosine = np.where(sine < 1, np.sqrt(np.maximum(1 - sine**2, 0)), -1)
-    axes = np.where((distance > 0)[:, None], way / np.maximum(distance, 1e-30)[:, None], [0, 0, 1])
-    return cosine, axes.astype(np.float32)
 
 
 def sample_area_lamp(lights: Lights, lamp: np.ndarray, u: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..sampling.streams import sobol
+from ..sampling.vectors import dot
 from ..sampling.warps import sample_cosine_hemisphere, sample_uniform_triangle, to_world
 from ..scene import Scene
 from .source import Rays, Source
@@ -22,18 +23,27 @@ class MeshSource(Source):
     def emit(self, u: np.ndarray) -> Rays:
         """A triangle by power, a place on it, a side, a cosine-weighted direction."""
         scene = self._scene
+        aimed, last = self._halved(u[:, 4])
         # One dimension chooses both triangle and side, so that it stays stratified.
-        chosen = u[:, 4].astype(np.float64) * 2
+        chosen = last.astype(np.float64) * 2
         front, chosen = chosen < 1, chosen % 1
         k = np.minimum(np.searchsorted(self._cumulative, chosen, side="right"), len(self._cumulative) - 1)
         triangle, place = self._triangles[k], sample_uniform_triangle(u[:, 2:4])
         origins = scene.points(triangle, *place)
         normals = np.where(front[:, None], scene.normals[triangle], -scene.normals[triangle])
         directions = to_world(sample_cosine_hemisphere(u[:, :2]), normals)
-        area = 2 * np.pi * scene.areas[triangle] / np.maximum(self._chance[k], 1e-300)
-        flux = (scene.emission(triangle, *place) * area[:, None]).astype(np.float32)
+        flux = np.full(len(u), 2 * np.pi)  # ∫|cos| dω
+        if self.aim:
+            per_density = 2 * np.pi / np.maximum(np.abs(dot(directions, normals)), np.float32(1e-6))
+            directions, per_density = self.aim.redirect(aimed, u[:, :2], origins, directions, per_density)
+            cosine = dot(directions, normals)
+            flux, normals = np.abs(cosine) * per_density, np.where(cosine[:, None] < 0, -normals, normals)
+        flux *= scene.areas[triangle] / np.maximum(self._chance[k], 1e-300)
         origins = origins + scene.ray_offset(origins) * normals
-        return Rays(origins, directions, flux, scene.object_of_triangle[triangle])
+        radiance = scene.emission(triangle, *place)
+        return Rays(
+            origins, directions, (radiance * flux[:, None]).astype(np.float32), scene.object_of_triangle[triangle]
+        )
 
 
 def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

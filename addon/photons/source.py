@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..scene import Lights, Scene
+from .aiming import Aim
 
 N_DIMENSIONS = 5
 """Dimensions of the hypercube that sources sample: two for a direction, two for a place, one to choose."""
@@ -67,6 +68,8 @@ class Source:
         Objects that its light falls on, and that keep it away; None: all.
     n_cells : tuple of 5 int
         Into how many cells each dimension of the hypercube is cut where photons are guided.
+    aim : Aim or None
+        What half of the photons are aimed at.
     """
 
     name: str
@@ -76,6 +79,19 @@ class Source:
     sampled_directly = True
     illuminates: np.ndarray | None = None
     blocked_by: np.ndarray | None = None
+    aim: Aim | None = None
+
+    def aim_at(self, aim: Aim) -> None:
+        """Aim half of the photons: those whose last number is below a half."""
+        self.aim = aim
+        self.n_cells = (*self.n_cells[:4], max(2 * self.n_cells[4], 2))
+
+    def _halved(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Which photons are aimed, by their last numbers (n,): (n,) bool; and what is left of the numbers."""
+        if self.aim is None:
+            return np.zeros(len(u), bool), u
+        aimed = u < np.float32(0.5)
+        return aimed, 2 * u - ~aimed
 
     def _be_lamp(self, lights: Lights, lamp: int) -> None:
         """Take over what all lamps have."""
