@@ -6,6 +6,7 @@ from ..addon.ui.state import bake_state
 from . import command_line
 from .bake_indirect import PHOTON_BAKE_OT_bake_indirect
 from .cancel import PHOTON_BAKE_OT_cancel
+from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
 from .export_gltf import PHOTON_BAKE_OT_export_gltf
 from .lightmap_preview import PHOTON_BAKE_OT_hide_lightmaps, PHOTON_BAKE_OT_show_lightmaps
 
@@ -15,6 +16,8 @@ CLASSES = (
     PHOTON_BAKE_OT_show_lightmaps,
     PHOTON_BAKE_OT_hide_lightmaps,
     PHOTON_BAKE_OT_export_gltf,
+    PHOTON_BAKE_OT_add_pass,
+    PHOTON_BAKE_OT_remove_pass,
 )
 
 

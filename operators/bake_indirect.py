@@ -15,6 +15,7 @@ from ..addon.ui.debug_views import debug_views
 from ..addon.ui.redraw import redraw_view3d
 from ..addon.ui.state import bake_state, duration
 from .bake_job import BakeJob, Solved, Wanted
+from .camera_target import WantedCamera
 from .lightmap_target import WantedLightmaps
 from .vertex_target import WantedVertices
 
@@ -111,7 +112,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
 
     def _prepare(self, context: Any) -> None:
         properties = context.scene.photon_bake
-        progress = bake_state.start(properties.gather, "lightmap" in properties.targets)
+        progress = bake_state.start(properties.gather, properties.targets)
         names = selected_meshes(context) if properties.selected_only else None
         job = BakeJob.prepare(context, wanted_by(properties), progress, names, properties.light_group)
         self._solver = Solver(job, properties.settings(), progress, debug_views.start())
@@ -144,16 +145,24 @@ def wanted_by(properties: Any) -> list[Wanted]:
     """What the panel asks for."""
     wanted: list[Wanted] = []
     if "lightmap" in properties.targets:
-        folder = properties.lightmap.folder
-        if folder.startswith("//") and not bpy.data.filepath:
-            raise BakeError("The file was never saved, so the lightmaps have no folder: save it, or choose a Folder.")
+        folder = _folder(properties.lightmap.folder, "the lightmaps have")
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
-        wanted.append(WantedLightmaps(properties.lightmap.settings(), Path(bpy.path.abspath(folder)), scene))
+        wanted.append(WantedLightmaps(properties.lightmap.settings(), folder, scene))
+    if "camera" in properties.targets:
+        folder = _folder(properties.camera.folder, "the camera's pass has")
+        wanted.append(WantedCamera(properties.camera.settings(), folder))
     if "vertex" in properties.targets:
         wanted.append(WantedVertices(properties.attribute))
     if not wanted:
-        raise BakeError("Nothing is chosen to bake to: choose Vertices or Lightmaps.")
+        raise BakeError("Nothing is chosen to bake to: choose Vertices, Lightmaps or Camera.")
     return wanted
+
+
+def _folder(folder: str, what_has: str) -> Path:
+    """A folder that the panel names, as a path."""
+    if folder.startswith("//") and not bpy.data.filepath:
+        raise BakeError(f"The file was never saved, so {what_has} no folder: save it, or choose a Folder.")
+    return Path(bpy.path.abspath(folder))
 
 
 def selected_meshes(context: Any) -> list[str]:

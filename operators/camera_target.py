@@ -1,10 +1,11 @@
 """Light in the pixels of a camera, as an EXR file that a compositor adds to a render of direct light."""
 
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import bpy
 import numpy as np
 
 from ..addon.blender.camera import read_camera, read_frame, read_pixel_filter
@@ -18,6 +19,7 @@ from ..addon.progress import Progress
 from ..addon.receivers import Camera, PixelFilter, Receivers
 from ..addon.scene import Scene
 from ..addon.tracers import Tracer
+from .versions import own_version
 
 if TYPE_CHECKING:
     from ..addon.bake import Solution
@@ -36,13 +38,10 @@ class WantedCamera:
     settings : CameraSettings
     folder : Path
         For its file; made where it is missing.
-    origin : dict of str to str
-        What the file says of how it was made.
     """
 
     settings: CameraSettings
     folder: Path
-    origin: dict[str, str] = field(default_factory=dict)
 
     def read(self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]) -> "CameraTarget":
         """See `Wanted.read`."""
@@ -53,7 +52,8 @@ class WantedCamera:
         _check_folder(self.folder, path)
         if self.settings.pass_denoiser == "oidn" and not has_oidn():
             raise BakeError("OpenImageDenoise (pyoidn) is not installed: install the extension's zip, or choose auto.")
-        origin = {"Scene": scene.name, "Camera": scene.camera.name, "Frame": str(frame), **self.origin}
+        software = f"Photon Bake {own_version()}, Blender {bpy.app.version_string}"
+        origin = {"Software": software, "Scene": scene.name, "Camera": scene.camera.name, "Frame": str(frame)}
         return CameraTarget(camera, read_pixel_filter(scene), read_frame(scene), self.settings, path, origin)
 
 
@@ -69,7 +69,7 @@ def _check_folder(folder: Path, path: Path) -> None:
 
 @dataclass(frozen=True)
 class CameraTarget:
-    """A camera whose pass is wanted, and the file that it goes to."""
+    """A camera whose pass is wanted, the file that it goes to, and what that says of how it was made."""
 
     camera: Camera
     pixel_filter: PixelFilter
@@ -153,4 +153,4 @@ class CameraPicture:
 
     @property
     def counts(self) -> dict[str, int]:
-        return {"camera_pixels": self.target.camera.n_pixels, "camera_points": self.n_points}
+        return {"camera_passes": 1, "camera_pixels": self.target.camera.n_pixels, "camera_points": self.n_points}

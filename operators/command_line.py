@@ -1,10 +1,7 @@
 """The command: ``blender -b scene.blend -c photon_bake [options]``."""
 
 import atexit
-import importlib.metadata
-import platform
 import sys
-import tomllib
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -19,9 +16,11 @@ from ..addon.progress import Progress
 from ..addon.ui.state import duration
 from .bake_indirect import describe
 from .bake_job import BakeJob, Wanted
+from .camera_target import WantedCamera
 from .command_options import COMMAND, Options, parse
 from .console import ProgressLine, ctrl_c_cancels, say
 from .lightmap_target import WantedLightmaps
+from .versions import versions
 from .vertex_target import WantedVertices
 
 DONE, FAILED, CANCELLED = 0, 1, 130
@@ -61,10 +60,16 @@ def _bake(options: Options, progress: Progress, report: Report) -> None:
     for path in (options.save, options.report):
         if path is not None:
             check_writable(path)
-    job = BakeJob.prepare(bpy.context, _wanted(options), progress, options.objects, options.light_group)
-    report.warnings = job.warnings
-    solved = job.solve(options.settings, progress)
-    job.write(solved, progress)
+    scene = bpy.context.scene
+    current = scene.frame_current
+    try:
+        for frame in options.frames or [current]:
+            if frame != scene.frame_current:
+                scene.frame_set(frame)
+            _bake_frame(options, progress, report)
+    finally:
+        if scene.frame_current != current:
+            scene.frame_set(current)
     if options.save is not None:
         progress.update(SAVING, 0)
         _save(options.save)
@@ -72,8 +77,18 @@ def _bake(options: Options, progress: Progress, report: Report) -> None:
         with suppress(Cancelled):  # too late: it is saved
             progress.update(SAVING, 1)
     report.status = "done"
+
+
+def _bake_frame(options: Options, progress: Progress, report: Report) -> None:
+    """Bake what is asked for in the current frame; the report has the files of all frames, and else the last one's."""
+    job = BakeJob.prepare(bpy.context, _wanted(options), progress, options.objects, options.light_group)
+    earlier = report.warnings
+    report.warnings = job.warnings
+    solved = job.solve(options.settings, progress)
+    job.write(solved, progress)
+    report.warnings = list(dict.fromkeys([*earlier, *job.warnings]))
     report.objects = job.object_names
-    report.files = [str(path) for path in solved.files]
+    report.files += [str(path) for path in solved.files]
     report.counts = {**job.counts, **solved.counts}
     report.relative_noise = solved.irradiance.relative_noise
 
@@ -84,6 +99,8 @@ def _wanted(options: Options) -> list[Wanted]:
     if options.lightmaps is not None:
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
         wanted.append(WantedLightmaps(options.lightmaps, options.output, scene, options.preview))
+    if options.camera is not None:
+        wanted.append(WantedCamera(options.camera, options.camera_output))
     if "vertex" in options.targets:
         wanted.append(WantedVertices(options.attribute))
     return wanted
@@ -108,6 +125,7 @@ def _begin(options: Options) -> Report:
         light_group=options.light_group,
         settings=asdict(options.settings),
         lightmap_settings=asdict(options.lightmaps) if options.lightmaps else {},
+        camera_settings=asdict(options.camera) if options.camera else {},
         versions=versions(),
     )
 
@@ -134,30 +152,14 @@ def _end(report: Report, progress: Progress, options: Options, status: int) -> i
 def _summary(report: Report) -> str:
     noise = f", noise {report.relative_noise:.1%}" if report.relative_noise else ""
     memory = f", {report.peak_memory_mb:.0f} MB at most" if report.peak_memory_mb else ""
-    objects = f"{len(report.objects)} object" + ("s" if len(report.objects) != 1 else "")
+    places = [("object", len(report.objects)), ("lightmap", report.counts.get("lightmaps", 0))]
+    places.append(("camera's pass", report.counts.get("camera_passes", 0)))
+    where = " and ".join(f"{n} {thing}" + ("s" if n != 1 else "") for thing, n in places if n)
     saved = f"; saved to {report.saved}" if report.saved else "; not saved"
-    maps = report.counts.get("lightmaps", 0)
-    lightmaps = f" into {maps} lightmap" + ("s" if maps != 1 else "") if maps else ""
     return (
-        f"Baked {report.counts['receivers']:,} points of {objects}{lightmaps} "
+        f"Baked {report.counts['receivers']:,} points of {where or 'nothing'} "
         f"in {duration(report.total_seconds)}{noise}{memory}{saved}."
     )
-
-
-def versions() -> dict[str, str]:
-    """Versions of everything that has a say in the light."""
-    found = {"photon_bake": _own_version(), "blender": bpy.app.version_string, "python": platform.python_version()}
-    for package in ("numpy", "scipy", "embreex", "xatlas", "OpenEXR", "pyoidn"):
-        try:
-            found[package] = importlib.metadata.version(package)
-        except importlib.metadata.PackageNotFoundError:
-            found[package] = "not installed"
-    return found
-
-
-def _own_version() -> str:
-    manifest = Path(__file__).parents[1] / "blender_manifest.toml"
-    return str(tomllib.loads(manifest.read_text(encoding="utf-8"))["version"]) if manifest.is_file() else "unknown"
 
 
 _handles: list[Any] = []

@@ -6,14 +6,15 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, get_args
 
+from ..addon.camera_settings import CameraSettings
 from ..addon.errors import BakeError
 from ..addon.lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
 from ..addon.settings import CHOICES, BakeSettings, Quality, settings_for
 from ..addon.ui.properties import CHOICE_MEANINGS
+from .camera_options import OF_CAMERAS, add_camera_options, camera_settings, pass_folder
 
 COMMAND = "photon_bake"
-PLANNED = ("camera",)
-TARGETS = ("vertex", "lightmap")
+TARGETS = ("vertex", "lightmap", "camera")
 
 KNOB_OPTIONS = {
     "--photons": "n_photons",
@@ -45,8 +46,13 @@ LIGHTMAP_OPTIONS = {
 
 LIGHTMAP_CHOICE_OPTIONS = {"--atlas": "atlas", "--format": "file_format", "--denoise": "denoiser"}
 
-_LIGHTMAP_KNOBS = [*LIGHTMAP_OPTIONS.values(), *LIGHTMAP_CHOICE_OPTIONS.values()]
-_OF_LIGHTMAPS = {**LIGHTMAP_OPTIONS, **LIGHTMAP_CHOICE_OPTIONS, "--output": "output", "--preview": "preview"}
+_LIGHTMAP_KNOBS = [*LIGHTMAP_OPTIONS.values(), *LIGHTMAP_CHOICE_OPTIONS.values(), "directional"]
+_OF_LIGHTMAPS = {
+    **LIGHTMAP_OPTIONS,
+    **LIGHTMAP_CHOICE_OPTIONS,
+    "--directional": "directional",
+    "--preview": "preview",
+}
 
 
 @dataclass(frozen=True)
@@ -66,7 +72,13 @@ class Options:
     lightmaps : LightmapSettings or None
         None: no lightmaps are asked for.
     output : Path
-        Folder for images.
+        Folder for lightmaps.
+    camera : CameraSettings or None
+        None: no camera's pass is asked for.
+    camera_output : Path
+        Folder for the camera's pass.
+    frames : range or None
+        None: the current frame.
     preview : Path or None
         PNG with all lightmaps.
     save : Path or None
@@ -82,6 +94,9 @@ class Options:
     targets: list[str]
     lightmaps: LightmapSettings | None
     output: Path
+    camera: CameraSettings | None
+    camera_output: Path
+    frames: range | None
     preview: Path | None
     save: Path | None
     report: Path | None
@@ -109,13 +124,21 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
     for option, name in _OF_LIGHTMAPS.items():
         if getattr(given, name) is not None and "lightmap" not in targets:
             parser.error(f"{option} is for lightmaps: give --target lightmap too")
-    if "lightmap" in targets and given.output is None and not loaded_file:
-        parser.error("the lightmaps have no folder: give --output DIR")
+    for option, name in OF_CAMERAS.items():
+        if getattr(given, name) is not None and "camera" not in targets:
+            parser.error(f"{option} is for a camera's pass: give --target camera too")
+    if given.output is not None and targets == ["vertex"]:
+        parser.error("--output is for lightmaps and a camera's pass: give --target lightmap or camera too")
+    if targets != ["vertex"] and given.output is None and not loaded_file:
+        parser.error("the images have no folder: give --output DIR")
+    if given.frames is not None and targets != ["camera"]:
+        parser.error("--frames is for a camera's pass alone: bake other targets without it")
     try:
         settings = settings_for(
             given.quality, **_given(given, [*KNOB_OPTIONS.values(), *CHOICES, "add_direct", "interpolate"])
         )
         lightmaps = LightmapSettings(**_given(given, [*_LIGHTMAP_KNOBS])) if "lightmap" in targets else None
+        camera = camera_settings(given) if "camera" in targets else None
     except BakeError as error:
         parser.error(str(error))
     return Options(
@@ -126,6 +149,9 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         targets=targets,
         lightmaps=lightmaps,
         output=Path(given.output or Path(loaded_file).parent / LIGHTMAP_FOLDER).absolute(),
+        camera=camera,
+        camera_output=pass_folder(given, loaded_file),
+        frames=given.frames,
         preview=None if given.preview is None else Path(given.preview).absolute(),
         save=None if given.save is None else Path(given.save or loaded_file).absolute(),
         report=None if given.report is None else Path(given.report).absolute(),
@@ -164,7 +190,9 @@ def _parser() -> ArgumentParser:
     add("--direct", dest="add_direct", action="store_true", default=None, help=meaning)
     meaning = "gather at every point, which takes longer where there are many"
     add("--no-interpolation", dest="interpolate", action="store_false", default=None, help=meaning)
+    add("--output", metavar="DIR", help=f"folder for images; default: {LIGHTMAP_FOLDER} beside the loaded file")
     _add_lightmap_options(parser)
+    add_camera_options(parser)
     add("--save", nargs="?", const="", metavar="FILE.blend", help="save the file, here or over the loaded one")
     add("--report", metavar="FILE.json", help="write what the bake did, also when it fails")
     return parser
@@ -173,7 +201,6 @@ def _parser() -> ArgumentParser:
 def _add_lightmap_options(parser: ArgumentParser) -> None:
     group = parser.add_argument_group("lightmaps (--target lightmap)")
     add = group.add_argument
-    add("--output", metavar="DIR", help=f"folder for the files; default {LIGHTMAP_FOLDER} beside the loaded file")
     knobs = {knob.name: knob for knob in fields(LightmapSettings)}
     for option, name in LIGHTMAP_OPTIONS.items():
         knob = knobs[name]
@@ -183,17 +210,18 @@ def _add_lightmap_options(parser: ArgumentParser) -> None:
         choices = LIGHTMAP_CHOICES[name]
         meaning = f"{_sentence(CHOICE_MEANINGS[name])}; default {knobs[name].default}"
         add(option, dest=name, type=_one_of(*choices), metavar="|".join(choices), help=meaning)
+    meaning = _sentence(knobs["directional"].metadata["meaning"])
+    add("--directional", action="store_true", default=None, help=meaning)
     add("--preview", metavar="FILE.png", help="write a picture of all lightmaps")
 
 
 def _one_of(*choices: str) -> Callable[[str], str]:
-    """A check for one of `choices` that knows what a later version will have."""
+    """A check for one of `choices`."""
 
     def check(text: str) -> str:
         if text in choices:
             return text
-        why = f"{text} is not in this version" if text in PLANNED else f"there is no {text!r}"
-        raise ArgumentTypeError(f"{why}; choose {' or '.join(choices)}")
+        raise ArgumentTypeError(f"there is no {text!r}; choose {' or '.join(choices)}")
 
     return check
 

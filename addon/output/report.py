@@ -36,6 +36,8 @@ class Report:
         Every knob of `BakeSettings`.
     lightmap_settings : dict
         Every knob of `LightmapSettings`; empty where no lightmaps were asked for.
+    camera_settings : dict
+        Every knob of `CameraSettings`; empty where no camera's pass was asked for.
     stage_seconds : dict of str to float, s
         In the stages' order.
     total_seconds : float, s
@@ -59,6 +61,7 @@ class Report:
     files: list[str] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)
     lightmap_settings: dict[str, Any] = field(default_factory=dict)
+    camera_settings: dict[str, Any] = field(default_factory=dict)
     stage_seconds: dict[str, float] = field(default_factory=dict)
     total_seconds: float = 0.0
     counts: dict[str, int] = field(default_factory=dict)

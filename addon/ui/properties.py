@@ -5,12 +5,14 @@ from typing import Any, get_args, get_type_hints
 
 import bpy
 
+from ..camera_settings import PASS_CHOICES, PASS_FOLDER, CameraSettings
 from ..lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
 from ..settings import CHOICES, BakeSettings, Quality, settings_for
 
 QUALITIES: tuple[Quality, ...] = get_args(Quality)
 KNOBS = fields(BakeSettings)
 LIGHTMAP_KNOBS = fields(LightmapSettings)
+CAMERA_KNOBS = fields(CameraSettings)
 PRESET_KNOBS = [knob.name for knob in KNOBS if len({getattr(settings_for(q), knob.name) for q in QUALITIES}) > 1]
 """The knobs that the quality presets differ in."""
 
@@ -20,8 +22,11 @@ CHOICE_MEANINGS = {
     "atlas": "Which objects share an image",
     "file_format": "What the light is stored in",
     "denoiser": "What takes the noise out",
+    "pass_denoiser": "What takes the noise out",
+    "precision": "Bits of a channel; depth always has 32",
+    "compression": "How the file is compressed",
 }
-"""What the knobs of `CHOICES` and `LIGHTMAP_CHOICES` mean."""
+"""What the knobs of `CHOICES`, `LIGHTMAP_CHOICES` and `PASS_CHOICES` mean."""
 
 _CHOICE_WORDS = {
     "final": ("Final Gather", "Every vertex looks around with rays: smooth, and exact with enough of them"),
@@ -40,13 +45,22 @@ _CHOICE_WORDS = {
     "rgbm": ("PNG RGBM", "8 bits a channel, times a factor in alpha: for engines and texture compression"),
     "rgbd": ("PNG RGBD", "8 bits a channel, over a divisor in alpha"),
     "auto": ("Automatic", "OpenImageDenoise where the extension has it, otherwise our own"),
-    "oidn": ("OpenImageDenoise", "Chart by chart, so that nothing bleeds across"),
+    "oidn": ("OpenImageDenoise", "Intel's filter; lightmaps chart by chart, so that nothing bleeds across"),
     "own": ("Own Filter", "Averages neighbours with the same light, place and direction"),
-    "none": ("None", "The noise stays"),
+    "none": ("None", "Nothing: the noise stays, or the file's size"),
+    "half": ("Half", "16 bits a channel: enough for light"),
+    "float": ("Float", "32 bits a channel"),
+    "rle": ("RLE", "Run lengths: fast, lossless"),
+    "zips": ("ZIP by Line", "Lossless, a line at a time"),
+    "zip": ("ZIP", "Lossless, 16 lines at a time"),
+    "piz": ("PIZ", "Lossless, wavelets: good for noise"),
+    "dwaa": ("DWAA", "Loses a little, 32 lines at a time"),
+    "dwab": ("DWAB", "Loses a little, 256 lines at a time"),
 }
 _WANTED = [
     ("vertex", "Vertices", "A colour attribute on each mesh", "VERTEXSEL", 1),
     ("lightmap", "Lightmaps", "Images, on UV maps of their own", "TEXTURE", 2),
+    ("camera", "Camera", "A pass of the scene's camera, which compositing adds to direct light", "CAMERA_DATA", 4),
 ]
 _QUALITY_ITEMS = [
     ("draft", "Draft", "Seconds: to see where the light goes"),
@@ -56,7 +70,7 @@ _QUALITY_ITEMS = [
 ]
 
 
-_LABELS = {"uv_map": "UV Map", "value_range": "Range", "denoiser": "Denoise"}
+_LABELS = {"uv_map": "UV Map", "value_range": "Range", "denoiser": "Denoise", "pass_denoiser": "Denoise"}
 
 
 def label(knob: str) -> str:
@@ -68,7 +82,7 @@ def _property(settings: type, knob: Field) -> Any:
     """Blender's property for a knob of a settings class, from the knob's own default, range and meaning."""
     kind = get_type_hints(settings)[knob.name]
     meta: dict[str, Any] = {"name": _LABELS.get(knob.name) or label(knob.name), "default": knob.default}
-    choices = {**CHOICES, **LIGHTMAP_CHOICES}.get(knob.name)
+    choices = {**CHOICES, **LIGHTMAP_CHOICES, **PASS_CHOICES}.get(knob.name)
     if choices:
         items = [(choice, *_CHOICE_WORDS[choice]) for choice in choices]
         return bpy.props.EnumProperty(items=items, description=CHOICE_MEANINGS[knob.name], **meta)
@@ -117,6 +131,24 @@ class PhotonBakeLightmapProperties(bpy.types.PropertyGroup):
         return LightmapSettings(**{knob.name: getattr(self, knob.name) for knob in LIGHTMAP_KNOBS})
 
 
+class PhotonBakeCameraProperties(bpy.types.PropertyGroup):
+    """What ``scene.photon_bake.camera`` holds: every knob of `CameraSettings` under its own name, and a folder."""
+
+    __annotations__ = {
+        "folder": bpy.props.StringProperty(
+            name="Folder",
+            description="Where the pass's files go; // is the folder of the .blend file",
+            default=f"//{PASS_FOLDER}",
+            subtype="DIR_PATH",
+        ),
+        **{knob.name: _property(CameraSettings, knob) for knob in CAMERA_KNOBS},
+    }
+
+    def settings(self) -> CameraSettings:
+        """The knobs as the engine takes them."""
+        return CameraSettings(**{knob.name: getattr(self, knob.name) for knob in CAMERA_KNOBS})
+
+
 class PhotonBakeProperties(bpy.types.PropertyGroup):
     """What ``scene.photon_bake`` holds: every knob of `BakeSettings` under its own name, and these."""
 
@@ -132,6 +164,7 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
             name="Bake To", description="Where the light goes", items=_WANTED, options={"ENUM_FLAG"}, default={"vertex"}
         ),
         "lightmap": bpy.props.PointerProperty(type=PhotonBakeLightmapProperties, name="Lightmaps"),
+        "camera": bpy.props.PointerProperty(type=PhotonBakeCameraProperties, name="Camera"),
         "attribute": bpy.props.StringProperty(
             name="Attribute",
             description="Colour attribute that the light is written to, made if it is not there",
@@ -158,6 +191,7 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
 def register() -> None:
     """Give every scene its settings, ``scene.photon_bake``."""
     bpy.utils.register_class(PhotonBakeLightmapProperties)
+    bpy.utils.register_class(PhotonBakeCameraProperties)
     bpy.utils.register_class(PhotonBakeProperties)
     bpy.types.Scene.photon_bake = bpy.props.PointerProperty(type=PhotonBakeProperties, name="Photon Bake")
 
@@ -166,4 +200,5 @@ def unregister() -> None:
     """Take them away again."""
     del bpy.types.Scene.photon_bake
     bpy.utils.unregister_class(PhotonBakeProperties)
+    bpy.utils.unregister_class(PhotonBakeCameraProperties)
     bpy.utils.unregister_class(PhotonBakeLightmapProperties)

@@ -1,5 +1,6 @@
 """The bake that runs, or the last one, as the panel shows it. Never saved with the file."""
 
+from collections.abc import Collection
 from time import perf_counter
 
 from ..progress import Progress
@@ -39,6 +40,9 @@ STAGE_SHARES: dict[Gather, dict[str, float]] = {
 LIGHTMAP_SHARES = {"Unwrapping": 1, "Placing texels": 1, "Denoising": 2, "Finishing lightmaps": 1}
 """The same for what lightmaps add to it."""
 
+CAMERA_SHARES = {"Looking through the camera": 2, "Following gloss": 2, "Lighting mirrors": 0.5, "Denoising": 2}
+"""The same for what a camera's pass adds to it."""
+
 
 class BakeState:
     """What the panel shows.
@@ -72,10 +76,12 @@ class BakeState:
     def running(self) -> bool:
         return self.progress is not None
 
-    def start(self, gather: Gather, lightmaps: bool = False) -> Progress:
+    def start(self, gather: Gather, targets: Collection[str] = ()) -> Progress:
         """Forget the last bake, and follow a new one through the progress returned."""
         self._forget()
-        self._shares = STAGE_SHARES[gather] | (LIGHTMAP_SHARES if lightmaps else {})
+        self._shares = dict(STAGE_SHARES[gather])
+        for target, shares in (("lightmap", LIGHTMAP_SHARES), ("camera", CAMERA_SHARES)):
+            self._shares |= shares if target in targets else {}
         self.progress = Progress(self._listen)
         return self.progress
 
