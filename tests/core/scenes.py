@@ -1,5 +1,7 @@
 """Small scenes in plain arrays, for tests that know the answer, and χ² tests."""
 
+from dataclasses import fields, replace
+
 import numpy as np
 from photon_bake.addon.receivers import Receivers
 from photon_bake.addon.scene import LightKind, Lights, Materials, Scene, SceneObjects, World
@@ -36,6 +38,15 @@ def scene_of(vertices, triangles, albedo=0.5, emission=0.0, lights=None, world=0
     )
 
 
+def of_objects(scene, object_of_triangle) -> Scene:
+    """The scene, whose triangles belong to objects (t,) instead of one each."""
+    object_of_triangle = np.asarray(object_of_triangle, np.int32)
+    first = np.unique(object_of_triangle, return_index=True)[1]
+    columns = {f.name: getattr(scene.objects, f.name) for f in fields(scene.objects)}
+    chosen = {name: tuple(c[k] for k in first) if name == "names" else c[first] for name, c in columns.items()}
+    return replace(scene, objects=SceneObjects(**chosen), object_of_triangle=object_of_triangle)
+
+
 def plane(half=1.0, z=0.0):
     """Two triangles that face up: vertices, triangles."""
     corners = [(-half, -half, z), (half, -half, z), (half, half, z), (-half, half, z)]
@@ -50,6 +61,17 @@ def box(half=1.0, inwards=True):
     )  # facing outwards
     triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
     return vertices, triangles[:, ::-1] if inwards else triangles
+
+
+def ball(radius, centre=(0, 0, 0), n=24):
+    """A sphere of n rings of 2n faces each, facing out: vertices, triangles."""
+    theta, phi = np.linspace(0, np.pi, n + 1)[:, None], np.arange(2 * n) * np.pi / n
+    z = np.broadcast_to(np.cos(theta), (n + 1, 2 * n))
+    grid = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), z], axis=2).reshape(-1, 3) * radius
+    i, j = (axis.ravel() for axis in np.meshgrid(np.arange(n), np.arange(2 * n), indexing="ij"))
+    a, b, c, d = (p * 2 * n + q % (2 * n) for p, q in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)))
+    triangles = np.concatenate([np.stack([a, b, c], axis=1)[i < n - 1], np.stack([a, c, d], axis=1)[i > 0]])
+    return (grid + centre).astype(np.float32), triangles.astype(np.int32)
 
 
 def merge(*meshes):

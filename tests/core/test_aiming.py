@@ -1,6 +1,6 @@
 """Photons aimed at what makes caustics carry what all would, and find it far more often."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from photon_bake.addon.photons.caustic_makers import caustic_makers
 from photon_bake.addon.scene import Channel, LightKind, Materials, World
 from photon_bake.addon.tracers import LightTracer
 from photon_bake.addon.tracers.embree import EmbreeTracer
-from photon_bake.tests.core.scenes import box, lamp, merge, plane, scene_of
+from photon_bake.tests.core.scenes import ball, box, lamp, merge, of_objects, plane, scene_of
 from photon_bake.tests.core.test_emission import N, emitted, power_on_plane, source_of
 
 WHITE, NONE = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
@@ -78,29 +78,13 @@ def through_ball(rays):
     return (along > 0) & (np.einsum("ij,ij->i", away, away) - along**2 < AIM.radius[0] ** 2)
 
 
-def ball(radius, centre, n=24):
-    """A sphere of latitudes and longitudes, facing out: vertices, triangles."""
-    z, phi = np.linspace(0, np.pi, n + 1), np.arange(2 * n) * np.pi / n
-    grid = np.stack(
-        [np.outer(np.sin(z), np.cos(phi)), np.outer(np.sin(z), np.sin(phi)), np.outer(np.cos(z), np.ones(2 * n))],
-        axis=2,
-    )
-    i, j = (axis.ravel() for axis in np.meshgrid(np.arange(n), np.arange(2 * n), indexing="ij"))
-    a, b, c, d = (p * 2 * n + q % (2 * n) for p, q in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)))
-    triangles = np.concatenate([np.stack([a, b, c], axis=1)[2 * n * 0 :], np.stack([a, c, d], axis=1)])
-    corners = (grid.reshape(-1, 3) * radius)[triangles]
-    sound = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) > 1e-12
-    return (grid.reshape(-1, 3) * radius + centre).astype(np.float32), triangles[sound].astype(np.int32)
-
-
 def room_with_glass(lights, radius=0.05, half=5.0):
     """A matte room, 10 m wide, and a small ball of glass in it, one object each."""
     glass = ball(radius, (1.0, 0.5, -2.0))
     mesh = merge(box(half), glass) if lights.kind[0] != LightKind.SUN else merge(plane(half, -half), glass)
     n_wall = len(mesh[1]) - len(glass[1])
     material = np.arange(len(mesh[1])) >= n_wall
-    scene = scene_of(*mesh, albedo=[0.5, 0.0], lights=lights, material=material)
-    objects = replace(scene.objects, **{f.name: getattr(scene.objects, f.name)[:2] for f in fields(scene.objects)})
+    scene = of_objects(scene_of(*mesh, albedo=[0.5, 0.0], lights=lights, material=material), material)
     made_of = Materials.of(
         2,
         diffuse=Channel.constant(np.array([[0.5] * 3, NONE], np.float32)),
@@ -108,7 +92,7 @@ def room_with_glass(lights, radius=0.05, half=5.0):
         glass_transmission=Channel.constant(np.array([NONE, WHITE], np.float32)),
         roughness=Channel.constant(np.array([[1] * 3, NONE], np.float32)),
     )
-    return replace(scene, objects=objects, object_of_triangle=material.astype(np.int32), materials=made_of)
+    return replace(scene, materials=made_of)
 
 
 @pytest.mark.parametrize(
