@@ -192,6 +192,23 @@ def test_a_read_only_folder_is_found_before_the_bake(tmp_path):
         prepare(tmp_path)
 
 
+def test_a_read_only_disk_leaves_the_old_images(tmp_path, monkeypatch):
+    """Whether it is so before the bake or becomes so while it runs, as a server's folder may; root meets it too."""
+
+    def read_only(**_):
+        raise OSError(30, "Read-only file system")
+
+    bake(tmp_path)
+    old = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    job = prepare(tmp_path, density=8.0)
+    solved, before = job.solve(QUICK, Progress()), state()
+    monkeypatch.setattr("photon_bake.addon.output.files.TemporaryFile", read_only)
+    for attempt in (lambda: prepare(tmp_path), lambda: job.write(solved, Progress())):
+        with pytest.raises(BakeError, match=r"scene_\w+_indirect.exr cannot be written \(Read-only file system\)"):
+            attempt()
+    assert state() == before and {path.name: path.read_bytes() for path in tmp_path.iterdir()} == old
+
+
 def test_places_that_take_no_files_are_found_before_the_bake(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(BakeError, match="is a file; give a folder"):
