@@ -13,6 +13,7 @@ from .light_volume import Cascade
 from .photon_volumes import photon_volume_irradiance, scatter_light
 from .radiance_cache import RadianceCache
 from .screen_volume import screen_irradiance
+from .upsampling import upsampled
 
 __all__ = [
     "Cascade",
@@ -35,4 +36,5 @@ __all__ = [
     "scatter_light",
     "screen_irradiance",
     "survey_surfaces",
+    "upsampled",
 ]

@@ -7,16 +7,22 @@ from ...photons import Photons
 from ...photons.scattering import shading_ratio
 from ...receivers import Camera, SeenSurface
 from ...sampling.octahedral import decode_octahedral
+from ..upsampling import upsampled
 from .radius import neighbour_radius, path_density_radius
 from .scatter import Points, Response, scatter_light
 
 
 def photon_volume_irradiance(
-    camera: Camera, seen: SeenSurface, photons: Photons, workers: Workers
+    camera: Camera, seen: SeenSurface, photons: Photons, workers: Workers, step: int = 1
 ) -> tuple[np.ndarray, np.ndarray]:
     """Irradiance of the surfaces that a camera sees, from the photons around them.
 
     With more photons volumes shrink to the size of pixels, and the noise vanishes: it converges to what pixels show.
+
+    Parameters
+    ----------
+    step : int
+        Photons light one of `step`² pixels, and the others take their light from those (`upsampled`).
 
     Returns
     -------
@@ -25,8 +31,14 @@ def photon_volume_irradiance(
         Of its mean over colours.
     """
     radius = volume_radius(camera, seen, photons, workers)
-    points = Points(seen.position, seen.normal)
-    return scatter_light(points, photons, radius, workers, _smooth_shading(seen, photons))
+
+    def light(part: SeenSurface) -> np.ndarray:
+        points = Points(part.position, part.normal)
+        irradiance, stderr = scatter_light(points, photons, radius, workers, _smooth_shading(part, photons))
+        return np.column_stack([irradiance, stderr])
+
+    found = upsampled(camera, seen, step, light)
+    return found[:, :3], found[:, 3]
 
 
 def volume_radius(camera: Camera, seen: SeenSurface, photons: Photons, workers: Workers) -> np.ndarray:
