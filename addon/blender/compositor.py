@@ -45,7 +45,7 @@ def add_pass(scene: Any, paths: list[Path]) -> None:
     for render in renders:
         mix = _new(tree, "ShaderNodeMix", (render.location.x + 260, render.location.y))
         mix.data_type, mix.blend_type, mix.label = "RGBA", "ADD", "Add Indirect Light"
-        mix.inputs["Factor_Float"].default_value = 1.0
+        _socket(mix.inputs, "Factor_Float").default_value = 1.0
         targets = [link.to_socket for link in render.outputs["Image"].links]
         _link(tree, render.outputs["Image"], _socket(mix.inputs, _MIX_A))
         _link(tree, source.outputs["Indirect"], _socket(mix.inputs, _MIX_B))
@@ -83,13 +83,9 @@ def remove_pass(scene: Any) -> bool:
 
 def _load(paths: list[Path]) -> Any:
     """The image of a pass's files."""
-    for path in paths[:1]:
-        if not path.is_file():
-            raise BakeError(f"{path} is not there: bake the camera's pass first.")
+    if not paths[0].is_file():
+        raise BakeError(f"{paths[0]} is not there: bake the camera's pass first.")
     image = bpy.data.images.load(str(paths[0]))
-    if image.type != "MULTILAYER":
-        bpy.data.images.remove(image)
-        raise BakeError(_NO_PASS.format(paths[0]))
     image[MARK] = True
     if len(paths) > 1:
         image.source = "SEQUENCE"

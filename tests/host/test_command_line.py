@@ -123,7 +123,7 @@ def test_relative_paths_stay_right_in_another_folder(tmp_path):
         (["--density", "8"], "--target lightmap"),
         (["--target", "lightmap", "--output", "maps", "--size", "99999"], "size"),
         (["--target", "lightmap", "--output", "maps", "--format", "jpeg"], "choose exr_half"),
-        (["--target", "camera"], "not in this version"),
+        (["--target", "guess"], "choose vertex or lightmap or camera"),
         (["--tracer", "guess"], "choose embree or multi_image"),
         (["--gather", "guess"], "choose final or density or light_volume"),
         (["--quality", "best"], "quality"),
