@@ -14,6 +14,7 @@ _SAME_PLACE = 0.1  # texels
 _SAME_NORMAL = float(np.cos(np.radians(10)))
 _ASIDE = 0.1  # texels from a seam, to both of its sides and up, where it is seen whether another surface parts them
 _SHORTEST = 1e-3  # texels
+_FOLDED_BACK = float(np.radians(135))  # two sheets that lie on each other; no surface goes on there
 
 
 @dataclass(frozen=True)
@@ -26,15 +27,18 @@ class Seams:
         Of the pair's two places.
     place : (s, 2, 2) float64
         Places, in texels from their image's corner, along u and v.
+    fold : (s,) float64, radians
+        How far the faces turn there, whose normals are smooth all the same; 0 where they go on flat.
     """
 
     image: np.ndarray
     place: np.ndarray
+    fold: np.ndarray
 
     @staticmethod
     def none() -> "Seams":
         """No seams."""
-        return Seams(np.zeros((0, 2), np.int32), np.zeros((0, 2, 2)))
+        return Seams(np.zeros((0, 2), np.int32), np.zeros((0, 2, 2)), np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -117,7 +121,8 @@ def seams_of(charts: Charts, sizes: tuple[tuple[int, int], ...], tracer: Tracer 
     normal_other = _unit(_between(edges.normal, other, along_other))
     alike = dot(normal, normal_other) > _SAME_NORMAL
     texel = np.minimum(edges.texel[edge[sample]], edges.texel[other])
-    k = np.flatnonzero(alike & (distance < _SAME_PLACE * texel))
+    fold = np.pi - np.arccos(np.clip(dot(edges.inwards[edge[sample]], edges.inwards[other]), -1, 1))
+    k = np.flatnonzero(alike & (distance < _SAME_PLACE * texel) & (fold < _FOLDED_BACK))
     if tracer is not None:
         aside = _ASIDE * texel[k, None]
         above = position[sample[k]] + aside * _unit(normal[k] + normal_other[k])
@@ -125,7 +130,7 @@ def seams_of(charts: Charts, sizes: tuple[tuple[int, int], ...], tracer: Tracer 
         k = k[~_parted(a, b, tracer)]
     here, there = edge[sample[k]], other[k]
     places = _between(edges.place, here, along[sample[k]]), _between(edges.place, there, along_other[k])
-    return Seams(np.stack([edges.image[here], edges.image[there]], axis=1), np.stack(places, axis=1))
+    return Seams(np.stack([edges.image[here], edges.image[there]], axis=1), np.stack(places, axis=1), fold[k])
 
 
 def _pairs(edges: _Edges, edge: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

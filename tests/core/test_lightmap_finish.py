@@ -152,6 +152,18 @@ def test_a_floor_parts_a_wall():
     assert (parted.place[parted.image == 1][:, 0] > 15).all()
 
 
+def test_seams_know_their_folds_and_no_sheet_is_sewn_to_one_that_lies_on_it():
+    cube = unwrapped_box(0.02, inwards=False, smooth=True)
+    assert seams_of(Charts.of([cube]), ((80, 100),)).fold == pytest.approx(np.pi / 2)
+    left, right = unwrapped_plane(0.3), unwrapped_plane(0.3)
+    beside = mesh_of(right.positions + np.array([2, 0, 0]), right.uv, image=1)
+    on_it = mesh_of(right.positions, right.uv, image=1)
+    sizes = (20, 20), (20, 20)
+    flat = seams_of(Charts.of([left, beside]), sizes)
+    assert len(flat.image) > 20 and flat.fold == pytest.approx(0, abs=1e-3)
+    assert len(seams_of(Charts.of([left, on_it]), sizes).image) == 0
+
+
 def test_seams_of_a_smooth_cube_are_seen_through():
     """No surface parts the sides of a sharp bend."""
     for inwards in (False, True):

@@ -178,7 +178,7 @@ def test_light_at_a_posts_foot_does_not_darken(size):
     outside = np.abs(receivers.position[:, :2]).max(axis=1) > 0.3
     values = np.repeat(np.where(outside, 1 + receivers.position[:, 0], 0)[:, None], 3, axis=1).astype(np.float32)
     stderr = np.zeros(len(values), np.float32)
-    (image,) = finish_lightmaps(values, stderr, receivers, texels, FinishOptions(denoiser="none"))
+    image = finish_lightmaps(values, stderr, receivers, texels, FinishOptions(denoiser="none"))[0].light
     positions, uv = points_on(mesh, 4000)
     largest = np.abs(positions[:, :2]).max(axis=1)
     around = (largest > 0.3) & (largest < 0.5)
@@ -225,6 +225,6 @@ def test_furnace():
     light = bake(scene, receivers, settings_for("draft", n_photons=200_000, n_gather_rays=1024, n_cache_rays=4), tracer)
     mean = np.average(light.value, axis=0, weights=receivers.footprint**2)
     assert mean == pytest.approx(np.ones(3), rel=0.02)
-    (image,) = finish_lightmaps(light.value, light.stderr, receivers, texels, FinishOptions(denoiser="own"))
+    image = finish_lightmaps(light.value, light.stderr, receivers, texels, FinishOptions(denoiser="own"))[0].light
     assert image.shape == (24, 36, 3)
     assert image.min() > 0.4 and image.max() < 1.5
