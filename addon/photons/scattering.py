@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bsdf import Lobe, is_focused, sample_bsdf, surface_at
+from ..sampling.streams import PathNumbers
 from ..sampling.vectors import dot
 from ..sampling.warps import frame, sample_cosine_hemisphere, to_world
 from ..scene import Scene
@@ -51,7 +52,7 @@ def scatter(
     positions: np.ndarray,
     directions: np.ndarray,
     normals: np.ndarray,
-    random: np.random.Generator,
+    random: np.random.Generator | PathNumbers,
     lobes: tuple[Lobe, ...] = ALL_LOBES,
     from_light: bool = False,
 ) -> Scattered:

@@ -8,7 +8,7 @@ import numpy as np
 from ..bsdf import Lobe
 from ..parallel import Workers
 from ..sampling.octahedral import encode_octahedral
-from ..sampling.streams import sobol_chunks, stream
+from ..sampling.streams import PathNumbers, sobol_chunks, stream
 from ..sampling.vectors import largest
 from ..scene import Scene
 from ..tracers import Hits, LightTracer, RayKind, seen_by
@@ -25,7 +25,7 @@ _EMISSION, _SCATTERING = 1, 2  # streams of random numbers
 
 @dataclass(frozen=True)
 class _Batch:
-    """Photons of one source that are traced together; all are emitted, and roulette draws from the batch's stream."""
+    """Photons of one source that are traced together; each draws numbers of its own, so that frames are alike."""
 
     source: Source
     u: np.ndarray
@@ -107,7 +107,7 @@ def _batches(sources: list[Source], counts: list[int], seed: int) -> Iterator[_B
 
 def _trace_batch(scene: Scene, tracer: LightTracer, batch: _Batch, max_bounces: int, seed: int) -> Photons:
     """Emit a batch and follow it until every photon is absorbed, gone, or has hit `max_bounces` surfaces."""
-    random = stream(seed, _SCATTERING, batch.index)
+    random, of_paths = stream(seed, _SCATTERING, batch.index), PathNumbers(seed, _SCATTERING)
     source = batch.source
     rays = source.emit(batch.u)
     power = rays.flux / np.float32(batch.n_of_source)
@@ -155,10 +155,10 @@ def _trace_batch(scene: Scene, tracer: LightTracer, batch: _Batch, max_bounces: 
             )
 
         # Scatter them, and let Russian roulette absorb some, so that no photon gains power
-        scattered = scatter(scene, hits, positions, directions, normals, random, from_light=True)
+        scattered = scatter(scene, hits, positions, directions, normals, of_paths.of(path), from_light=True)
         # Seen from the receivers, a lobe is where a ray of its kind starts that has to see where the photon came from
         survival = np.minimum(largest(scattered.weight), 1) * seen[scattered.kind, came_from]
-        alive = np.flatnonzero(random.random(len(hit), dtype=np.float32) < survival)
+        alive = np.flatnonzero(of_paths.random(len(hit)) < survival)
         if len(alive) == 0:
             break
         survival = survival[alive]

@@ -129,7 +129,7 @@ def test_more_photons_converge():
     for n in (2_000, 128_000):
         runs = [
             baked(scene, at, "density", n_photons=n, n_nearest=max(20, n // 200), seed=seed).value.mean()
-            for seed in range(4)
+            for seed in range(8)
         ]
         errors.append(np.sqrt(np.mean((np.array(runs) - 4) ** 2)))
     assert errors[1] < errors[0] / 3 and errors[1] < 0.05
