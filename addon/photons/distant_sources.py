@@ -61,24 +61,34 @@ class _DistantSource(Source):
 
 
 class SunSource(_DistantSource):
-    """A sun lamp of irradiance E from a disc of angle α."""
+    """A sun lamp of irradiance E from a disc of angle α.
+
+    Attributes
+    ----------
+    direction : (3,) float32
+        In which its light flies, about.
+    cos_max : float
+        Cosine of half the angle.
+    beam : (3,) float32, W/m²
+        All of its light across each ray's own direction.
+    """
 
     def __init__(self, lights: Lights, lamp: int, scene: Scene, region: Sphere) -> None:
         super().__init__(scene, region)
         self._be_lamp(lights, lamp)
         self.n_cells = (1, 1, 64, 64, len(self._radii) + 1)
-        self._direction = lights.direction[lamp]
-        self._cos_max = float(np.cos(lights.angle[lamp] / 2))
+        self.direction = lights.direction[lamp]
+        self.cos_max = float(np.cos(lights.angle[lamp] / 2))
         # E = ∫L cos θ dω = πL sin²(α/2) over the disc, while beams add up to ∫L dω = 2πL(1 − cos(α/2)).
-        self._beam = lights.emission[lamp] * np.float32(2 / (1 + self._cos_max))
-        self.power = self._beam.astype(np.float64) * self._area_of_region
+        self.beam = lights.emission[lamp] * np.float32(2 / (1 + self.cos_max))
+        self.power = self.beam.astype(np.float64) * self._area_of_region
 
     def emit(self, u: np.ndarray) -> Rays:
         """Directions uniform over the sun's disc, places by the nested discs."""
-        local = sample_uniform_cone(u[:, :2], self._cos_max)
-        directions = to_world(local, np.broadcast_to(self._direction, (len(u), 3)))
+        local = sample_uniform_cone(u[:, :2], self.cos_max)
+        directions = to_world(local, np.broadcast_to(self.direction, (len(u), 3)))
         origins, area = self._through_discs(directions, u[:, 2:4], u[:, 4])
-        return Rays(origins, directions, self._beam * area)
+        return Rays(origins, directions, self.beam * area)
 
 
 class WorldSource(_DistantSource):

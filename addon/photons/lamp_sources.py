@@ -44,11 +44,30 @@ class PointSource(Source):
             reach = float(lights.radius[lamp])
             directions, per_density = self.aim.redirect(k, u[:, :2], at, directions, per_density, reach)
             per_density[k] *= self._falloff(directions[k])
-        flux = lights.emission[lamp] * per_density[:, None]
-        place = sample_uniform_disk(u[:, 2:4])
-        bulge = np.sqrt(1 - u[:, 2:3]) if lights.sphere[lamp] else np.zeros((len(u), 1), np.float32)
-        origins = lights.position[lamp] + lights.radius[lamp] * to_world(np.hstack([place, bulge]), directions)
-        return Rays(origins, directions, flux)
+        return self._leaving(directions, per_density, u[:, 2:4])
+
+    def rays_along(self, directions: np.ndarray, per_density: np.ndarray, u: np.ndarray) -> Rays:
+        """Rays in directions (n, 3) that were drawn otherwise, with 1 over their densities (n,), sr."""
+        return self._leaving(directions, per_density * self._falloff(directions), u)
+
+    @property
+    def axes(self) -> np.ndarray:
+        """Rows: unit vectors to the right, up and forward, (3, 3) float32."""
+        lights, lamp = self._lights, self.lamp
+        return np.stack([lights.axis_x[lamp], lights.axis_y[lamp], lights.direction[lamp]])
+
+    def frustum(self, widest: float) -> float | None:
+        """Half the side, at distance 1, of the square around a spot's cone; None if its cosine is below `widest`."""
+        cosine = float(self._lights.cos_half_cone(self.lamp)) if self._is_spot else -1.0
+        return float(self._lights.stretch[self.lamp].max()) * np.sqrt(1 / cosine**2 - 1) if cosine > widest else None
+
+    def _leaving(self, directions: np.ndarray, intensity: np.ndarray, u: np.ndarray) -> Rays:
+        """Rays from the discs that face directions; flux is the emission times `intensity` (n,)."""
+        lights, lamp = self._lights, self.lamp
+        bulge = np.sqrt(1 - u[:, :1]) if lights.sphere[lamp] else np.zeros((len(u), 1), np.float32)
+        place = np.hstack([sample_uniform_disk(u), bulge])
+        origins = lights.position[lamp] + lights.radius[lamp] * to_world(place, directions)
+        return Rays(origins, directions, lights.emission[lamp] * intensity[:, None])
 
     def _directions(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Directions (n, 3), and each one's share of the intensity over its density times the cone's size (n,).
@@ -65,8 +84,7 @@ class PointSource(Source):
         a, b = lights.stretch[lamp]
         local = local * np.array([a, b, 1], np.float32)
         length = np.linalg.norm(local, axis=1)
-        axes = np.stack([lights.axis_x[lamp], lights.axis_y[lamp], lights.direction[lamp]])
-        return (local / length[:, None]) @ axes, share * a * b / length**3
+        return (local / length[:, None]) @ self.axes, share * a * b / length**3
 
     def _falloff(self, directions: np.ndarray) -> np.ndarray:
         """Share of the intensity that goes in each direction (n, 3), (n,) float32."""

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bsdf import Lobe
-from ..parallel import Workers
+from ..parallel import Workers, slices
 from ..sampling.octahedral import encode_octahedral
 from ..sampling.streams import PathNumbers, sobol_chunks, stream
 from ..sampling.vectors import largest
 from ..scene import Scene
 from ..tracers import Hits, LightTracer, RayKind, seen_by
+from .bounce_map import View, view_of
 from .first_flight import first_flight
 from .photons import PathKind, Photons
 from .scattering import scatter
@@ -47,6 +48,7 @@ def trace_photons(
     n_photons: int,
     max_bounces: int,
     workers: Workers,
+    in_pictures: bool = False,
 ) -> Photons:
     """Photons that met surfaces with a diffuse or translucent lobe, and caustics on all surfaces.
 
@@ -62,6 +64,8 @@ def trace_photons(
         Emitted by all sources together.
     max_bounces : int
         Surfaces that a photon may hit.
+    in_pictures : bool
+        Emit photons through the pixels of each source's bounce map, of which there may be a few more.
 
     Returns
     -------
@@ -69,16 +73,19 @@ def trace_photons(
         The same for a seed whatever the number of threads.
     """
     counts = shares(sources, n_photons)
+    batches = _batches(sources, counts, workers.seed)
+    if in_pictures:
+        batches = _pictures([view_of(source, scene) for source in sources], counts, workers.seed)
     done, total = 0, sum(counts)
     workers.progress.update("Tracing photons", 0.0)
     parts = [Photons.none()]
     for n, part in workers.map(
         lambda batch: (len(batch.u), _trace_batch(scene, tracer, batch, max_bounces, workers.seed)),
-        _batches(sources, counts, workers.seed),
+        batches,
     ):
         parts.append(part)
         done += n
-        workers.progress.update("Tracing photons", done / total)
+        workers.progress.update("Tracing photons", min(done / total, 1.0))
     return Photons.join(parts)
 
 
@@ -102,6 +109,17 @@ def _batches(sources: list[Source], counts: list[int], seed: int) -> Iterator[_B
     for k, (source, count) in enumerate(zip(sources, counts, strict=True)):
         for u in sobol_chunks(N_DIMENSIONS, count, CHUNK, seed, _EMISSION, k):
             yield _Batch(source, u, count, first_path, index)
+            first_path, index = first_path + len(u), index + 1
+
+
+def _pictures(views: list[View], counts: list[int], seed: int) -> Iterator[_Batch]:
+    """As `_batches`, with a photon for each pixel of the views."""
+    first_path = index = 0
+    for k, (view, count) in enumerate(zip(views, counts, strict=True)):
+        points = view.points(count, seed, k)
+        for part in slices(len(points), CHUNK):
+            u = points[part]
+            yield _Batch(view, u, len(points), first_path, index)
             first_path, index = first_path + len(u), index + 1
 
 
