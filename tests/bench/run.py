@@ -6,7 +6,7 @@
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
-window, error, scenes, volume, images, extraction, lightmaps or lightmap_speed.
+window, error, scenes, volume, images, extraction, lightmaps, lightmap_speed or camera.
 """
 
 import json
@@ -19,6 +19,7 @@ from time import perf_counter
 from unittest import mock
 
 import bpy
+import camera_pass
 import equal_error
 import extraction
 import light_volume
@@ -143,6 +144,7 @@ PARTS = {
     "extraction": extraction_tables,
     "lightmaps": lambda scenes, _: lightmaps.tables(scenes),
     "lightmap_speed": lambda scenes, _: lightmap_rival.tables(scenes),
+    "camera": lambda scenes, _: camera_pass.tables(scenes),
 }
 
 
