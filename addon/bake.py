@@ -28,6 +28,7 @@ from .photons import (
     PathKind,
     Photons,
     Source,
+    Sphere,
     guide_sources,
     light_sources,
     pilots_for,
@@ -107,12 +108,12 @@ def solve(
     survey, guided = None, sources
     if settings.needs_cache:
         survey = survey_surfaces(scene, light_tracer, receivers, settings.n_cache_elements, workers)
-        guided, seconds = _guided(scene, of_photons, sources, survey, settings, workers)
+        guided, seconds = _guided(scene, of_photons, sources, survey, settings, region, workers)
         if settings.time:
             settings = affordable(settings, pilots_for(settings.n_photons) / seconds)
 
     rest = workers.part(_PILOT_PART if survey else 0.0, 1.0)
-    photons = trace_photons(scene, of_photons, guided, settings.n_photons, settings.max_bounces, rest)
+    photons = trace_photons(scene, of_photons, guided, settings.n_photons, settings.max_bounces, rest, region=region)
     inspector.see("photons", lambda: (photons.position + LIFT * region.radius * photons.normal, photons.power))
     direct = DirectLight(scene, light_tracer, sources)
     deadline = started + settings.time if settings.time else np.inf
@@ -240,6 +241,7 @@ def _guided(
     sources: list[Source],
     survey: Survey,
     settings: BakeSettings,
+    region: Sphere,
     workers: Workers,
 ) -> tuple[list[Source], float]:
     """Sources whose photons go to what gather rays see, and the seconds that the photons took which told it."""
@@ -249,5 +251,5 @@ def _guided(
         return survey.worth(scene, photons)
 
     part, n_pilots = workers.part(0.0, _PILOT_PART), pilots_for(settings.n_photons)
-    guided = guide_sources(scene, tracer, sources, n_pilots, settings.max_bounces, worth, part)
+    guided = guide_sources(scene, tracer, sources, n_pilots, settings.max_bounces, worth, part, region)
     return guided, perf_counter() - start

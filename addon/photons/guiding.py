@@ -15,7 +15,7 @@ from ..parallel import Workers
 from ..scene import Scene
 from ..tracers import LightTracer
 from .photons import Photons
-from .source import Rays, Source
+from .source import Rays, Source, Sphere
 from .tracing import emitted_points, shares, trace_photons
 
 EVEN = 0.25
@@ -96,9 +96,10 @@ def guide_sources(
     max_bounces: int,
     worth: Worth,
     workers: Workers,
+    region: Sphere | None = None,
 ) -> list[Source]:
-    """The sources, each guided by what its share of `n_pilots` photons is worth."""
-    photons = trace_photons(scene, tracer, sources, n_pilots, max_bounces, workers)
+    """The sources, each guided by what its share of `n_pilots` photons is worth; the rest is as for `trace_photons`."""
+    photons = trace_photons(scene, tracer, sources, n_pilots, max_bounces, workers, region=region)
     counts = shares(sources, n_pilots)
     of_path = np.bincount(photons.path, worth(photons), minlength=sum(counts))
     ends = np.cumsum(counts)

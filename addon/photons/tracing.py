@@ -14,9 +14,10 @@ from ..scene import Scene
 from ..tracers import Hits, LightTracer, RayKind, seen_by
 from .bounce_map import View, view_of
 from .first_flight import first_flight
+from .homing import sent_home
 from .photons import PathKind, Photons
 from .scattering import scatter
-from .source import N_DIMENSIONS, Rays, Source
+from .source import N_DIMENSIONS, Rays, Source, Sphere
 
 CHUNK = 1 << 17
 """Photons that fly together: enough to hide Python's cost a call, few enough to stay in the processor's cache."""
@@ -49,6 +50,7 @@ def trace_photons(
     max_bounces: int,
     workers: Workers,
     in_pictures: bool = False,
+    region: Sphere | None = None,
 ) -> Photons:
     """Photons that met surfaces with a diffuse or translucent lobe, and caustics on all surfaces.
 
@@ -66,6 +68,8 @@ def trace_photons(
         Surfaces that a photon may hit.
     in_pictures : bool
         Emit photons through the pixels of each source's bounce map, of which there may be a few more.
+    region : Sphere, optional
+        Where light is wanted: half of what is scattered outside of it comes home.
 
     Returns
     -------
@@ -80,7 +84,7 @@ def trace_photons(
     workers.progress.update("Tracing photons", 0.0)
     parts = [Photons.none()]
     for n, part in workers.map(
-        lambda batch: (len(batch.u), _trace_batch(scene, tracer, batch, max_bounces, workers.seed)),
+        lambda batch: (len(batch.u), _trace_batch(scene, tracer, batch, max_bounces, workers.seed, region)),
         batches,
     ):
         parts.append(part)
@@ -123,7 +127,9 @@ def _pictures(views: list[View], counts: list[int], seed: int) -> Iterator[_Batc
             first_path, index = first_path + len(u), index + 1
 
 
-def _trace_batch(scene: Scene, tracer: LightTracer, batch: _Batch, max_bounces: int, seed: int) -> Photons:
+def _trace_batch(
+    scene: Scene, tracer: LightTracer, batch: _Batch, max_bounces: int, seed: int, region: Sphere | None
+) -> Photons:
     """Emit a batch and follow it until every photon is absorbed, gone, or has hit `max_bounces` surfaces."""
     random, of_paths = stream(seed, _SCATTERING, batch.index), PathNumbers(seed, _SCATTERING)
     source = batch.source
@@ -180,7 +186,11 @@ def _trace_batch(scene: Scene, tracer: LightTracer, batch: _Batch, max_bounces: 
         if len(alive) == 0:
             break
         survival = survival[alive]
-        power = power[alive] * (scattered.weight[alive] / survival[:, None])
+        weight = scattered.weight[alive] / survival[:, None]
+        if region is not None:
+            scattered, ratio = sent_home(scattered, positions, normals, region, of_paths)
+            weight *= ratio[alive, None]
+        power = power[alive] * weight
         path, path_density = path[alive], path_density[alive] * survival
         origins, directions = scattered.origins[alive], scattered.directions[alive]
         came_from = scene.object_of_triangle[hits.triangle[alive]]
