@@ -4,8 +4,8 @@
 
 Opens the demo scene with the sidebar on the Photon Bake tab, bakes it by the button's way, and asks for pictures of
 the screen by making the empty file FOLDER/NAME.ready: panel_baking while the bake runs, panel_baked when its light is
-shown, debug_views after a draft that these look into. Whoever takes the picture deletes the file. Prints how late
-Blender's own timers came meanwhile, which is how long the window was deaf, and quits.
+shown, panel_lightmaps after a bake to these, debug_views after a draft that these look into. Whoever takes the picture
+deletes the file. Prints how late Blender's own timers came meanwhile, which is how long the window was deaf, and quits.
 """
 
 import importlib.util
@@ -41,6 +41,7 @@ def show(folder: Path) -> Iterator[None]:
     area.spaces.active.shading.color_type = "VERTEX"
     yield from _wait(2.0)
     yield from _picture(folder / "panel_baked.ready")
+    yield from _lightmaps(area, folder)
     yield from _debug_views(area, folder / "debug_views.ready")
 
 
@@ -72,6 +73,26 @@ def _press_bake(area: Any) -> None:
     window = bpy.context.window_manager.windows[0]
     with bpy.context.temp_override(window=window, area=area, region=region):
         bpy.ops.photon_bake.bake_indirect("INVOKE_DEFAULT")
+
+
+def _lightmaps(area: Any, folder: Path) -> Iterator[None]:
+    """Lightmaps of all objects, and their image where the Properties editor was."""
+    properties, state = bpy.context.scene.photon_bake, _bake_state()
+    properties.targets, properties.quality = {"lightmap"}, "medium"
+    properties.lightmap.folder, properties.lightmap.atlas = str(folder), "shared"
+    _press_bake(area)
+    yield from _until(lambda: not state.running, 600)
+    window = bpy.context.window_manager.windows[0]
+    editor = next(one for one in window.screen.areas if one.type == "PROPERTIES")
+    editor.type = "IMAGE_EDITOR"
+    editor.spaces.active.image = bpy.data.images["Lightmap Atlas"]
+    yield from _wait(2.0)
+    region = next(region for region in editor.regions if region.type == "WINDOW")
+    with bpy.context.temp_override(window=window, area=editor, region=region):
+        bpy.ops.image.view_all(fit_view=True)
+    yield from _wait(2.0)
+    yield from _picture(folder / "panel_lightmaps.ready")
+    properties.targets, editor.type = {"vertex"}, "PROPERTIES"
 
 
 def _debug_views(area: Any, ready: Path) -> Iterator[None]:

@@ -1,9 +1,10 @@
 #!/bin/sh
-# Takes the pictures panel_baking.png, panel_baked.png and debug_views.png of a real Blender in a virtual display.
+# Takes the pictures panel_baking.png, panel_baked.png, panel_lightmaps.png and debug_views.png of a real Blender in a
+# virtual display.
 #   tools/screenshot_panel.sh BLENDER [FOLDER]          FOLDER is docs/images unless told; PYTHON is .venv/bin/python
 # Needs Xvfb, and import of ImageMagick. The extension is built and installed apart from the user's settings.
 set -eu
-[ $# -ge 1 ] || { sed -n '2,4p' "$0" >&2; exit 2; }
+[ $# -ge 1 ] || { sed -n '2,5p' "$0" >&2; exit 2; }
 blender=$1
 out=${2:-docs/images}
 cd "$(dirname "$0")/.."
@@ -31,4 +32,4 @@ while kill -0 $shown 2>/dev/null; do
     sleep 0.2
 done
 wait $shown
-ls "$out"/panel_baking.png "$out"/panel_baked.png "$out"/debug_views.png
+ls "$out"/panel_baking.png "$out"/panel_baked.png "$out"/panel_lightmaps.png "$out"/debug_views.png

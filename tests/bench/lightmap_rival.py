@@ -3,7 +3,8 @@
     python tests/bench/run.py --only lightmap_speed
     python tests/bench/lightmap_rival.py [--scenes DIR] [--scene NAME…] [--texels N…] [--quality Q…]
 
-All objects of a scene become one, with one lightmap, and both bake to the same image through the same UV map. Errors
+All objects of a scene become one, with one lightmap, and both bake to the same image through the same UV map, which is
+the one that our bake makes. Errors
 are those of the lightmap read bilinearly where the probes are, as a shader reads it, so that they hold what its texels
 cannot show. Probes that no light reaches lie inside of solids, which nobody sees: the error is that of the others, and
 in a column of its own that of all. Our seconds are those of placing receivers and solving, and of finishing with the
@@ -24,6 +25,8 @@ from figures import scene_options, scenes_in, table
 from own_scenes import OWN_SCENES
 from photon_bake.addon.bake import bake
 from photon_bake.addon.blender import extract_scene
+from photon_bake.addon.blender.lightmap_layout import lay_out
+from photon_bake.addon.blender.lightmap_meshes import write_uv_map
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.progress import Progress
@@ -36,13 +39,17 @@ from truth import Truth, open_scene
 
 SIZES = (200_000, 1_000_000)
 QUALITIES = ("draft", "medium")
+SCENES = {"cornell": SIZES, "classroom": SIZES[-1:]}
+"""Scenes of `make bench`, and the sizes of their lightmaps, texels."""
+
 DENOISERS = ("oidn", "none")
 SAMPLES = (1, 4, 16, 64)
 MOST_SAMPLES = 2e7  # in one bake of Cycles, for all pixels: it takes half a minute
 TITLE = "Lightmaps' time at equal error, against Cycles' image bake and OpenImageDenoise"
 HEAD = ["Scene", "Texels", "Image", "Bake", "Read, s", "Bake, s", "Relative RMSE without filter", "Filter or finish, s"]
 HEAD += ["Relative RMSE", "Inside solids too", "Mean", "Cycles to the same error, s", "Speed-up"]
-UV_MAP = "Lightmap"
+UV_MAP = "Both"
+USUAL_USE = 0.6  # share of an image that charts cover
 
 
 @dataclass(frozen=True)
@@ -88,18 +95,16 @@ def filtered(pixels):
 
 
 def make_lightmap(n_texels):
-    """Join the meshes of Blender's scene into one with a lightmap of about so many texels.
-
-    Every face is a chart of its own, packed by Blender's Lightmap Pack.
-    """
+    """Join the meshes of Blender's scene into one with a lightmap of about so many texels."""
     probes = bpy.data.objects["Probes"]
     obj = _joined([obj for obj in bpy.context.view_layer.objects if obj.type == "MESH" and obj != probes])
-    obj.data.uv_layers.active = obj.data.uv_layers.new(name=UV_MAP)
-    bpy.ops.uv.lightmap_pack(PREF_CONTEXT="ALL_FACES", PREF_PACK_IN_ONE=True, PREF_MARGIN_DIV=0.05)
+    side = round(np.sqrt(n_texels / USUAL_USE))
+    layout = lay_out([obj], bpy.context.evaluated_depsgraph_get(), LightmapSettings(size=side), [], Progress())
+    write_uv_map(obj.data, UV_MAP, layout.made[obj.data.name])
+    obj.data.uv_layers.active = obj.data.uv_layers[UV_MAP]
     uv = _uv_of_triangles(obj.data)
     ab, ac = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
     covered = np.abs(ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]).sum() / 2
-    side = round(np.sqrt(n_texels / covered))
     return Lightmap(obj, _image_in_all_materials(obj, side), _uv_under(probes, uv), round(covered * side**2))
 
 
@@ -235,18 +240,19 @@ def measure(name, path, n_texels, qualities):
     return [[name, f"{lightmap.n_texels:,}", size, *row] for row in rows]
 
 
-def tables(scenes, names=("cornell",), sizes=SIZES, qualities=QUALITIES):
+def tables(scenes, sizes=SCENES, qualities=QUALITIES):
     """The table of `make bench`."""
     paths = {**scenes, **dict.fromkeys(OWN_SCENES)}
-    chosen = [name for name in names if name in paths]
-    rows = [row for name in chosen for n in sizes for row in measure(name, paths[name], n, qualities)]
+    wanted = [(name, n) for name in sizes if name in paths for n in sizes[name]]
+    rows = [row for name, n in wanted for row in measure(name, paths[name], n, qualities)]
     return [table(TITLE, HEAD, rows)]
 
 
 if __name__ == "__main__":
     parser = scene_options(__doc__)
-    parser.add_argument("--scene", nargs="+", default=["cornell"])
-    parser.add_argument("--texels", nargs="+", type=int, default=SIZES)
+    parser.add_argument("--scene", nargs="+", default=list(SCENES))
+    parser.add_argument("--texels", nargs="+", type=int)
     parser.add_argument("--quality", nargs="+", default=QUALITIES)
     given = parser.parse_args()
-    tables(scenes_in(given.scenes), given.scene, given.texels, given.quality)
+    sizes = {name: given.texels or SCENES.get(name, SIZES) for name in given.scene}
+    tables(scenes_in(given.scenes), sizes, given.quality)

@@ -3,13 +3,13 @@
     python tests/bench/lightmaps.py [--scenes DIR] [--scene NAME…] [--density N…] [--quality NAME] [--texels N]
 
 Probes that no light reaches lie inside of solids, which nobody sees: the error is that of the others, and in a column
-of its own that of all.
+of its own that of all. The probes gather too, in the same bake: what their light is off is not the lightmap's doing.
 
 A scene whose objects would take more than so many texels is measured on those with most probes for their texels.
 """
 
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
 
@@ -26,12 +26,13 @@ from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.output.lightmap.borders import REAL_JUMP
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.progress import Progress
+from photon_bake.addon.receivers import Receivers
 from photon_bake.addon.settings import settings_for
 from photon_bake.operators.bake_job import BakeJob, make_tracer
 from photon_bake.operators.lightmap_target import WantedLightmaps
 
 HEAD = ["Scene", "Texels a metre", "Denoiser", "Objects", "Texels", "Use", "Probes", "Seconds", "Relative RMSE"]
-HEAD += ["Inside solids too", "Mean", "Seam jump, 99 %", "At smooth folds"]
+HEAD += ["Gathered at the probes", "Inside solids too", "Mean", "Seam jump, 99 %", "At smooth folds"]
 DENSITIES = (8.0, 64.0)
 MOST_TEXELS = 1_500_000
 FLAT = np.radians(30)  # seams that turn by more are folds, whose normals are smooth all the same
@@ -54,10 +55,22 @@ class Probes:
     def where(self, chosen):
         return Probes(*(getattr(self, name)[chosen] for name in ("position", "normal", "mean", "stderr")))
 
+    def receivers(self):
+        """A millimetre off the surface."""
+        position = (self.position + 1e-3 * self.normal).astype(np.float32)
+        return Receivers(position, self.normal.astype(np.float32), np.full(len(position), 0.01, np.float32))
+
     def relative_rmse(self, value):
         """RMS error over the mean, the truth's own noise taken out."""
         error2 = np.mean((value - self.mean) ** 2) - np.mean(self.stderr**2)
         return float(np.sqrt(max(error2, 0)) / self.mean.mean())
+
+
+def joined(receivers, others):
+    """All receivers, for the targets of the first ones."""
+    names = ("position", "normal", "footprint")
+    parts = (np.concatenate([getattr(of, name) for of in (receivers, others)]) for name in names)
+    return Receivers(*parts, targets=receivers.targets)
 
 
 def under(probes, corners):
@@ -147,22 +160,24 @@ def measure(name, path, density, quality, most_texels):
     (target,) = job.targets
     tracer, workers = make_tracer(job.scene, []), Workers(settings.seed, settings.n_threads)
     points = target.points(job.scene, tracer, workers, [])
-    light = bake(job.scene, points.receivers, settings, tracer)
+    light = bake(job.scene, joined(points.receivers, probes.receivers()), settings, tracer)
     seconds = perf_counter() - start
+    at_probes = light.value[len(points.receivers) :] / np.pi
+    light = replace(light, value=light.value[: len(points.receivers)], stderr=light.stderr[: len(points.receivers)])
     corners, uv = (np.concatenate([getattr(mesh, what) for mesh in target.meshes]) for what in ("positions", "uv"))
     image = np.repeat([mesh.image for mesh in target.meshes], [len(mesh.uv) for mesh in target.meshes])
     triangle, weights = under(probes, corners)
-    probes, triangle, weights = probes.where(triangle >= 0), triangle[triangle >= 0], weights[triangle >= 0]
+    probes, at_probes = probes.where(triangle >= 0), at_probes[triangle >= 0]
+    triangle, weights = triangle[triangle >= 0], weights[triangle >= 0]
     place = np.einsum("nk,nkd->nd", weights, uv[triangle])
     rows, seams = [], points.texels.seams
-    flat = seams.fold <= FLAT
+    flat, seen = seams.fold <= FLAT, probes.mean.max(axis=1) > 0
     for denoiser in ("none", "own", "oidn"):
         object.__setattr__(target.settings, "denoiser", denoiser)
         start = perf_counter()
         product = points.finish(light, workers)
         counts, took = product.counts, seconds + perf_counter() - start
         value = bilinear(product.images, image[triangle], place)
-        seen = probes.mean.max(axis=1) > 0
         rows.append(
             [
                 name,
@@ -174,6 +189,7 @@ def measure(name, path, density, quality, most_texels):
                 f"{len(value)}",
                 f"{took:.1f}",
                 f"{probes.where(seen).relative_rmse(value[seen]):.2%}",
+                f"{probes.where(seen).relative_rmse(at_probes[seen]):.2%}",
                 f"{probes.relative_rmse(value):.2%}",
                 f"{value.mean() / probes.mean.mean() - 1:+.2%}",
                 *(seam_jump(product.images, seams, chosen, value.mean()) for chosen in (flat, ~flat)),
