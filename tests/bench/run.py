@@ -6,7 +6,7 @@
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
-window, error, scenes, volume, images, extraction, lightmaps, lightmap_speed or camera.
+window, error, scenes, volume, images, extraction, caustics, lightmaps, lightmap_speed or camera.
 """
 
 import json
@@ -20,6 +20,7 @@ from unittest import mock
 
 import bpy
 import camera_pass
+import caustics
 import equal_error
 import extraction
 import light_volume
@@ -142,6 +143,7 @@ PARTS = {
     "volume": light_volume.tables,
     "images": multi_image.tables,
     "extraction": extraction_tables,
+    "caustics": caustics.tables,
     "lightmaps": lambda scenes, _: lightmaps.tables(scenes),
     "lightmap_speed": lambda scenes, _: lightmap_rival.tables(scenes),
     "camera": lambda scenes, _: camera_pass.tables(scenes),

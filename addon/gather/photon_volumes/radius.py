@@ -5,7 +5,7 @@ from scipy.spatial import cKDTree
 
 from ...parallel import Workers
 from ...photons import Photons
-from ...sampling.streams import stream
+from ...sampling.streams import PathNumbers
 
 LOW_DENSITY = 0.05
 """α of the π-engine's Eq. 3.6: where photons are less dense than this share of their average, volumes grow no more."""
@@ -47,14 +47,14 @@ def neighbour_radius(photons: Photons, largest: np.ndarray, workers: Workers) ->
     """Distance to about the k-th nearest photon around each, at most `largest` (p,), (p,) float32, m.
 
     So volumes are small in a bright caustic, and large beside it (the variable kernels of Breiman, Meisel and Purcell
-    1977). Of a sample of every m-th photon, the (k/m)-th nearest is as far away, and found sooner; a photon takes what
+    1977). Of a random m-th of the photons, the (k/m)-th nearest is as far away, and found sooner; a photon takes what
     the one of the sample that is nearest to it has found.
     """
     n = len(photons)
-    n_sample = min(n, round(n * _NEIGHBOURS / n_in_volume(n)))
-    if n_sample <= _NEIGHBOURS:
+    chances = PathNumbers(workers.seed, _RADIUS).of(photons.path).random(n)  # alike from frame to frame
+    sample = photons.position[chances < np.float32(_NEIGHBOURS / n_in_volume(n))]
+    if len(sample) <= _NEIGHBOURS:
         return largest.astype(np.float32)
-    sample = photons.position[stream(workers.seed, _RADIUS).permutation(n)[:n_sample]]
     tree, farthest = cKDTree(sample, balanced_tree=False), float(largest.max())
 
     def query(points: np.ndarray, k: int) -> np.ndarray:
