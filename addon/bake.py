@@ -157,9 +157,10 @@ class Solution:
         passes, slope = {"indirect": light.irradiance}, light.slope
         if self.settings.add_direct:
             at = self.scene, self.direct, self.receivers
-            passes["direct"] = direct_irradiance(*at, self.workers)
+            of_slope = 0.0 if slope is None else 0.5  # of the stage
+            passes["direct"] = direct_irradiance(*at, self.workers.part(0.0, 1 - of_slope))
             if slope is not None:
-                slope = slope + direct_slope(*at, passes["direct"], self.workers)
+                slope = slope + direct_slope(*at, passes["direct"], self.workers.part(1 - of_slope, 1.0))
         value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
         counts = {"receivers": len(value), "stored_photons": len(self.photons), **counts}
         return Irradiance(value, light.stderr, passes, counts, slope)

@@ -32,7 +32,7 @@ from photon_bake.operators.bake_job import BakeJob, make_tracer
 from photon_bake.operators.lightmap_target import WantedLightmaps
 
 HEAD = ["Scene", "Texels a metre", "Denoiser", "Objects", "Texels", "Use", "Probes", "Seconds", "Relative RMSE"]
-HEAD += ["Gathered at the probes", "Inside solids too", "Mean", "Seam jump, 99 %", "At smooth folds"]
+HEAD += ["Median", "Gathered at the probes", "Inside solids too", "Mean", "Seam jump, 99 %", "At smooth folds"]
 DENSITIES = (8.0, 64.0)
 MOST_TEXELS = 1_500_000
 FLAT = np.radians(30)  # seams that turn by more are folds, whose normals are smooth all the same
@@ -64,6 +64,10 @@ class Probes:
         """RMS error over the mean, the truth's own noise taken out."""
         error2 = np.mean((value - self.mean) ** 2) - np.mean(self.stderr**2)
         return float(np.sqrt(max(error2, 0)) / self.mean.mean())
+
+    def median_error(self, value):
+        """Median of the errors over each probe's own light."""
+        return float(np.median(np.abs(value - self.mean).mean(axis=1) / self.mean.mean(axis=1)))
 
 
 def joined(receivers, others):
@@ -189,6 +193,7 @@ def measure(name, path, density, quality, most_texels):
                 f"{len(value)}",
                 f"{took:.1f}",
                 f"{probes.where(seen).relative_rmse(value[seen]):.2%}",
+                f"{probes.where(seen).median_error(value[seen]):.1%}",
                 f"{probes.where(seen).relative_rmse(at_probes[seen]):.2%}",
                 f"{probes.relative_rmse(value):.2%}",
                 f"{value.mean() / probes.mean.mean() - 1:+.2%}",
