@@ -10,7 +10,7 @@ from .gather_rays import GatherRays
 from .glossy_light import glossy_radiance
 from .irradiance import Estimate, Irradiance
 from .light_volume import Cascade
-from .photon_volumes import photon_volume_irradiance, scatter_light
+from .photon_volumes import photon_volume_gloss, photon_volume_irradiance, scatter_light
 from .radiance_cache import RadianceCache
 from .screen_volume import screen_irradiance
 from .upsampling import upsampled
@@ -31,6 +31,7 @@ __all__ = [
     "direct_slope",
     "final_gather",
     "glossy_radiance",
+    "photon_volume_gloss",
     "photon_volume_irradiance",
     "reflected_direct",
     "scatter_light",

@@ -1,15 +1,19 @@
 """Photon volumes: power, level, sharpness, convergence, and what they leave dark."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from photon_bake.addon.gather import photon_volume_irradiance, scatter_light
+from photon_bake.addon.bsdf import evaluate_glossy, surface_at
+from photon_bake.addon.gather import photon_volume_gloss, photon_volume_irradiance, scatter_light
 from photon_bake.addon.gather.photon_volumes import Points
 from photon_bake.addon.gather.photon_volumes.radius import n_in_volume, neighbour_radius
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import PathKind, Photons
+from photon_bake.addon.photons.scattering import local_axes
 from photon_bake.addon.receivers import Camera, seen_surface
 from photon_bake.addon.sampling.octahedral import encode_octahedral
-from photon_bake.addon.scene import Scene
+from photon_bake.addon.scene import Channel, Materials
 from photon_bake.addon.tracers import LightTracer
 from photon_bake.addon.tracers.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, scene_of
@@ -146,14 +150,33 @@ def test_smooth_normals_reflect_by_their_own_cosine():
     vertices, triangles = plane(4.0)
     flat = scene_of(vertices, triangles)
     tilted = np.tile(np.float32([np.sqrt(3) / 2, 0, 0.5]), (2, 3, 1))
-    scene = Scene(**{**vars_of(flat), "corner_normals": tilted})
+    scene = replace(flat, corner_normals=tilted)
     camera, seen = seen_from(scene, width=60, height=60)
     irradiance, _ = photon_volume_irradiance(camera, seen, photons_at(evenly(50_000, 2), 16.0), Workers())
     assert irradiance.mean() == pytest.approx(0.5, rel=0.02)
 
 
-def vars_of(scene):
-    return {name: getattr(scene, name) for name in Scene.__dataclass_fields__}
+def test_gloss_reflects_photons_by_its_lobe():
+    """Even parallel light on rough metal: L = f(ω, ω_o) E in every pixel, of E on the surface; none on smooth metal."""
+    flat = scene_of(*plane(4.0))
+    towards = np.float32([0.48, 0.36, 0.8])
+    for roughness, reflects in ((0.5, True), (0.0, False)):
+        columns = {"f0": 0.9, "f90": 1.0, "roughness": roughness}
+        metal = Materials.of(
+            1, **{name: Channel.constant(np.full((1, 3), v, np.float32)) for name, v in columns.items()}
+        )
+        scene = replace(flat, materials=metal)
+        camera, seen = seen_from(scene, width=60, height=60)
+        photons = photons_at(evenly(60_000, 2), 16 * 3.0, -towards)
+        radiance, stderr = photon_volume_gloss(scene, camera, seen, photons, Workers())
+        hits = seen.hits
+        surface = surface_at(scene, hits.triangle, hits.u, hits.v, hits.back(seen.direction))
+        axes = local_axes(seen.normal)
+        wo, wi = (np.einsum("nij,nj->ni", axes, d) for d in (-seen.direction, np.tile(towards, (len(seen), 1))))
+        expected = 3.0 * evaluate_glossy(surface, wo, wi)
+        assert radiance.any() == reflects == stderr.any()
+        assert radiance.mean() == pytest.approx(expected.mean(), rel=0.02)
+        assert np.sqrt(np.mean((radiance - expected) ** 2)) < 0.35 * max(expected.max(), 1e-9)
 
 
 def test_light_is_the_same_for_any_number_of_threads():

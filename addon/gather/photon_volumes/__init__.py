@@ -1,7 +1,15 @@
 """Photon volumes: each photon lights the points around it, after section 5 of McGuire and Luebke."""
 
+from .gloss import photon_volume_gloss
 from .radius import neighbour_radius, path_density_radius
 from .scatter import Points, scatter_light
 from .volumes import photon_volume_irradiance
 
-__all__ = ["Points", "neighbour_radius", "path_density_radius", "photon_volume_irradiance", "scatter_light"]
+__all__ = [
+    "Points",
+    "neighbour_radius",
+    "path_density_radius",
+    "photon_volume_gloss",
+    "photon_volume_irradiance",
+    "scatter_light",
+]
