@@ -1,9 +1,10 @@
 """Every knob of a camera's pass, said once for the panel, the command line and the docs."""
 
-from dataclasses import dataclass, field, fields
-from typing import Any, Literal, get_args
+from dataclasses import dataclass
+from typing import Literal, get_args
 
 from .errors import BakeError
+from .knobs import check_knobs, knob
 
 PassDenoiser = Literal["auto", "oidn", "none"]
 Precision = Literal["half", "float"]
@@ -20,11 +21,6 @@ PASS_FOLDER = "passes"
 """Where files go that nobody gave a folder for: beside the .blend file."""
 
 
-def _knob(default: Any, meaning: str, low: float | None = None, high: float | None = None) -> Any:
-    limits = {} if low is None else {"low": low, "high": high}
-    return field(default=default, metadata={"meaning": meaning, **limits})
-
-
 @dataclass(frozen=True)
 class CameraSettings:
     """How a camera's pass is sampled and written.
@@ -35,22 +31,15 @@ class CameraSettings:
         If a value is out of its range, naming the knob and the range.
     """
 
-    n_pixel_samples: int = _knob(8, "Rays through each pixel, which find its surfaces' edges and textures", 1, 1024)
-    n_gloss_rays: int = _knob(32, "Rays of a pixel that is all gloss; others send fewer in proportion", 2, 4096)
+    n_pixel_samples: int = knob(8, "Rays through each pixel, which find its surfaces' edges and textures", 1, 1024)
+    n_gloss_rays: int = knob(32, "Rays of a pixel that is all gloss; others send fewer in proportion", 2, 4096)
     pass_denoiser: PassDenoiser = "auto"
-    file_name: str = _knob("indirect_####", "Name of the files, # standing for the digits of the frame")
+    file_name: str = knob("indirect_####", "Name of the files, # standing for the digits of the frame")
     precision: Precision = "half"
     compression: Compression = "zip"
 
     def __post_init__(self) -> None:
-        for name, choices in PASS_CHOICES.items():
-            if getattr(self, name) not in choices:
-                raise BakeError(f"{name} is {getattr(self, name)!r}; choose one of {', '.join(choices)}.")
-        for knob in fields(self):
-            value = getattr(self, knob.name)
-            if "low" in knob.metadata and not knob.metadata["low"] <= value <= knob.metadata["high"]:
-                low, high = knob.metadata["low"], knob.metadata["high"]
-                raise BakeError(f"{knob.name} is {value}; choose a value from {low:g} to {high:g}.")
+        check_knobs(self, PASS_CHOICES)
         if not self.file_name.strip("#") and "#" not in self.file_name:
             raise BakeError("The files of the camera's pass have no name: give one, such as indirect_####.")
         if any(sign in self.file_name for sign in '/\\:*?"<>|'):

@@ -1,9 +1,9 @@
 """Every knob of lightmaps, said once for the panel, the command line and the docs."""
 
-from dataclasses import dataclass, field, fields
-from typing import Any, Literal, get_args
+from dataclasses import dataclass
+from typing import Literal, get_args
 
-from .errors import BakeError
+from .knobs import check_knobs, knob
 
 AtlasKind = Literal["per_object", "shared"]
 LightmapFormat = Literal["exr_half", "exr_float", "hdr", "rgbm", "rgbd"]
@@ -25,11 +25,6 @@ MADE_UV_MAP = "Lightmap"
 """Name of the UV map that is made where none is chosen; one of that name is made anew in each bake."""
 
 
-def _knob(default: Any, meaning: str, low: float | None = None, high: float | None = None) -> Any:
-    limits = {} if low is None else {"low": low, "high": high}
-    return field(default=default, metadata={"meaning": meaning, **limits})
-
-
 @dataclass(frozen=True)
 class LightmapSettings:
     """How lightmaps are laid out and written.
@@ -41,25 +36,18 @@ class LightmapSettings:
     """
 
     atlas: AtlasKind = "per_object"
-    uv_map: str = _knob("", f"UV map that is used as it lies; empty: one is made, named {MADE_UV_MAP}")
-    density: float = _knob(16.0, "Texels a metre, where Size is 0", 0.01, 4096.0)
-    size: int = _knob(0, "Texels along a side of every image, filled; 0: as many as Density asks for", 0, LARGEST_SIZE)
-    max_size: int = _knob(2048, "Most texels along a side that Density may ask for", 16, LARGEST_SIZE)
-    padding: int = _knob(0, "Mip level down to which charts stay apart: 2^level texels lie around each", 0, 6)
+    uv_map: str = knob("", f"UV map that is used as it lies; empty: one is made, named {MADE_UV_MAP}")
+    density: float = knob(16.0, "Texels a metre, where Size is 0", 0.01, 4096.0)
+    size: int = knob(0, "Texels along a side of every image, filled; 0: as many as Density asks for", 0, LARGEST_SIZE)
+    max_size: int = knob(2048, "Most texels along a side that Density may ask for", 16, LARGEST_SIZE)
+    padding: int = knob(0, "Mip level down to which charts stay apart: 2^level texels lie around each", 0, 6)
     file_format: LightmapFormat = "exr_half"
-    value_range: float = _knob(8.0, "Brightest light that RGBM and RGBD can store", 0.01, 1e6)
+    value_range: float = knob(8.0, "Brightest light that RGBM and RGBD can store", 0.01, 1e6)
     denoiser: DenoiserName = "auto"
-    directional: bool = _knob(False, "Four more images each, that shaders with normal maps read the light from")
+    directional: bool = knob(False, "Four more images each, that shaders with normal maps read the light from")
 
     def __post_init__(self) -> None:
-        for name, choices in LIGHTMAP_CHOICES.items():
-            if getattr(self, name) not in choices:
-                raise BakeError(f"{name} is {getattr(self, name)!r}; choose one of {', '.join(choices)}.")
-        for knob in fields(self):
-            value = getattr(self, knob.name)
-            if "low" in knob.metadata and not knob.metadata["low"] <= value <= knob.metadata["high"]:
-                low, high = knob.metadata["low"], knob.metadata["high"]
-                raise BakeError(f"{knob.name} is {value}; choose a value from {low:g} to {high:g}.")
+        check_knobs(self, LIGHTMAP_CHOICES)
 
     @property
     def ring(self) -> int:

@@ -1,11 +1,12 @@
 """Every knob of a bake: unit, default, range and meaning, said once for the panel, the command line and the docs."""
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
 
 from .errors import BakeError
+from .knobs import check_knobs, knob
 
 Gather = Literal["final", "density", "light_volume"]
 TracerName = Literal["embree", "multi_image"]
@@ -13,10 +14,6 @@ Quality = Literal["draft", "medium", "high"]
 
 CHOICES: dict[str, tuple[str, ...]] = {"gather": get_args(Gather), "tracer": get_args(TracerName)}
 """The knobs that are one of several names."""
-
-
-def _knob(default: Any, low: float, high: float, meaning: str) -> Any:
-    return field(default=default, metadata={"low": low, "high": high, "meaning": meaning})
 
 
 @dataclass(frozen=True)
@@ -31,54 +28,45 @@ class BakeSettings:
 
     gather: Gather = "final"
     tracer: TracerName = "embree"
-    n_photons: int = _knob(1_000_000, 1_000, 1_000_000_000, "Photons emitted by all lights together")
-    max_bounces: int = _knob(32, 1, 1024, "Surfaces a photon may hit before it is dropped")
-    n_gather_rays: int = _knob(256, 4, 65_536, "Rays that a point sends out in a final gather, on the average")
-    n_cache_elements: int = _knob(60_000, 100, 10_000_000, "Surface elements of the radiance cache")
-    n_cache_rays: int = _knob(
-        4, 0, 4096, "Rays that an element of the radiance cache gathers with; 0 trusts its photons"
+    n_photons: int = knob(1_000_000, "Photons emitted by all lights together", 1_000, 1_000_000_000)
+    max_bounces: int = knob(32, "Surfaces a photon may hit before it is dropped", 1, 1024)
+    n_gather_rays: int = knob(256, "Rays that a point sends out in a final gather, on the average", 4, 65_536)
+    n_cache_elements: int = knob(60_000, "Surface elements of the radiance cache", 100, 10_000_000)
+    n_cache_rays: int = knob(
+        4, "Rays that an element of the radiance cache gathers with; 0 trusts its photons", 0, 4096
     )
-    n_nearest: int = _knob(200, 8, 4096, "Photons that a density estimate looks for")
-    max_radius: float = _knob(
-        0.0, 0.0, 1e6, "Farthest that a density estimate looks, in metres; 0 finds it from the photons' density"
+    n_nearest: int = knob(200, "Photons that a density estimate looks for", 8, 4096)
+    max_radius: float = knob(
+        0.0, "Farthest that a density estimate looks, in metres; 0 finds it from the photons' density", 0.0, 1e6
     )
-    n_grid_cells: int = _knob(48, 4, 256, "Cells of the light volume along its longest side")
-    n_volume_rays: int = _knob(
-        32, 0, 4096, "Rays that each cell of surface gathers the light volume's light with; 0 fills it with photons"
+    n_grid_cells: int = knob(48, "Cells of the light volume along its longest side", 4, 256)
+    n_volume_rays: int = knob(
+        32, "Rays that each cell of surface gathers the light volume's light with; 0 fills it with photons", 0, 4096
     )
-    n_maps: int = _knob(27, 1, 1000, "Cube maps that photons are traced through with Multi-Image")
-    map_size: int = _knob(64, 8, 1024, "Texels along a side of a cube map's faces, a power of two")
-    interpolate: bool = field(
-        default=True, metadata={"meaning": "Gather at few points where light changes slowly, and interpolate the rest"}
-    )
-    noise: float = _knob(
+    n_maps: int = knob(27, "Cube maps that photons are traced through with Multi-Image", 1, 1000)
+    map_size: int = knob(64, "Texels along a side of a cube map's faces, a power of two", 8, 1024)
+    interpolate: bool = knob(True, "Gather at few points where light changes slowly, and interpolate the rest")
+    noise: float = knob(
         0.0,
+        "Relative noise to reach: the final gather adds rays where they are needed; 0 sends Gather Rays and no more",
         0.0,
         1.0,
-        "Relative noise to reach: the final gather adds rays where they are needed; 0 sends Gather Rays and no more",
     )
-    time: float = _knob(
+    time: float = knob(
         0.0,
+        "Seconds that a final gather may take, photons and all, for the best light in that time; 0: no limit",
         0.0,
         1e6,
-        "Seconds that a final gather may take, photons and all, for the best light in that time; 0: no limit",
     )
-    memory: int = _knob(4000, 100, 10_000_000, "Megabytes that the bake's working arrays may take")
-    add_direct: bool = field(default=False, metadata={"meaning": "Add the light that comes straight from the lights"})
-    seed: int = _knob(0, 0, 2**31 - 1, "The same seed gives the same light, whatever the number of threads")
-    n_threads: int = _knob(0, 0, 1024, "Threads; 0 takes every core")
+    memory: int = knob(4000, "Megabytes that the bake's working arrays may take", 100, 10_000_000)
+    add_direct: bool = knob(False, "Add the light that comes straight from the lights")
+    seed: int = knob(0, "The same seed gives the same light, whatever the number of threads", 0, 2**31 - 1)
+    n_threads: int = knob(0, "Threads; 0 takes every core", 0, 1024)
 
     def __post_init__(self) -> None:
-        for name, choices in CHOICES.items():
-            if getattr(self, name) not in choices:
-                raise BakeError(f"{name} is {getattr(self, name)!r}; choose one of {', '.join(choices)}.")
+        check_knobs(self, CHOICES)
         if self.map_size & (self.map_size - 1):
             raise BakeError(f"map_size is {self.map_size}; choose a power of two.")
-        for knob in fields(self):
-            value = getattr(self, knob.name)
-            if "low" in knob.metadata and not knob.metadata["low"] <= value <= knob.metadata["high"]:
-                low, high = knob.metadata["low"], knob.metadata["high"]
-                raise BakeError(f"{knob.name} is {value}; choose a value from {low:g} to {high:g}.")
 
     @property
     def needs_cache(self) -> bool:

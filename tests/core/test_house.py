@@ -13,6 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 RANKS = [
     [
         "addon.errors",
+        "addon.knobs",
         "addon.progress",
         "addon.parallel",
         "addon.settings",
