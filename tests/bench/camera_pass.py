@@ -48,15 +48,17 @@ class Tiles:
     @staticmethod
     def of(width, height):
         side = min(TILE, width // TILES[0], height // TILES[1])
-        rows, columns = (
-            [int((i + 0.5) * size / n - side / 2) for i in range(n)]
-            for size, n in ((height, TILES[1]), (width, TILES[0]))
-        )
+        rows, columns = _evenly(height, TILES[1], side), _evenly(width, TILES[0], side)
         return Tiles([(row, column) for row in rows for column in columns], side)
 
     def cut(self, picture):
         """The tiles of a picture (h, w, …), one after the other."""
         return np.stack([picture[row : row + self.side, column : column + self.side] for row, column in self.corners])
+
+
+def _evenly(size, n, side):
+    """Where n parts of a length begin that lie in the middles of n equal ones."""
+    return [int((i + 0.5) * size / n - side / 2) for i in range(n)]
 
 
 def open_scene(path, width, height):

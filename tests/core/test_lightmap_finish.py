@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from photon_bake.addon.errors import BakeError
-from photon_bake.addon.output.lightmap import FinishOptions, finish_lightmaps, has_oidn
+from photon_bake.addon.output.lightmap import FinishOptions, finish_lightmaps
 from photon_bake.addon.output.lightmap.denoise import denoised
 from photon_bake.addon.output.lightmap.dilation import dilated
 from photon_bake.addon.output.lightmap.oidn import _passes
 from photon_bake.addon.output.lightmap.texel_images import texel_images
+from photon_bake.addon.output.oidn import has_oidn
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.receivers import Charts, texel_receivers
 from photon_bake.addon.receivers.seams import seams_of

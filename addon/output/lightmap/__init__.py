@@ -11,7 +11,6 @@ from .directional import (
 )
 from .finish import Finished, FinishOptions, finish_lightmaps
 from .image_files import PATTERN, SUFFIX, FileFormat, image_path, write_lightmap
-from .oidn import has_oidn
 
 __all__ = [
     "KINDS",
@@ -26,7 +25,6 @@ __all__ = [
     "directional_light",
     "encode_directional",
     "finish_lightmaps",
-    "has_oidn",
     "image_path",
     "light_for_normals",
     "write_lightmap",

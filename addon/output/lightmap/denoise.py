@@ -5,8 +5,9 @@ from typing import Literal
 
 from ...errors import BakeError
 from ...parallel import Workers
+from ..oidn import has_oidn
 from .joint_filter import denoised_by_joint_filter
-from .oidn import denoised_by_oidn, has_oidn
+from .oidn import denoised_by_oidn
 from .texel_images import TexelImage
 
 Denoiser = Literal["auto", "oidn", "own", "none"]

@@ -1,23 +1,16 @@
 """OpenImageDenoise on lightmaps, chart by chart."""
 
-import importlib.util
-
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from ...parallel import Workers
+from ..oidn import filtered
 from .directional import directional_light, shares_of
 from .texel_images import TexelImage
 
 _APART = 16  # texels: at least so far apart are the charts of one pass
-_MOST_MEMORY = 1000  # MB that the filter may take for itself
 _REACH = 4  # standard errors that a value may be changed by
 _LEAST_OF_L0 = np.float32(0.1)  # as much of it is the light of the texel's own normal
-
-
-def has_oidn() -> bool:
-    """Whether the pyoidn wheel is there."""
-    return importlib.util.find_spec("pyoidn") is not None
 
 
 def denoised_by_oidn(image: TexelImage, workers: Workers, stage: str) -> np.ndarray:
@@ -64,23 +57,7 @@ def _all_filtered(values: np.ndarray, normals: np.ndarray) -> np.ndarray:
 
 def _filtered(values: np.ndarray, directional: bool) -> np.ndarray:
     """Three channels (h, w, 3) through the filter."""
-    import pyoidn
-
-    colour = np.ascontiguousarray(values, np.float32)
-    result = np.empty_like(colour)
-    with pyoidn.Device() as device:
-        device.commit()
-        with pyoidn.Filter(device, pyoidn.OIDN_FILTER_TYPE_RT_LIGHTMAP) as filter_:
-            filter_.set_image(pyoidn.OIDN_IMAGE_COLOR, colour, pyoidn.OIDN_FORMAT_FLOAT3)
-            filter_.set_image(pyoidn.OIDN_IMAGE_OUTPUT, result, pyoidn.OIDN_FORMAT_FLOAT3)
-            filter_.set_bool("directional", directional)
-            filter_.set_int("maxMemoryMB", _MOST_MEMORY)
-            filter_.commit()
-            filter_.execute()
-        message = device.get_error()
-    if message:
-        raise RuntimeError(message)
-    return result
+    return filtered("RTLightmap", values, {"directional": directional})
 
 
 def _passes(chart: np.ndarray) -> np.ndarray:
