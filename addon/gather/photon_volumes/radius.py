@@ -16,7 +16,7 @@ _FINENESS = 0.011
 """ℓ/√A, the width of what is to be resolved best, over that of what photons light."""
 
 _CHUNK = 1 << 14  # photons
-_RADIUS = 73  # stream of random numbers
+_RADIUS = 81  # stream of random numbers
 
 
 def n_in_volume(n: int) -> float:

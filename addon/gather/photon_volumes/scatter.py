@@ -25,7 +25,7 @@ _ROWS_A_RADIUS = 4  # of the largest of them
 _CHUNK, _PAIRS = 1 << 13, 1 << 20  # photons, and pairs of photons and points, at a time
 _BYTES_A_PHOTON = 100 * (_PAIRS // _CHUNK)  # working arrays of the pairs
 
-_SCATTERING = 74  # stream of random numbers
+_SCATTERING = 82  # stream of random numbers
 
 Response = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """What points make of the irradiance by photons, given the indices of pairs, (m,) each: a factor (m, 1) or (m, 3)."""
