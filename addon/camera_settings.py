@@ -31,7 +31,7 @@ class CameraSettings:
         If a value is out of its range, naming the knob and the range.
     """
 
-    n_pixel_samples: int = knob(8, "Rays through each pixel, which find its surfaces' edges and textures", 1, 1024)
+    n_pixel_samples: int = knob(8, "Rays through a pixel with an edge in it; half as many go through others", 1, 1024)
     n_gloss_rays: int = knob(32, "Rays of a pixel that is all gloss; others send fewer in proportion", 2, 4096)
     pass_denoiser: PassDenoiser = "auto"
     file_name: str = knob("indirect_####", "Name of the files, # standing for the digits of the frame")

@@ -73,6 +73,11 @@ class BakeSettings:
         """Whether rays gather from a radiance cache."""
         return self.gather == "final" or (self.gather == "light_volume" and self.n_volume_rays > 0)
 
+    @property
+    def smooth(self) -> bool:
+        """Whether neighbouring receivers' noise is alike, as they share what was gathered."""
+        return self.gather == "light_volume" or (self.gather == "final" and self.interpolate)
+
 
 _PHOTON_TIME = 0.15  # of the time there is
 

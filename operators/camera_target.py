@@ -115,7 +115,8 @@ class SeenPoints:
             raise BakeError("The bake made values that are not finite, so nothing was written: please report this.")
         if settings.pass_denoiser == "oidn" or (settings.pass_denoiser == "auto" and has_oidn()):
             workers.progress.update(FILTERING, 0)
-            passes = denoised(passes)
+            smooth = solution is not None and solution.settings.smooth
+            passes = denoised(passes, diffuse=settings.pass_denoiser == "oidn" or not smooth)
             workers.progress.update(FILTERING, 1)
         made_with = asdict(solution.settings) if solution else {}
         return CameraPicture(passes, self.target, len(self.points), made_with)

@@ -17,8 +17,10 @@ from .receivers import Receivers
 _ALIKE = np.float32(0.9)  # least cosine between shading normals of one surface
 _OFF_PLANE = np.float32(0.5)  # pixels, that points of one surface may lie off its plane
 _APART = np.float32(3)  # pixels, that they may lie apart: as far as filters reach
+_WHOLE = np.float32(1 - 1e-4)  # share of a point that has all samples of its pixel
 _LIFT = np.float32(1e-3)  # of a receiver off its surface, as a share of its radius
 _SAMPLES = 1 << 17  # in a chunk
+_COLUMNS = ("share", "front", "back", "tint", "n_followed")
 _SAMPLING = 73  # stream of random numbers
 
 
@@ -90,18 +92,35 @@ class CameraPoints:
 def camera_points(
     scene: Scene, tracer: LightTracer, camera: Camera, pixel_filter: PixelFilter, n_samples: int, workers: Workers
 ) -> CameraPoints:
-    """Trace `n_samples` through each pixel, and make points of them."""
+    """Trace `n_samples` through each pixel, and make points of them.
+
+    Half of them are enough for pixels in which they all lie on one surface.
+    """
+
+    def sampled(pixel: np.ndarray, n: int, random: np.random.Generator) -> tuple[list[np.ndarray], "_Clusters"]:
+        samples = camera_samples(scene, tracer, camera, pixel_filter, n, pixel, random)
+        clusters = _clusters(scene, samples, n)
+        in_pixels = replace(clusters, seen=clusters.seen.in_pixels(pixel[clusters.seen.pixel]))
+        return [samples.depth, samples.normal, samples.beyond], in_pixels
 
     def look(chunk: slice, random: np.random.Generator) -> tuple[list[np.ndarray], "_Clusters"]:
         pixel = np.arange(chunk.start, chunk.stop)
-        samples = camera_samples(scene, tracer, camera, pixel_filter, n_samples, pixel, random)
-        return [samples.depth, samples.normal, samples.beyond], _clusters(scene, samples, n_samples)
+        pictures, clusters = sampled(pixel, (n_samples + 1) // 2, random)
+        plain = np.zeros(len(pixel), bool)
+        plain[clusters.seen.pixel[clusters.share > _WHOLE] - chunk.start] = True
+        k = np.flatnonzero(~plain)
+        if len(k):
+            again, others = sampled(pixel[k], n_samples, random)
+            clusters = clusters.where(plain[clusters.seen.pixel - chunk.start]).joined(others)
+            for picture, better in zip(pictures, again, strict=True):
+                picture[k] = better
+        return pictures, clusters
 
     size = max(1, _SAMPLES // n_samples)
     chunks = workers.chunks("Looking through the camera", camera.n_pixels, size, look, (_SAMPLING,))
     parts, pictures = [], []
-    for chunk, (of_pixels, clusters) in chunks:
-        parts.append(replace(clusters, seen=clusters.seen.in_pixels(clusters.seen.pixel + chunk.start)))
+    for _, (of_pixels, clusters) in chunks:
+        parts.append(clusters)
         pictures.append(of_pixels)
 
     def joined(name: str) -> np.ndarray:
@@ -112,7 +131,7 @@ def camera_points(
         return values.reshape(camera.height, camera.width, *values.shape[1:]).astype(np.float32)
 
     seen = SeenSurface.join([clusters.seen for clusters in parts])
-    columns = {name: joined(name) for name in ("share", "front", "back", "tint", "n_followed")}
+    columns = {name: joined(name) for name in _COLUMNS}
     return CameraPoints(camera, seen, **columns, depth=picture(0), normal=picture(1), beyond=picture(2))
 
 
@@ -126,6 +145,17 @@ class _Clusters:
     back: np.ndarray
     tint: np.ndarray
     n_followed: np.ndarray
+
+    def where(self, chosen: np.ndarray) -> "_Clusters":
+        """Those that a mask chooses."""
+        return _Clusters(self.seen.where(chosen), *(getattr(self, name)[chosen] for name in _COLUMNS))
+
+    def joined(self, others: "_Clusters") -> "_Clusters":
+        """These and others, in the order of their pixels."""
+        seen = SeenSurface.join([self.seen, others.seen])
+        order = np.argsort(seen.pixel, kind="stable")
+        columns = (np.concatenate([getattr(self, name), getattr(others, name)])[order] for name in _COLUMNS)
+        return _Clusters(seen.where(order), *columns)
 
 
 def _clusters(scene: Scene, samples: CameraSamples, n_samples: int) -> _Clusters:

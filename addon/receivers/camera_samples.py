@@ -111,14 +111,17 @@ class _Paths:
     def __init__(
         self, hits: Hits, origins: np.ndarray, directions: np.ndarray, throughput: np.ndarray, distance: np.ndarray
     ) -> None:
-        n = len(origins)
-        self.hits, self.origins, self.directions = hits.with_tint(), origins.copy(), directions.copy()
-        self.throughput, self.distance = throughput, distance.copy()
-        self.n_followed = np.zeros(n, np.uint8)
+        self.hits, self.origins, self.directions = hits, origins, directions
+        self.throughput, self.distance = throughput, distance
+        self.n_followed = np.zeros(len(origins), np.uint8)
 
     def follow(self, scene: Scene, tracer: LightTracer, random: np.random.Generator) -> None:
         """Send those on that met a mirror or clear glass, until they meet something else; a few are dropped."""
         k = self._at_mirrors(scene, np.flatnonzero(self.hits.hit))
+        if len(k) == 0:
+            return
+        self.hits, self.origins, self.directions = self.hits.with_tint(), self.origins.copy(), self.directions.copy()
+        self.distance = self.distance.copy()
         for _ in range(_MOST_FOLLOWED):
             if len(k) == 0:
                 return
@@ -147,6 +150,8 @@ class _Paths:
         """What is emitted where paths end that were followed so often at least, (n, 3) float32, W/(m² sr)."""
         radiance = np.zeros_like(self.throughput)
         followed = self.n_followed >= least_followed
+        if not followed.any():
+            return radiance
         k = np.flatnonzero(followed & self.hits.hit)
         met = self.hits.where(k)
         radiance[k] = scene.look_up(scene.materials.emission, met.triangle, met.u, met.v)
