@@ -155,27 +155,36 @@ def _first(true: np.ndarray) -> np.ndarray:
     return true.argmax(axis=1)[:, None]
 
 
-def surface_share(tracer: Tracer, x: np.ndarray, normals: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def surface_share(
+    tracer: Tracer, x: np.ndarray, normals: np.ndarray, r: np.ndarray, disc: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Share of the disc of radius r around each receiver that is its surface, (n,) float32, at least an eighth.
 
     Also whether something stands within the disc, (n,) bool.
 
     From points of the disc raised to the top of the slice, rays go down through it; those that meet a surface facing
     the same way count, unless something stands between the receiver and the point (a wall that the floor runs under).
+
+    Parameters
+    ----------
+    disc : (k, 2) float32, optional
+        The points, in a disc of radius 1; evenly spread without it.
     """
-    disc = sample_uniform_disk(below_one(sobol(2, 0).random(_N_DISC_RAYS)))
+    if disc is None:
+        disc = sample_uniform_disk(below_one(sobol(2, 0).random(_N_DISC_RAYS)))
+    n_rays = len(disc)
     tangent, bitangent = frame(normals)
     top = (SLICE * r)[:, None] * normals
     offset = disc[None, :, :1] * tangent[:, None] + disc[None, :, 1:] * bitangent[:, None]
     raised = (x[:, None] + r[:, None, None] * offset + top[:, None]).reshape(-1, 3).astype(np.float32)
-    down = np.repeat(-normals, _N_DISC_RAYS, 0)
-    thickness = np.repeat(2 * SLICE * r, _N_DISC_RAYS)
+    down = np.repeat(-normals, n_rays, 0)
+    thickness = np.repeat(2 * SLICE * r, n_rays)
     hits = tracer.closest_hit(raised, down)
     cosine = np.abs(dot(hits.normal, down))
     lies_there = hits.hit & (hits.distance <= thickness) & (cosine > _SAME_SIDE)
-    hidden = tracer.occluded(np.repeat(x + top, _N_DISC_RAYS, 0), raised)
-    share = (lies_there & ~hidden).reshape(len(x), _N_DISC_RAYS).mean(axis=1, dtype=np.float32)
-    return np.maximum(share, _LEAST_SHARE), hidden.reshape(len(x), _N_DISC_RAYS).any(axis=1)
+    hidden = tracer.occluded(np.repeat(x + top, n_rays, 0), raised)
+    share = (lies_there & ~hidden).reshape(len(x), n_rays).mean(axis=1, dtype=np.float32)
+    return np.maximum(share, _LEAST_SHARE), hidden.reshape(len(x), n_rays).any(axis=1)
 
 
 def _seen(

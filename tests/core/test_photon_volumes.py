@@ -59,12 +59,14 @@ def test_kernel_spreads_a_photon_s_power_over_its_disc():
     """Of a single photon: 2/(πr²) in its middle, 0 from r on, its power in all."""
     _, seen = view_of_plane()
     photons, radius = photons_at([(0.1, -0.2)], 3.0), np.float32([0.3])
-    light, stderr = scatter_light(Points(seen.position, seen.normal), photons, radius, Workers())
+    found = scatter_light(Points(seen.position, seen.normal), photons, radius, Workers())
+    light, stderr = found.light, found.stderr
     away = np.linalg.norm(seen.position[:, :2] - [0.1, -0.2], axis=1)
     expected = 3 * 2 / (np.pi * 0.3**2) * np.maximum(1 - (away / 0.3) ** 2, 0)
     assert light[:, 1] == pytest.approx(expected, abs=1e-3 * expected.max())
     assert stderr == pytest.approx(light[:, 0], rel=1e-5)
     assert (light[:, 0] * seen.area).sum() == pytest.approx(3, rel=2e-3)
+    assert found.radius[light[:, 0] > 0] == pytest.approx(0.3, rel=1e-4) and not found.radius[light[:, 0] == 0].any()
 
 
 def test_even_light_has_its_level_and_its_noise():
@@ -143,6 +145,28 @@ def test_photons_light_neither_walls_nor_what_is_before_them():
     assert on_plate.any() and not irradiance[on_plate].any()
     far_from_edges = ~on_plate & (np.sort(np.abs(seen.position), axis=1)[:, 1] < 0.9)
     assert irradiance[far_from_edges].mean() == pytest.approx(np.pi, rel=0.02)
+
+
+def test_even_light_is_even_to_the_edge():
+    """In a box, and on a plate: at most a few hundredths too dark or too bright within a volume's radius of an edge."""
+    plate = plane(0.5)
+    camera, seen = seen_from(scene_of(*plate), width=120, height=120)
+    tracer = EmbreeTracer(scene_of(*plate))
+    photons = photons_at(evenly(100_000, 0.5), 1.0)
+    plain, _ = photon_volume_irradiance(camera, seen, photons, Workers())
+    even, _ = photon_volume_irradiance(camera, seen, photons, Workers(), tracer=tracer)
+    close = np.abs(seen.position[:, :2]).max(axis=1) > 0.48
+    assert plain[close].mean() < 0.92 and even[close].mean() == pytest.approx(1, abs=0.04)
+    assert even[~close].mean() == pytest.approx(1, abs=0.01)
+
+    room = scene_of(*box())
+    camera, seen = seen_from(room, (-0.9, 0.1, 0.2), ALONG, np.pi / 2, 160, 120)
+    irradiance, _ = photon_volume_irradiance(
+        camera, seen, photons_of_even_light(600_000), Workers(), tracer=EmbreeTracer(room)
+    )
+    assert irradiance.mean() == pytest.approx(np.pi, rel=0.01)
+    close = np.sort(np.abs(seen.position), axis=1)[:, 1] > 0.98
+    assert irradiance[close].mean() == pytest.approx(np.pi, rel=0.04)
 
 
 def test_smooth_normals_reflect_by_their_own_cosine():

@@ -2,11 +2,12 @@
 
 from .gloss import photon_volume_gloss
 from .radius import neighbour_radius, path_density_radius
-from .scatter import Points, scatter_light
+from .scatter import Points, Scattered, scatter_light
 from .volumes import photon_volume_irradiance
 
 __all__ = [
     "Points",
+    "Scattered",
     "neighbour_radius",
     "path_density_radius",
     "photon_volume_gloss",

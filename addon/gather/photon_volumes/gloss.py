@@ -39,5 +39,6 @@ def photon_volume_gloss(
 
     radiance, stderr = np.zeros((len(seen), 3), np.float32), np.zeros(len(seen), np.float32)
     radius = volume_radius(camera, seen, photons, workers)
-    radiance[rough], stderr[rough] = scatter_light(Points(at.position, at.normal), photons, radius, workers, reflect)
+    found = scatter_light(Points(at.position, at.normal), photons, radius, workers, reflect)
+    radiance[rough], stderr[rough] = found.light, found.stderr
     return radiance, stderr

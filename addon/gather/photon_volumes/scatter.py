@@ -42,29 +42,42 @@ class Points:
         return len(self.position)
 
 
+@dataclass(frozen=True)
+class Scattered:
+    """The light of photons at n points.
+
+    Attributes
+    ----------
+    light : (n, 3) float32, W/m²
+    stderr : (n,) float32, W/m²
+        √(Σ (Φ κ)²) of the mean over colours, as of independent photons.
+    radius : (n,) float32, m
+        Of the volumes that light comes from, on the average.
+    """
+
+    light: np.ndarray
+    stderr: np.ndarray
+    radius: np.ndarray
+
+
 def scatter_light(
     points: Points, photons: Photons, radius: np.ndarray, workers: Workers, response: Response | None = None
-) -> tuple[np.ndarray, np.ndarray]:
+) -> Scattered:
     """Irradiance Σ Φ κ at points, or what `response` makes of it.
 
     Parameters
     ----------
     radius : (p,) float32, m
         Of the photons' volumes.
-
-    Returns
-    -------
-    light : (n, 3) float32, W/m²
-    stderr : (n,) float32, W/m²
-        √(Σ (Φ κ)²) of the mean over colours, as of independent photons.
     """
-    sums = np.zeros((4, len(points)))
+    sums = np.zeros((5, len(points)))
     if len(points) and len(photons):
         classes = _classes(radius)
         for turn, chosen in enumerate(classes):
             part = turn / len(classes), (turn + 1) / len(classes)
             _add_class(sums, points, photons, radius, chosen, workers, response, part)
-    return sums[:3].T.astype(np.float32), np.sqrt(sums[3]).astype(np.float32)
+    of_light = sums[4] / np.maximum(sums[:3].mean(axis=0), 1e-30)
+    return Scattered(sums[:3].T.astype(np.float32), np.sqrt(sums[3]).astype(np.float32), of_light.astype(np.float32))
 
 
 def _classes(radius: np.ndarray) -> list[np.ndarray]:
@@ -83,7 +96,7 @@ def _add_class(
     response: Response | None,
     part: tuple[float, float],
 ) -> None:
-    """Add to sums (4, n) what the `chosen` photons bring."""
+    """Add to sums (5, n) what the `chosen` photons bring."""
     rows = PointRows(points.position, float(radius[chosen].max()) / _ROWS_A_RADIUS)
     chosen = chosen[rows.along(photons.position[chosen])]  # neighbours in a chunk light few rows
     in_rows = Points(points.position[rows.order], points.normal[rows.order])
@@ -95,7 +108,7 @@ def _add_class(
             light = some.power.take(of, axis=0) * kernel[:, None]
             if response is not None:
                 light *= response(rows.order[at], k[of])
-            lit.append(_summed(at, light))
+            lit.append(_summed(at, light, radius[k[of]]))
         return lit
 
     chunks = workers.chunks(
@@ -137,10 +150,11 @@ def _pieces(lengths: np.ndarray) -> Iterator[slice]:
     return (slice(start, stop) for start, stop in pairwise(cuts.tolist()))
 
 
-def _summed(at: np.ndarray, light: np.ndarray) -> tuple[slice, np.ndarray]:
-    """Sums of light (m, 3), and of the squares of its mean over colours, over each of a window of points, (4, w)."""
+def _summed(at: np.ndarray, light: np.ndarray, radius: np.ndarray) -> tuple[slice, np.ndarray]:
+    """Sums of light (m, 3), of its mean over colours squared and times the radius, in a window of points, (5, w)."""
     if len(at) == 0:
-        return slice(0, 0), np.zeros((4, 0))
+        return slice(0, 0), np.zeros((5, 0))
     first, (r, g, b) = at.min(), light.T
-    sums = np.stack([np.bincount(at - first, column) for column in (r, g, b, ((r + g + b) / 3) ** 2)])
+    mean = (r + g + b) / 3
+    sums = np.stack([np.bincount(at - first, column) for column in (r, g, b, mean**2, mean * radius)])
     return slice(first, first + sums.shape[1]), sums

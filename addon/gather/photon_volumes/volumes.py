@@ -7,13 +7,20 @@ from ...photons import Photons
 from ...photons.scattering import shading_ratio
 from ...receivers import Camera, SeenSurface
 from ...sampling.octahedral import decode_octahedral
+from ...tracers import Tracer
 from ..upsampling import upsampled
+from .edges import share_of_volumes
 from .radius import neighbour_radius, path_density_radius
 from .scatter import Points, Response, scatter_light
 
 
 def photon_volume_irradiance(
-    camera: Camera, seen: SeenSurface, photons: Photons, workers: Workers, step: int = 1
+    camera: Camera,
+    seen: SeenSurface,
+    photons: Photons,
+    workers: Workers,
+    step: int = 1,
+    tracer: Tracer | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Irradiance of the surfaces that a camera sees, from the photons around them.
 
@@ -23,6 +30,8 @@ def photon_volume_irradiance(
     ----------
     step : int
         Photons light one of `step`² pixels, and the others take their light from those (`upsampled`).
+    tracer : Tracer, optional
+        Tells where surfaces end; without it, it is too dark there (`share_of_volumes`).
 
     Returns
     -------
@@ -34,8 +43,9 @@ def photon_volume_irradiance(
 
     def light(part: SeenSurface) -> np.ndarray:
         points = Points(part.position, part.normal)
-        irradiance, stderr = scatter_light(points, photons, radius, workers, _smooth_shading(part, photons))
-        return np.column_stack([irradiance, stderr])
+        found = scatter_light(points, photons, radius, workers, _smooth_shading(part, photons))
+        values = np.column_stack([found.light, found.stderr])
+        return values / share_of_volumes(tracer, camera, part, found.radius, workers)[:, None] if tracer else values
 
     found = upsampled(camera, seen, step, light)
     return found[:, :3], found[:, 3]
