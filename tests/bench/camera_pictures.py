@@ -19,7 +19,7 @@ from photon_bake.addon.settings import settings_for
 from photon_bake.operators.bake_job import BakeJob
 from photon_bake.operators.camera_target import WantedCamera
 
-SAMPLES = 256
+SAMPLES = 128
 
 
 def read(path, layer=""):
