@@ -3,13 +3,13 @@
     python tests/bench/run.py --only lightmap_speed
     python tests/bench/lightmap_rival.py [--scenes DIR] [--scene NAME…] [--texels N…] [--quality Q…]
 
-All objects of a scene become one, with one lightmap, and both bake to the same image through the same UV map, which is
-the one that our bake makes. Errors
-are those of the lightmap read bilinearly where the probes are, as a shader reads it, so that they hold what its texels
-cannot show. Probes that no light reaches lie inside of solids, which nobody sees: the error is that of the others, and
-in a column of its own that of all. Our seconds are those of placing receivers and solving, and of finishing with the
-filter or without it; reading the scene stands beside them. Beyond Cycles' measured errors its time is extrapolated by
-1/√n, which flatters it: what a filter leaves falls more slowly.
+All objects of a scene, but for the ground outside of classroom, become one with one lightmap, and both bake to the same
+image through the same UV map, which is the one that our bake makes. Errors are those of the lightmap read bilinearly
+where the probes are, as a shader reads it, so that they hold what its texels cannot show. Probes that no light reaches
+lie inside of solids, which nobody sees: the error is that of the others, and in a column of its own that of all. Our
+seconds are those of placing receivers and solving, and of finishing with the filter or without it; reading the scene
+stands beside them. Beyond Cycles' measured errors its time is extrapolated by 1/√n, which flatters it: what a filter
+leaves falls more slowly.
 """
 
 import tempfile
@@ -22,9 +22,10 @@ import numpy as np
 import pyoidn
 from cycles_bakes import bake_indirect
 from figures import scene_options, scenes_in, table
+from lightmap_uvs import left_out
+from lightmaps import under
 from own_scenes import OWN_SCENES
 from photon_bake.addon.bake import bake
-from photon_bake.addon.blender import extract_scene
 from photon_bake.addon.blender.lightmap_layout import lay_out
 from photon_bake.addon.blender.lightmap_meshes import write_uv_map
 from photon_bake.addon.lightmap_settings import LightmapSettings
@@ -60,6 +61,7 @@ class Lightmap:
     ----------
     obj, image : bpy.types.Object, bpy.types.Image
     uv : (n, 2) float64
+        NaN where no surface is under a probe.
     n_texels : int
         That charts cover.
     """
@@ -79,7 +81,7 @@ class Lightmap:
     def at_probes(self, pixels):
         """Pixels read bilinearly at the probes, for each of their three vertices, (3n, 3)."""
         height, width = pixels.shape[:2]
-        x, y = self.uv[:, 0] * width - 0.5, self.uv[:, 1] * height - 0.5
+        x, y = (np.nan_to_num(self.uv) * (width, height) - 0.5).T
         column, row = np.clip(np.floor([x, y]).astype(int), 0, [[width - 2], [height - 2]])
         across, up = (x - column)[:, None], (y - row)[:, None]
         low = pixels[row, column] * (1 - across) + pixels[row, column + 1] * across
@@ -94,39 +96,45 @@ def filtered(pixels):
     return result, perf_counter() - start
 
 
-def make_lightmap(n_texels):
-    """Join the meshes of Blender's scene into one with a lightmap of about so many texels."""
+def make_lightmap(scene, n_texels):
+    """Join the meshes of Blender's scene, called `scene`, into one with a lightmap of about so many texels."""
     probes = bpy.data.objects["Probes"]
-    obj = _joined([obj for obj in bpy.context.view_layer.objects if obj.type == "MESH" and obj != probes])
+    meshes = [obj for obj in bpy.context.view_layer.objects if obj.type == "MESH" and obj != probes]
+    obj = _joined([obj for obj in meshes if not left_out(scene, obj)])
     side = round(np.sqrt(n_texels / USUAL_USE))
     layout = lay_out([obj], bpy.context.evaluated_depsgraph_get(), LightmapSettings(size=side), [], Progress())
     write_uv_map(obj.data, UV_MAP, layout.made[obj.data.name])
     obj.data.uv_layers.active = obj.data.uv_layers[UV_MAP]
-    uv = _uv_of_triangles(obj.data)
+    corners, uv = _triangles(obj.data)
     ab, ac = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
     covered = np.abs(ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]).sum() / 2
-    return Lightmap(obj, _image_in_all_materials(obj, side), _uv_under(probes, uv), round(covered * side**2))
+    at = _uv_under(probes, corners, uv)
+    return Lightmap(obj, _image_in_all_materials(obj, side), at, round(covered * side**2))
 
 
 def _joined(objects):
+    """One object of all, modifiers applied."""
     bpy.ops.object.select_all(action="DESELECT")
     for obj in objects:
         obj.select_set(True)
     bpy.context.view_layer.objects.active = objects[0]
+    bpy.ops.object.convert(target="MESH")
     bpy.ops.object.transform_apply()
     bpy.ops.object.join()
     bpy.context.view_layer.update()
     return objects[0]
 
 
-def _uv_of_triangles(mesh):
-    """The lightmap's coordinates of each triangle's corners, (t, 3, 2) float64."""
+def _triangles(mesh):
+    """Each triangle's corners: in space (t, 3, 3), and their places in the lightmap, (t, 3, 2) float64."""
     mesh.calc_loop_triangles()
-    corners = np.empty(len(mesh.loop_triangles) * 3, np.int32)
-    mesh.loop_triangles.foreach_get("loops", corners)
-    uv = np.empty(len(mesh.loops) * 2, np.float32)
+    vertices, loops = (np.empty(len(mesh.loop_triangles) * 3, np.int32) for _ in range(2))
+    mesh.loop_triangles.foreach_get("vertices", vertices)
+    mesh.loop_triangles.foreach_get("loops", loops)
+    positions, uv = np.empty(len(mesh.vertices) * 3, np.float32), np.empty(len(mesh.loops) * 2, np.float32)
+    mesh.vertices.foreach_get("co", positions)
     mesh.uv_layers[UV_MAP].uv.foreach_get("vector", uv)
-    return uv.reshape(-1, 2)[corners.reshape(-1, 3)].astype(np.float64)
+    return positions.reshape(-1, 3)[vertices.reshape(-1, 3)], uv.reshape(-1, 2)[loops.reshape(-1, 3)].astype(np.float64)
 
 
 def _image_in_all_materials(obj, side):
@@ -138,17 +146,16 @@ def _image_in_all_materials(obj, side):
     return image
 
 
-def _uv_under(probes, uv_of_triangle):
-    """Where the surfaces under the probes are in the lightmap, (n, 2)."""
+def _uv_under(probes, corners_of_triangle, uv_of_triangle):
+    """Where the surfaces under the probes are in the lightmap, (n, 2); NaN where there is none."""
     corners = np.empty(len(probes.data.vertices) * 3, np.float32)
     probes.data.vertices.foreach_get("co", corners)
     a, b, c = corners.reshape(-1, 3, 3).swapaxes(0, 1)
     normal = np.cross(b - a, c - a)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    scene = extract_scene(bpy.context.evaluated_depsgraph_get())
-    hits = EmbreeTracer(scene).closest_hit((a + b + c) / 3, -normal)
-    weights = np.stack([1 - hits.u - hits.v, hits.u, hits.v], axis=1)
-    return np.einsum("nk,nkd->nd", weights, uv_of_triangle[hits.triangle])
+    triangle, weights = under((a + b + c) / 3, normal, corners_of_triangle)
+    at = np.einsum("nk,nkd->nd", weights, uv_of_triangle[triangle])
+    return np.where(triangle[:, None] >= 0, at, np.nan)
 
 
 @dataclass(frozen=True)
@@ -232,8 +239,9 @@ def _our_job(lightmap):
 
 def measure(name, path, n_texels, qualities):
     """Rows of `HEAD`."""
-    judge = Judge.of(open_scene(name, path))
-    lightmap = make_lightmap(n_texels)
+    truth = open_scene(name, path)
+    lightmap = make_lightmap(name, n_texels)
+    judge = Judge.of(replace(truth, keep=truth.keep & ~np.isnan(lightmap.uv).any(axis=1)))
     rows, rival = measure_cycles(lightmap, judge)
     rows += [row for quality in qualities for row in measure_ours(lightmap, judge, quality, rival)]
     size = f"{lightmap.image.size[0]}²"

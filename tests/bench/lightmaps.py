@@ -35,6 +35,7 @@ HEAD = ["Scene", "Texels a metre", "Denoiser", "Objects", "Texels", "Use", "Prob
 HEAD += ["Median", "Gathered at the probes", "Inside solids too", "Mean", "Seam jump, 99 %", "At smooth folds"]
 DENSITIES = (8.0, 64.0)
 MOST_TEXELS = 1_500_000
+REACH = 0.05  # m, from a probe to its surface: classroom has them 3 cm off the walls
 FLAT = np.radians(30)  # seams that turn by more are folds, whose normals are smooth all the same
 
 
@@ -77,18 +78,20 @@ def joined(receivers, others):
     return Receivers(*parts, targets=receivers.targets)
 
 
-def under(probes, corners):
-    """The triangle (t, 3, 3) under each probe and barycentric coordinates there; −1 where there is none."""
+def under(position, normal, corners):
+    """The triangle (t, 3, 3) under each of n places and barycentric coordinates there; −1 where there is none.
+
+    Of those that lie there, the nearest that faces as the place does, or else the nearest that faces away.
+    """
     tree = BVHTree.FromPolygons(corners.reshape(-1, 3).tolist(), np.arange(corners.size // 3).reshape(-1, 3).tolist())
-    triangle, weights = np.full(len(probes.position), -1), np.zeros((len(probes.position), 3))
-    for i, (position, normal) in enumerate(zip(probes.position.tolist(), probes.normal.tolist(), strict=True)):
-        place, _, found, distance = tree.find_nearest(position)
-        if found is None or distance > 0.02:
+    triangle, weights = np.full(len(position), -1), np.zeros((len(position), 3))
+    for i, (at, up) in enumerate(zip(position.tolist(), normal.tolist(), strict=True)):
+        near = [one for one in tree.find_nearest_range(at, REACH) if abs(one[1].dot(up)) > 0.9]
+        if not near:
             continue
+        place, _, found, _ = min(near, key=lambda one: one[3] + (REACH if one[1].dot(up) < 0 else 0))
         a, b, c = corners[found].astype(np.float64)
         across = np.cross(b - a, c - a)
-        if abs(across @ normal) < 0.9 * np.linalg.norm(across):
-            continue
         ends = [np.cross(q - p, np.array(place) - p) @ across for p, q in ((b, c), (c, a), (a, b))]
         triangle[i], weights[i] = found, np.array(ends) / (across @ across)
     return triangle, weights
@@ -109,7 +112,7 @@ def chosen_objects(scene, probes, density, most_texels):
         matrix = np.array(obj.matrix_world)
         corners = (positions @ matrix[:3, :3].T + matrix[:3, 3])[triangles.reshape(-1, 3)]
         n_texels = areas(corners).sum() * density**2
-        n_probes = (under(probes, corners)[0] >= 0).sum()
+        n_probes = (under(probes.position, probes.normal, corners)[0] >= 0).sum()
         worth.append((n_probes / n_texels, n_texels, obj.name))
     if sum(n for _, n, _ in worth) <= most_texels:
         return [name for _, _, name in worth]
@@ -170,7 +173,7 @@ def measure(name, path, density, quality, most_texels):
     light = replace(light, value=light.value[: len(points.receivers)], stderr=light.stderr[: len(points.receivers)])
     corners, uv = (np.concatenate([getattr(mesh, what) for mesh in target.meshes]) for what in ("positions", "uv"))
     image = np.repeat([mesh.image for mesh in target.meshes], [len(mesh.uv) for mesh in target.meshes])
-    triangle, weights = under(probes, corners)
+    triangle, weights = under(probes.position, probes.normal, corners)
     probes, at_probes = probes.where(triangle >= 0), at_probes[triangle >= 0]
     triangle, weights = triangle[triangle >= 0], weights[triangle >= 0]
     place = np.einsum("nk,nkd->nd", weights, uv[triangle])

@@ -112,12 +112,12 @@ def test_slopes_are_those_of_gathers_with_turned_normals():
     places = np.array([(0.7, 0.6, -0.999), (-0.8, 0.7, -0.999), (0.5, -0.5, -0.999)], np.float32)
     flat = baked(scene, directional(receivers_at(places, UP)), n_gather_rays=8192)
     turned = np.tile(normals_of_half_balls(n), (len(places), 1))
-    light = baked(scene, receivers_at(np.repeat(places, n, 0), turned), interpolate=False)
+    light = baked(scene, receivers_at(np.repeat(places, n, 0), turned), interpolate=False, n_gather_rays=2048)
     of_place = light.value.reshape(len(places), n, 3)
     way = turned.reshape(len(places), n, 3) - UP
     change = of_place - flat.value[:, None]
     fit = np.stack([np.linalg.lstsq(w, c, rcond=None)[0] for w, c in zip(way, change, strict=True)])
-    assert np.abs(flat.slope - fit).max() < 0.03 * flat.value.mean()
+    assert np.abs(flat.slope - fit).max() < 0.04 * flat.value.mean()
     said = flat.value[:, None] + np.einsum("pna,pac->pnc", way, flat.slope)
     off, unturned = (np.sqrt(np.mean((v - of_place) ** 2)) for v in (said, flat.value[:, None]))
     assert off < 0.03 * flat.value.mean() and off < unturned / 4
