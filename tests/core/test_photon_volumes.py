@@ -91,7 +91,7 @@ def test_power_of_a_caustic_is_kept():
 
 def test_error_falls_as_the_cube_root_of_the_photons():
     """Noise and blur, both of light that varies smoothly: 32 times the photons, error ∛32 times less."""
-    camera, seen = view_of_plane(width=100, height=100)
+    camera, seen = view_of_plane(width=150, height=150)
     x = seen.position[:, 0]
     truth = 0.25 * (1 + np.sin(np.pi * x))
     errors = []
@@ -127,13 +127,13 @@ def test_caustics_are_as_sharp_as_their_photons():
 
 
 def test_pixels_are_never_smaller_than_volumes():
-    """Of photons far denser than pixels, pixels have the noise of those that their own area takes up, √(4/(3k))."""
+    """Of photons far denser than pixels, those within a pixel's side of its middle light it; the noise is √(4/(3k))."""
     camera, seen = view_of_plane(width=20, height=20)
     photons = photons_at(evenly(200_000, 1), 4.0)
     irradiance, _ = photon_volume_irradiance(camera, seen, photons, Workers())
     inner = irradiance[(np.abs(seen.position[:, :2]) < 0.8).all(axis=1), 0]
     assert inner.mean() == pytest.approx(1, abs=0.01)
-    assert inner.std() == pytest.approx(np.sqrt(4 / 3 / 500), rel=0.15)
+    assert inner.std() == pytest.approx(np.sqrt(4 / 3 / (500 * np.pi)), rel=0.15)
 
 
 def test_photons_light_neither_walls_nor_what_is_before_them():
@@ -215,3 +215,12 @@ def test_few_photons(n):
     camera, seen = view_of_plane()
     irradiance, stderr = photon_volume_irradiance(camera, seen, photons_at(evenly(n, 0.5)[:n]), Workers())
     assert np.isfinite(irradiance).all() and bool(irradiance.any()) == bool(n) == bool(stderr.any())
+
+
+def test_photons_in_one_place():
+    """In sight and out of it: a hundred volumes of one pixel's size."""
+    camera, seen = view_of_plane()
+    photons = photons_at(np.repeat([[0.3, 0.1], [9.0, 0.0]], 100, axis=0), 2.0)
+    irradiance, _ = photon_volume_irradiance(camera, seen, photons, Workers())
+    assert (irradiance[:, 0] * seen.area).sum() == pytest.approx(1, rel=0.4)  # a pixel's middle is not its mean
+    assert 0 < np.count_nonzero(irradiance[:, 0]) < 10

@@ -6,7 +6,9 @@ from ...parallel import Workers
 from ...photons import Photons
 from ...photons.scattering import shading_ratio
 from ...receivers import Camera, SeenSurface
+from ...receivers.camera import LEAST_COSINE
 from ...sampling.octahedral import decode_octahedral
+from ...sampling.vectors import dot
 from ...tracers import Tracer
 from ..upsampling import upsampled
 from .edges import share_of_volumes
@@ -52,13 +54,21 @@ def photon_volume_irradiance(
 
 
 def volume_radius(camera: Camera, seen: SeenSurface, photons: Photons, workers: Workers) -> np.ndarray:
-    """Radii of photon volumes, (p,) float32, m: by the photons' density, at least so that a pixel's area is covered."""
+    """Radii of photon volumes, (p,) float32, m: by the photons' density, and no smaller than pixels.
+
+    A pixel of side a covers a by a/cos θ of a surface, the area A = a²/cos θ. Volumes hold the middle of one if they
+    are as large as half its diagonal; 1/√2 of it, √(A (cos θ + 1/cos θ)/2), makes what they bring more even.
+    """
     footprint = np.zeros(camera.n_pixels + 1, np.float32)
-    footprint[seen.pixel] = np.sqrt(seen.area / np.float32(np.pi))
+    cosine = np.maximum(np.abs(dot(seen.normal, seen.direction)), LEAST_COSINE)
+    footprint[seen.pixel] = np.sqrt(seen.area * (cosine + 1 / cosine) / 2)
     least = footprint[camera.pixels(photons.position)]
-    n, area = int(np.count_nonzero(least)), np.pi * float(np.sum(footprint**2, dtype=np.float64))
+    of_pixel = np.zeros(camera.n_pixels, np.float32)
+    of_pixel[seen.pixel] = seen.area
+    n, area = int(np.count_nonzero(least)), float(of_pixel.sum(dtype=np.float64))
     largest = path_density_radius(photons, area, n)
-    return np.maximum(neighbour_radius(photons, largest, workers), least)
+    smallest = footprint[seen.pixel].min(initial=np.inf)  # also of photons out of sight, which may lie in one place
+    return np.maximum(neighbour_radius(photons, largest, workers), np.maximum(least, smallest))
 
 
 def _smooth_shading(seen: SeenSurface, photons: Photons) -> Response | None:
