@@ -61,8 +61,8 @@ def pictures(name, path, size, exposure):
 
 if __name__ == "__main__":
     parser = scene_options(__doc__)
-    parser.add_argument("--scene", default="classroom")
-    parser.add_argument("--size", nargs=2, type=int, default=[480, 270])
+    parser.add_argument("--scene", default="cornell")
+    parser.add_argument("--size", nargs=2, type=int, default=[320, 240])
     parser.add_argument("--exposure", type=float, default=0.0, help="stops")
     given = parser.parse_args()
     found = pictures(given.scene, scenes_in(given.scenes)[given.scene], given.size, given.exposure)
