@@ -26,7 +26,7 @@ from photon_bake.addon.tracers.embree import EmbreeTracer
 
 WIDTH, HEIGHT = 800, 540
 N_STORED = (16_000, 100_000, 1_000_000)
-N_REFERENCE, SEED_OF_REFERENCE = 8_000_000, 77
+N_REFERENCE, SEED_OF_REFERENCE = 6_000_000, 77
 SAMPLES_WITHOUT = 32  # of Cycles' picture that our caustics are added to
 
 HALF_NORMAL = np.sqrt(2 / np.pi)  # the mean size of an error over its standard deviation
