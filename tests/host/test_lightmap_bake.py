@@ -239,7 +239,7 @@ def test_the_button_bakes_what_the_panel_says(tmp_path):
     assert bpy.data.images["Lightmap Floor"].size[0] > 0 and "points in" in bake_state.result
     assert "Indirect" not in bpy.data.objects["Floor"].data.attributes
     properties.targets = set()
-    with pytest.raises(RuntimeError, match="choose Vertices or Lightmaps"):
+    with pytest.raises(RuntimeError, match="choose Vertices, Lightmaps or Camera"):
         bpy.ops.photon_bake.bake_indirect()
 
 
@@ -270,7 +270,7 @@ def test_the_command_bakes_both_targets(tmp_path, capfd):
     assert read["lightmap_settings"]["atlas"] == "shared" and read["lightmap_settings"]["density"] == 4
     assert read["counts"]["lightmaps"] == 1 and set(read["objects"]) == {"Floor", "Box"}
     assert "Indirect" in bpy.data.objects["Floor"].data.attributes
-    assert "into 1 lightmap in" in capfd.readouterr().err
+    assert "2 objects and 1 lightmap in" in capfd.readouterr().err
     assert bpy.data.images.load(str(sheet)).size[0] > 200
 
 
