@@ -40,8 +40,8 @@ from truth import Truth, open_scene
 
 SIZES = (200_000, 1_000_000)
 QUALITIES = ("draft", "medium")
-SCENES = {"cornell": SIZES, "classroom": SIZES[-1:]}
-"""Scenes of `make bench`, and the sizes of their lightmaps, texels."""
+SCENES = {"cornell": (SIZES, QUALITIES), "classroom": (SIZES[-1:], QUALITIES[-1:])}
+"""Scenes of `make bench`, the sizes of their lightmaps in texels, and our bakes' qualities."""
 
 DENOISERS = ("oidn", "none")
 SAMPLES = (1, 4, 16, 64)
@@ -248,11 +248,13 @@ def measure(name, path, n_texels, qualities):
     return [[name, f"{lightmap.n_texels:,}", size, *row] for row in rows]
 
 
-def tables(scenes, sizes=SCENES, qualities=QUALITIES):
+def tables(scenes, wanted=SCENES):
     """The table of `make bench`."""
     paths = {**scenes, **dict.fromkeys(OWN_SCENES)}
-    wanted = [(name, n) for name in sizes if name in paths for n in sizes[name]]
-    rows = [row for name, n in wanted for row in measure(name, paths[name], n, qualities)]
+    rows = []
+    for name, (sizes, qualities) in wanted.items():
+        if name in paths:
+            rows += [row for n in sizes for row in measure(name, paths[name], n, qualities)]
     return [table(TITLE, HEAD, rows)]
 
 
@@ -260,7 +262,8 @@ if __name__ == "__main__":
     parser = scene_options(__doc__)
     parser.add_argument("--scene", nargs="+", default=list(SCENES))
     parser.add_argument("--texels", nargs="+", type=int)
-    parser.add_argument("--quality", nargs="+", default=QUALITIES)
+    parser.add_argument("--quality", nargs="+")
     given = parser.parse_args()
-    sizes = {name: given.texels or SCENES.get(name, SIZES) for name in given.scene}
-    tables(scenes_in(given.scenes), sizes, given.quality)
+    usual = {name: SCENES.get(name, (SIZES, QUALITIES)) for name in given.scene}
+    chosen = {name: (given.texels or sizes, given.quality or qualities) for name, (sizes, qualities) in usual.items()}
+    tables(scenes_in(given.scenes), chosen)
