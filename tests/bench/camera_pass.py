@@ -87,7 +87,7 @@ def open_scene(path, width, height):
 def rendered(scene, samples, seed):
     """Cycles' indirect diffuse light, albedo and normal, (h, w, 9)."""
     scene.cycles.samples, scene.cycles.seed = samples, seed
-    path = ROOT / "build/passes.exr"
+    path = Path(bpy.app.tempdir) / "passes.exr"
     scene.render.filepath = str(path)
     bpy.ops.render.render(write_still=True)
     with OpenEXR.File(str(path), separate_channels=True) as file:
