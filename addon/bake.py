@@ -28,7 +28,6 @@ from .photons import (
     PathKind,
     Photons,
     Source,
-    Sphere,
     guide_sources,
     light_sources,
     pilots_for,
@@ -105,15 +104,16 @@ def solve(
     of_photons = LightTracer(scene, photon_tracer) if photon_tracer else light_tracer
 
     # See where gather rays end, so that photons go there
-    survey, guided = None, sources
+    survey, guided, home = None, sources, region
     if settings.needs_cache:
-        survey = survey_surfaces(scene, light_tracer, receivers, settings.n_cache_elements, workers)
-        guided, seconds = _guided(scene, of_photons, sources, survey, settings, region, workers)
+        survey = survey_surfaces(scene, light_tracer, receivers, region, settings.n_cache_elements, workers)
+        guided, seconds = _guided(scene, of_photons, sources, survey, settings, workers)
+        home = survey.home
         if settings.time:
             settings = affordable(settings, pilots_for(settings.n_photons) / seconds)
 
     rest = workers.part(_PILOT_PART if survey else 0.0, 1.0)
-    photons = trace_photons(scene, of_photons, guided, settings.n_photons, settings.max_bounces, rest, region=region)
+    photons = trace_photons(scene, of_photons, guided, settings.n_photons, settings.max_bounces, rest, region=home)
     inspector.see("photons", lambda: (photons.position + LIFT * region.radius * photons.normal, photons.power))
     direct = DirectLight(scene, light_tracer, sources)
     deadline = started + settings.time if settings.time else np.inf
@@ -242,7 +242,6 @@ def _guided(
     sources: list[Source],
     survey: Survey,
     settings: BakeSettings,
-    region: Sphere,
     workers: Workers,
 ) -> tuple[list[Source], float]:
     """Sources whose photons go to what gather rays see, and the seconds that the photons took which told it."""
@@ -252,5 +251,5 @@ def _guided(
         return survey.worth(scene, photons)
 
     part, n_pilots = workers.part(0.0, _PILOT_PART), pilots_for(settings.n_photons)
-    guided = guide_sources(scene, tracer, sources, n_pilots, settings.max_bounces, worth, part, region)
+    guided = guide_sources(scene, tracer, sources, n_pilots, settings.max_bounces, worth, part, survey.home)
     return guided, perf_counter() - start

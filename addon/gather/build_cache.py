@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..parallel import Workers, slices
-from ..photons import PathKind, Photons
+from ..photons import PathKind, Photons, Sphere
 from ..photons.scattering import scatter, shading_ratio
 from ..receivers import Receivers
 from ..sampling.vectors import dot
@@ -25,6 +25,7 @@ from .radiance_cache import RadianceCache
 _PILOT, _DIRECT, _REFINE = 11, 12, 13  # streams of random numbers
 _MOST_PILOT_RAYS, _PILOT_RAYS_PER_ELEMENT = 1 << 18, 64  # that are sent to see where gather rays end
 _N_DIRECT_LOOK, _N_DIRECT_SEEN, _N_DIRECT_UNSEEN, _MAX_DIRECT = 4, 12, 2, 4096
+_HOME = 0.8  # of where rays end: what few of them see, out of a window, may be far away
 _LEAST_COVERAGE = np.float32(1e-3)  # where samples met nothing but holes
 _CHUNK = 1 << 15
 
@@ -40,11 +41,14 @@ class Survey:
         Ends of rays from the receivers, and of rays from there on, on each side: front at 2k, back at 2k + 1.
     seen : (2 e,) bool
         Whether light on this side may get to the receivers.
+    home : Sphere
+        Around the receivers' region, and four fifths of where the rays ended.
     """
 
     elements: SurfaceElements
     visits: np.ndarray
     seen: np.ndarray
+    home: Sphere
 
     def worth(self, scene: Scene, photons: Photons) -> np.ndarray:
         """What photons are worth to those who look, (n,): their power, by how much is seen of a square metre there."""
@@ -56,9 +60,15 @@ class Survey:
 
 
 def survey_surfaces(
-    scene: Scene, tracer: LightTracer, receivers: Receivers, n_elements: int, workers: Workers
+    scene: Scene, tracer: LightTracer, receivers: Receivers, region: Sphere, n_elements: int, workers: Workers
 ) -> Survey:
-    """Cut the surfaces into about `n_elements` elements, shared out by where gather rays from `receivers` end."""
+    """Cut the surfaces into about `n_elements` elements, shared out by where gather rays from `receivers` end.
+
+    Parameters
+    ----------
+    region : Sphere
+        Around most receivers.
+    """
     n_rays = min(_PILOT_RAYS_PER_ELEMENT * n_elements, _MOST_PILOT_RAYS)
     met, back = _pilot_hits(scene, tracer, receivers, n_rays, workers)
     cells = SurfaceCells.by_visits(scene, np.bincount(met.triangle, minlength=scene.n_triangles), n_elements)
@@ -69,7 +79,9 @@ def survey_surfaces(
     if scene.materials.translucent.nonzero.any():
         seen |= seen[:, ::-1]  # either side may shine through to the other
     visits = np.bincount(2 * elements.find(met.triangle, met.u, met.v) + back, minlength=2 * len(elements))
-    return Survey(elements, visits, seen.ravel())
+    away = scene.points(met.triangle, met.u, met.v) - region.centre
+    reach = float(np.quantile(np.sqrt(dot(away, away)), _HOME)) if len(away) else 0.0
+    return Survey(elements, visits, seen.ravel(), Sphere(region.centre, max(region.radius, reach)))
 
 
 def build_radiance_cache(

@@ -8,15 +8,18 @@ from ..sampling.streams import stream
 from ..sampling.vectors import largest
 from ..scene import Scene
 from .aiming import Aim
-from .source import bounding_sphere
+from .source import Sphere
 
 _LEAST_REFLECTANCE = 0.2  # of metal or a mirror; a varnish's caustics are dim, and most floors have one
-_LARGEST = 0.5  # radius over the scene's: what is larger is found anyway
+_LARGEST = 0.1  # radius over that of the receivers' region: what is larger is found anyway
 _MOST_BALLS = 32
 
 
-def caustic_makers(scene: Scene) -> Aim | None:
-    """Balls around the small objects that make caustics, those close together joined; None if there are none."""
+def caustic_makers(scene: Scene, region: Sphere) -> Aim | None:
+    """Balls around the objects that make caustics and are small beside the receivers' region; None without any.
+
+    Those close together are joined.
+    """
     makes = _focuses(scene)[scene.material_of_triangle] & scene.objects.scatters[scene.object_of_triangle]
     triangles = np.flatnonzero(makes)
     if len(triangles) == 0:
@@ -24,7 +27,7 @@ def caustic_makers(scene: Scene) -> Aim | None:
     corners = scene.vertices[scene.triangles[triangles]]
     objects, of_triangle = np.unique(scene.object_of_triangle[triangles], return_inverse=True)
     centre, radius = _balls(corners, of_triangle)
-    small = np.flatnonzero(radius < _LARGEST * bounding_sphere(scene).radius)
+    small = np.flatnonzero(radius < _LARGEST * region.radius)
     if len(small) == 0:
         return None
     group = np.full(len(objects), -1)

@@ -29,7 +29,7 @@ def light_sources(scene: Scene, region: Sphere) -> list[Source]:
     sources.append(MeshSource(scene))
     sources.append(WorldSource(scene, region))
     sources = [source for source in sources if source.power.sum() > 0]
-    aim = caustic_makers(scene)
+    aim = caustic_makers(scene, region)
     for source in sources:
         if aim and source.sampled_directly:
             source.aim_at(aim)

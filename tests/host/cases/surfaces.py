@@ -100,7 +100,7 @@ def principled_tint():
     shiny_floor(principled(Specular_IOR_Level=1.0, **inputs))
 
 
-@case("Metal, mirror", GROUP)
+@case("Metal, mirror", GROUP, effort=3)
 def metal_mirror():
     shiny_floor(principled(Base_Color=(0.9, 0.6, 0.3), Metallic=1.0, Roughness=0.0))
 
@@ -164,12 +164,12 @@ def two_mirrors():
     lamp("AREA", (-1.5, 0, -0.5), (-0.5, 0, -2), size=1, energy=200)
 
 
-@case("Glass pane (Principled transmission)", GROUP, effort=3)
+@case("Glass pane (Principled transmission)", GROUP, effort=9)
 def principled_glass():
     divided(principled(Transmission_Weight=1.0, Roughness=0.0, Base_Color=(0.6, 0.9, 0.7)), 0.2)
 
 
-@case("Rough glass pane (Principled transmission)", GROUP, effort=9)
+@case("Rough glass pane (Principled transmission)", GROUP, effort=18)
 def principled_rough_glass():
     divided(principled(Transmission_Weight=1.0, Roughness=0.4, Base_Color=(0.6, 0.9, 0.7)), 0.2)
 
@@ -179,17 +179,17 @@ def principled_half_glass():
     divided(principled(Transmission_Weight=0.5, Roughness=0.2, Base_Color=(0.6, 0.9, 0.7)), 0.2)
 
 
-@case("Glass BSDF", GROUP, effort=3)
+@case("Glass BSDF", GROUP, effort=9)
 def glass():
     divided(shader("BsdfGlass", {"Color": (0.7, 0.8, 0.95), "Roughness": 0.0, "IOR": 1.5}), 0.2)
 
 
-@case("Glass BSDF, rough", GROUP)
+@case("Glass BSDF, rough", GROUP, effort=3)
 def glass_rough():
     divided(shader("BsdfGlass", {"Color": (0.7, 0.8, 0.95), "Roughness": 0.5, "IOR": 1.5}), 0.2)
 
 
-@case("Glass ball (a caustic)", GROUP, effort=9)
+@case("Glass ball (a caustic)", GROUP, effort=16)
 def glass_ball():
     # The ball gathers the light of a lamp above into a bright spot.
     room(dim=0.6)
