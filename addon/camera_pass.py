@@ -74,7 +74,8 @@ def _caustics(points: CameraPoints, solution: Solution, workers: Workers) -> tup
     focused = solution.photons.where(solution.photons.kind == PathKind.CAUSTIC)
     radiance = np.zeros((len(points), 3), np.float32)
     if len(focused) and len(k):
-        irradiance, of_irradiance = photon_volume_irradiance(points.camera, points.seen.where(k), focused, workers)
+        seen, tracer = points.seen.where(k), solution.tracer.surfaces
+        irradiance, of_irradiance = photon_volume_irradiance(points.camera, seen, focused, workers, tracer=tracer)
         radiance[k] = points.front[k] * irradiance / np.float32(np.pi)
         stderr[k] = points.front[k].mean(axis=1) * of_irradiance / np.float32(np.pi)
     return points.picture(radiance), stderr

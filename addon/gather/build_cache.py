@@ -23,7 +23,7 @@ from .gather_rays import GatherRays
 from .radiance_cache import RadianceCache
 
 _PILOT, _DIRECT, _REFINE = 11, 12, 13  # streams of random numbers
-_MOST_PILOT_RAYS, _PILOT_RAYS_PER_ELEMENT = 1 << 18, 64  # that are sent to see where gather rays end
+_MOST_PILOT_RAYS, _PILOT_RAYS_PER_ELEMENT = 1 << 18, 16  # that are sent to see where gather rays end
 _N_DIRECT_LOOK, _N_DIRECT_SEEN, _N_DIRECT_UNSEEN, _MAX_DIRECT = 4, 12, 2, 4096
 _HOME = 0.8  # of where rays end: what few of them see, out of a window, may be far away
 _LEAST_COVERAGE = np.float32(1e-3)  # where samples met nothing but holes

@@ -184,7 +184,7 @@ def glass():
     divided(shader("BsdfGlass", {"Color": (0.7, 0.8, 0.95), "Roughness": 0.0, "IOR": 1.5}), 0.2)
 
 
-@case("Glass BSDF, rough", GROUP, effort=3)
+@case("Glass BSDF, rough", GROUP, effort=6)
 def glass_rough():
     divided(shader("BsdfGlass", {"Color": (0.7, 0.8, 0.95), "Roughness": 0.5, "IOR": 1.5}), 0.2)
 
