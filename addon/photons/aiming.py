@@ -12,6 +12,8 @@ import numpy as np
 from ..sampling.vectors import dot
 from ..sampling.warps import sample_uniform_cone, sample_uniform_disk, to_world
 
+_NARROWEST = 1 - 2.0**-40  # cosine: nothing is so far away that its cone has no solid angle
+
 
 @dataclass(frozen=True)
 class Aim:
@@ -103,5 +105,6 @@ def cone_around(
     distance = np.linalg.norm(way, axis=1).astype(np.float64)
     sine = (radius + reach) / np.maximum(distance, 1e-30)
     cosine = np.where(sine < 1, np.sqrt(np.maximum(1 - sine**2, 0)), -1)
+    cosine = np.minimum(cosine, _NARROWEST)
     axes = np.where((distance > 0)[:, None], way / np.maximum(distance, 1e-30)[:, None], [0, 0, 1])
     return cosine, axes.astype(np.float32)

@@ -27,7 +27,7 @@ def caustic_makers(scene: Scene, region: Sphere) -> Aim | None:
     corners = scene.vertices[scene.triangles[triangles]]
     objects, of_triangle = np.unique(scene.object_of_triangle[triangles], return_inverse=True)
     centre, radius = _balls(corners, of_triangle)
-    small = np.flatnonzero(radius < _LARGEST * region.radius)
+    small = np.flatnonzero((radius > 0) & (radius < _LARGEST * region.radius))
     if len(small) == 0:
         return None
     group = np.full(len(objects), -1)
