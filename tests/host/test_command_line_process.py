@@ -42,7 +42,8 @@ def test_bake_and_save(blend):
 def test_exit_statuses(blend, tmp_path):
     assert stand_in("-b", blend, "-c", "photon_bake", "--help").returncode == 0
     assert stand_in("-b", blend, "-c", "photon_bake", "--objects", "Nobody").returncode == 1
-    assert stand_in("-b", blend, "-c", "photon_bake", "--target", "camera").returncode == 2
+    assert stand_in("-b", blend, "-c", "photon_bake", "--target", "camera").returncode == 1  # the file has none
+    assert stand_in("-b", blend, "-c", "photon_bake", "--target", "nowhere").returncode == 2
     assert stand_in("-b", tmp_path / "missing.blend", "-c", "photon_bake").returncode == 1
     assert stand_in("-c", "no_such_command").returncode == 2
     assert stand_in("--no-such-option").returncode == 2
