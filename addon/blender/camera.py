@@ -43,9 +43,8 @@ def read_camera(scene: Any, depsgraph: Any, warnings: list[str] | None = None) -
     lens, (left, right, bottom, top) = _lens_and_window(scene, data, name, width, height)
     across, up = (right - left) / width, (top - bottom) / height
     world_from_camera = np.array(camera.matrix_world, np.float64)
-    right_axis, up_axis, back = (
-        world_from_camera[:3, i] / max(np.linalg.norm(world_from_camera[:3, i]), 1e-30) for i in range(3)
-    )
+    axes = world_from_camera[:3, :3].T
+    right_axis, up_axis, back = axes / np.maximum(np.linalg.norm(axes, axis=1, keepdims=True), 1e-30)
     return Camera(
         position=world_from_camera[:3, 3].astype(np.float32),
         axes=np.stack([right_axis, up_axis, -back]).astype(np.float32),
