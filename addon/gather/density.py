@@ -25,13 +25,15 @@ SLICE = np.float32(0.2)
 LOW_DENSITY = 0.05
 """α of Eq. 3.6: where photons are less dense than this share of their average, the radius is not grown further."""
 
+SAME_SIDE = np.float32(0.5)
+"""Least cosine between normals of one surface."""
+
 _DENSITY = 41  # stream of random numbers
 _PAIRS = 1 << 19  # of receivers and photons in a chunk, which bounds the memory
 _OVERSEARCH = 2  # in an edge between two faces, half of the nearest photons are the other face's
 _N_DISC_RAYS = 16
 _LOWEST = np.float32(0.1)  # cosine: few photons come in lower, and each would weigh the more
 _LEAST_SHARE = np.float32(1 / 8)  # half of a corner between three walls: with less, the receiver is on no surface
-_SAME_SIDE = np.float32(0.5)  # least cosine between normals of one surface
 
 
 def search_radius(photons: Photons, region: Sphere, k: int) -> float:
@@ -120,7 +122,7 @@ def _on_surface(
     whether another surface lies there, so that no light gets to them.
     """
     hits = tracer.surfaces.closest_hit(x, -normals, farthest)
-    beneath = hits.hit & (np.abs(dot(hits.normal, normals)) > _SAME_SIDE)
+    beneath = hits.hit & (np.abs(dot(hits.normal, normals)) > SAME_SIDE)
     smothered = beneath & tracer.smothered(hits.triangle, hits.u, hits.v)
     return x - np.where(beneath, hits.distance, 0)[:, None] * normals, smothered
 
@@ -143,7 +145,7 @@ def _nearest_in_slice(
     # How far the sphere was looked through: to the last photon found, or all the way
     looked = np.where(found[:, -1], distance[:, -1], np.float32(r_max))
     height = np.abs(np.einsum("nki,ni->nk", positions[index] - x[:, None], normals))
-    same_side = np.einsum("nki,ni->nk", photon_normals[index], normals) > _SAME_SIDE
+    same_side = np.einsum("nki,ni->nk", photon_normals[index], normals) > SAME_SIDE
     rank = np.cumsum(found & same_side, axis=1)
     r = np.where(rank[:, -1] >= k, np.take_along_axis(distance, _first(rank >= k), 1)[:, 0], looked)
     in_slice = found & same_side & (distance < r[:, None]) & (height <= SLICE * r[:, None])
@@ -181,7 +183,7 @@ def surface_share(
     thickness = np.repeat(2 * SLICE * r, n_rays)
     hits = tracer.closest_hit(raised, down)
     cosine = np.abs(dot(hits.normal, down))
-    lies_there = hits.hit & (hits.distance <= thickness) & (cosine > _SAME_SIDE)
+    lies_there = hits.hit & (hits.distance <= thickness) & (cosine > SAME_SIDE)
     hidden = tracer.occluded(np.repeat(x + top, n_rays, 0), raised)
     share = (lies_there & ~hidden).reshape(len(x), n_rays).mean(axis=1, dtype=np.float32)
     return np.maximum(share, _LEAST_SHARE), hidden.reshape(len(x), n_rays).any(axis=1)

@@ -12,6 +12,7 @@ from ..photons import Photons
 from ..receivers import Camera, SeenSurface
 from ..sampling.spherical_harmonics import sh_cosine_lobe
 from ..sampling.vectors import dot
+from .density import SAME_SIDE
 from .sh_fields import N_LIGHT, light_fields, random_signs, sh_response, solve_radiance
 
 N_ITERATIONS = 12
@@ -21,7 +22,6 @@ _REACH = 3  # sides of a pixel that neighbours on one surface may lie apart at l
 _PHOTONS_WITHIN = 50  # that h is to hold where photons are as dense as on average: C₀ = √(50/π)
 
 _LEAST_DENSITY = 0.01  # P_min
-_SAME_SIDE = np.float32(0.5)  # least cosine between normals of one surface
 _SHARE = np.float32(1 / 5)  # of its light that a pixel sends to each of its neighbours in an iteration
 _CHUNK = 1 << 17  # photons
 
@@ -71,7 +71,7 @@ def _inject(
         away, normals = part.position - seen.position[at], part.normal
         h = np.float32(radius) / np.sqrt(np.clip(part.path_density, _LEAST_DENSITY, 1))
         on_surface = np.abs(dot(away, seen.normal[at])) < h
-        k = np.flatnonzero((at >= 0) & on_surface & (dot(normals, seen.normal[at]) > _SAME_SIDE))
+        k = np.flatnonzero((at >= 0) & on_surface & (dot(normals, seen.normal[at]) > SAME_SIDE))
         light = light_fields(part.power[k], -part.direction[k], signs[part.path[k]])
         return at[k], light.reshape(N_LIGHT * 4, len(k))
 
@@ -95,7 +95,7 @@ def _neighbours(camera: Camera, seen: SeenSurface, of_pixel: np.ndarray, radius:
         a, b = a[both], b[both]
         away = seen.position[b] - seen.position[a]
         near = dot(away, away) < np.maximum(radius**2, _REACH**2 * np.maximum(seen.area[a], seen.area[b]))
-        facing = dot(seen.normal[a], seen.normal[b]) > _SAME_SIDE
+        facing = dot(seen.normal[a], seen.normal[b]) > SAME_SIDE
         pairs.append(np.stack([a, b])[:, near & facing])
     return pairs
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..unrolling import unrolled
 from .files import whole_file
 
 _SHORTEST_RUN, _LONGEST_RUN, _LONGEST_LITERAL = 4, 127, 128
@@ -51,8 +52,8 @@ def _runs(pixels: np.ndarray) -> bytes:
     code[place] = np.where(is_run, 128 + length, length)
     code[place[is_run] + 1] = data[start[is_run]]
     literal = np.flatnonzero(~is_run)
-    block = np.repeat(literal, length[literal])
-    within = np.arange(len(block)) - np.repeat(np.cumsum(length[literal]) - length[literal], length[literal])
+    nth, within = unrolled(length[literal])
+    block = literal[nth]
     code[place[block] + 1 + within] = data[start[block] + within]
     return code.tobytes()
 
@@ -68,7 +69,6 @@ def _blocks(data: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray, np.nd
     start, is_run = start[opens], is_run[opens]
     length = np.diff(start, append=len(data))
     longest = np.where(is_run, _LONGEST_RUN, _LONGEST_LITERAL)
-    pieces = -(-length // longest)
-    block = np.repeat(np.arange(len(start)), pieces)
-    before = (np.arange(len(block)) - np.repeat(np.cumsum(pieces) - pieces, pieces)) * longest[block]
+    block, piece = unrolled(-(-length // longest))
+    before = piece * longest[block]
     return start[block] + before, np.minimum(length[block] - before, longest[block]), is_run[block]

@@ -38,9 +38,7 @@ class View(Source):
 
     def __init__(self, source: Source) -> None:
         self._source = source
-        self.name, self.lamp, self.power = source.name, source.lamp, source.power
-        self.sampled_directly = source.sampled_directly
-        self.illuminates, self.blocked_by = source.illuminates, source.blocked_by
+        self._be_like(source)
 
     def emit(self, u: np.ndarray) -> Rays:
         """As the source does."""

@@ -43,9 +43,7 @@ class GuidedSource(Source):
 
     def __init__(self, source: Source, u: np.ndarray, worth: np.ndarray) -> None:
         self._source = source
-        self.name, self.lamp, self.power = source.name, source.lamp, source.power
-        self.sampled_directly = source.sampled_directly
-        self.illuminates, self.blocked_by = source.illuminates, source.blocked_by
+        self._be_like(source)
         self._shape = np.array(source.n_cells)
         fine = _root_mean_square(self._cell(u, 1), worth, self._shape)
         coarse = _root_mean_square(self._cell(u, _MERGED), worth, -(-self._shape // _MERGED))

@@ -99,6 +99,12 @@ class Source:
         self.illuminates = None if lights.illuminates is None else lights.illuminates[lamp]
         self.blocked_by = None if lights.blocked_by is None else lights.blocked_by[lamp]
 
+    def _be_like(self, source: "Source") -> None:
+        """Take over what all sources have."""
+        self.name, self.lamp, self.power = source.name, source.lamp, source.power
+        self.sampled_directly = source.sampled_directly
+        self.illuminates, self.blocked_by = source.illuminates, source.blocked_by
+
     def emit(self, u: np.ndarray) -> Rays:
         """Rays for points `u` (n, 5) of the unit hypercube."""
         raise NotImplementedError

@@ -139,8 +139,7 @@ class SeenSurface:
 
     def where(self, chosen: np.ndarray) -> "SeenSurface":
         """The points that a mask or an index array chooses."""
-        names = ("pixel", "direction", "position", "normal", "shading_normal", "area")
-        return SeenSurface(hits=self.hits.where(chosen), **{name: getattr(self, name)[chosen] for name in names})
+        return SeenSurface(hits=self.hits.where(chosen), **{name: getattr(self, name)[chosen] for name in _COLUMNS})
 
     def in_pixels(self, pixel: np.ndarray) -> "SeenSurface":
         """The same points in other pixels (p,)."""
@@ -153,9 +152,11 @@ class SeenSurface:
     @staticmethod
     def join(parts: "list[SeenSurface]") -> "SeenSurface":
         """All points of several `SeenSurface`, in order."""
-        names = ("pixel", "direction", "position", "normal", "shading_normal", "area")
-        arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+        arrays = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS}
         return SeenSurface(hits=Hits.join([part.hits for part in parts]), **arrays)
+
+
+_COLUMNS = ("pixel", "direction", "position", "normal", "shading_normal", "area")
 
 
 def seen_surface(scene: Scene, tracer: LightTracer, camera: Camera) -> SeenSurface:
@@ -163,7 +164,9 @@ def seen_surface(scene: Scene, tracer: LightTracer, camera: Camera) -> SeenSurfa
     rays = camera.rays(camera.middles())
     hits = first_hits(tracer, rays)
     k = np.flatnonzero(hits.hit)
-    return surface_seen(scene, camera, k, hits.where(k), rays.origins[k], rays.directions[k])
+    hits, origins, directions = hits.where(k), rays.origins[k], rays.directions[k]
+    facing_area = camera.pixel_area(hits.points(origins, directions)[0])
+    return surface_seen(scene, k, hits, origins, directions, facing_area)
 
 
 def first_hits(tracer: LightTracer, rays: CameraRays) -> Hits:
@@ -181,7 +184,12 @@ def first_hits(tracer: LightTracer, rays: CameraRays) -> Hits:
 
 
 def surface_seen(
-    scene: Scene, camera: Camera, pixel: np.ndarray, hits: Hits, origins: np.ndarray, directions: np.ndarray
+    scene: Scene,
+    pixel: np.ndarray,
+    hits: Hits,
+    origins: np.ndarray,
+    directions: np.ndarray,
+    facing_area: np.ndarray,
 ) -> SeenSurface:
     """The surface that rays from a camera hit.
 
@@ -192,8 +200,10 @@ def surface_seen(
         All hit.
     origins, directions : (n, 3) float32
         Of the rays.
+    facing_area : (n,) float32, m²
+        What the pixels would cover if the surface faced them.
     """
     position, normal = hits.points(origins, directions)
     shading = scene.shading_normals(hits.triangle, hits.u, hits.v, normal)
     cosine = np.maximum(np.abs(dot(directions, normal)), LEAST_COSINE)
-    return SeenSurface(pixel, hits, directions, position, normal, shading, camera.pixel_area(position) / cosine)
+    return SeenSurface(pixel, hits, directions, position, normal, shading, facing_area / cosine)

@@ -9,7 +9,7 @@ from ..photons.scattering import NARROW_LOBES, scatter
 from ..sampling.sequences import r2_sequence
 from ..scene import Scene
 from ..tracers import Hits, LightTracer
-from .camera import LEAST_COSINE, Camera, SeenSurface, first_hits
+from .camera import Camera, SeenSurface, first_hits, surface_seen
 from .pixel_filter import PixelFilter
 
 _MOST_FOLLOWED = 8
@@ -83,7 +83,9 @@ def camera_samples(
     paths = _Paths(hits, rays.origins, rays.directions, hits.tinted(np.ones((n, 3), np.float32)), hits.distance)
     paths.follow(scene, tracer, random)
     k = np.flatnonzero(paths.hits.hit)
-    seen = _seen(scene, paths, k, facing_area[k] * (paths.distance[k] / first_distance[k]) ** 2, k // n_samples)
+    grown = (paths.distance[k] / first_distance[k]) ** 2
+    ends = paths.hits.where(k), paths.origins[k], paths.directions[k]
+    seen = surface_seen(scene, k // n_samples, *ends, facing_area[k] * grown)
     shape = (len(pixel), n_samples)
     return CameraSamples(
         sample=k,
@@ -94,15 +96,6 @@ def camera_samples(
         normal=normals.reshape(*shape, 3).mean(axis=1),
         beyond=paths.emission_met(scene, 2).reshape(*shape, 3).mean(axis=1),
     )
-
-
-def _seen(scene: Scene, paths: "_Paths", k: np.ndarray, facing_area: np.ndarray, pixel: np.ndarray) -> SeenSurface:
-    """The surfaces that the paths k came to, whose pixel covers `facing_area` (k,) of them if they face it."""
-    hits, directions = paths.hits.where(k), paths.directions[k]
-    position, normal = hits.points(paths.origins[k], directions)
-    shading = scene.shading_normals(hits.triangle, hits.u, hits.v, normal)
-    cosine = np.maximum(np.abs(np.einsum("ni,ni->n", directions, normal)), LEAST_COSINE)
-    return SeenSurface(pixel, hits, directions, position, normal, shading, facing_area / cosine)
 
 
 class _Paths:

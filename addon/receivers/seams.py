@@ -6,6 +6,7 @@ import numpy as np
 
 from ..sampling.vectors import dot
 from ..tracers import Tracer
+from ..unrolling import unrolled
 from .charts import Charts
 
 _A_TEXEL = 2  # samples
@@ -89,9 +90,8 @@ class _Edges:
 
     def samples(self) -> tuple[np.ndarray, np.ndarray]:
         """Edge of each sample, and how far along it lies, evenly spaced."""
-        edge = np.repeat(np.arange(len(self)), self.n_samples)
-        first = np.cumsum(self.n_samples) - self.n_samples
-        return edge, (np.arange(len(edge)) - first[edge] + 0.5) / self.n_samples[edge]
+        edge, nth = unrolled(self.n_samples)
+        return edge, (nth + 0.5) / self.n_samples[edge]
 
     def nearest(self, edge: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How far along its edge the place next to each position (n, 3) lies, and their distance, (n,) each."""
@@ -137,9 +137,8 @@ def _pairs(edges: _Edges, edge: np.ndarray, position: np.ndarray) -> tuple[np.nd
     """Every sample with every other edge that its edge may meet: samples and edges, (n,) each."""
     a, b = _edges_that_may_meet(edges, edge, position)
     first = np.cumsum(edges.n_samples) - edges.n_samples
-    pair = np.repeat(np.arange(len(a)), edges.n_samples[a])
-    start = np.cumsum(edges.n_samples[a]) - edges.n_samples[a]
-    return first[a[pair]] + np.arange(len(pair)) - start[pair], b[pair]
+    pair, nth = unrolled(edges.n_samples[a])
+    return first[a[pair]] + nth, b[pair]
 
 
 def _edges_that_may_meet(edges: _Edges, edge: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..sampling.vectors import dot, largest
 from ..scene import Scene
+from ..unrolling import unrolled
 from .protocol import Tracer
 
 _MAX_TRIANGLES = 1 << 20  # looked at, the largest first
@@ -48,9 +49,7 @@ class CoincidentSurfaces:
         if len(k) == 0:
             return smothered
         x = self._scene.points(triangle[k], u[k], v[k])
-        counts = self._n_partners[triangle[k]]
-        point = np.repeat(np.arange(len(k)), counts)
-        nth = np.arange(len(point)) - np.repeat(np.cumsum(counts) - counts, counts)
+        point, nth = unrolled(self._n_partners[triangle[k]])
         partner = self._start[triangle[k]][point] + nth
 
         # Of the many partners that a ground has, few are near

@@ -21,6 +21,7 @@ RANKS = [
         "addon.camera_settings",
         "addon.inspector",
         "addon.sampling",
+        "addon.unrolling",
     ],
     ["addon.scene"],
     ["addon.bsdf"],

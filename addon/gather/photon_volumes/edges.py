@@ -9,9 +9,8 @@ from ...sampling.streams import below_one, sobol
 from ...sampling.vectors import dot
 from ...sampling.warps import sample_uniform_disk
 from ...tracers import Tracer
-from ..density import surface_share
+from ..density import SAME_SIDE, surface_share
 
-_SAME_SIDE = np.float32(0.5)  # least cosine between normals of one surface
 _REACH = np.float32(3)  # sides of a pixel that neighbours on one surface may be off each other's plane
 _N_RAYS = 32
 _CHUNK = 1 << 13  # points
@@ -67,5 +66,5 @@ def _distance_to_edge(camera: Camera, seen: SeenSurface) -> np.ndarray:
 def _on_one_surface(seen: SeenSurface, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Whether points a and b (n,), −1 for none, lie on one surface, (n,) bool."""
     off_plane = np.abs(dot(seen.position[b] - seen.position[a], seen.normal[a]))
-    alike = (dot(seen.normal[a], seen.normal[b]) > _SAME_SIDE) & (off_plane < _REACH * np.sqrt(seen.area[a]))
+    alike = (dot(seen.normal[a], seen.normal[b]) > SAME_SIDE) & (off_plane < _REACH * np.sqrt(seen.area[a]))
     return (a >= 0) & (b >= 0) & alike

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from ...unrolling import unrolled
+
 _BITS = 20  # of a point's place along each axis
 _STEPS = 1 << _BITS
 
@@ -63,9 +65,3 @@ class PointRows:
     @staticmethod
     def _key(x: np.ndarray | np.int64, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         return (z << 2 * _BITS) + (y << _BITS) + x
-
-
-def unrolled(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Items that have `counts` (n,) parts each: of every part its item and its number within it, int64."""
-    item = np.repeat(np.arange(len(counts)), counts)
-    return item, np.arange(len(item)) - (np.cumsum(counts) - counts)[item]

@@ -6,9 +6,7 @@ from scipy.spatial import cKDTree
 from ...parallel import Workers
 from ...photons import Photons
 from ...sampling.streams import PathNumbers
-
-LOW_DENSITY = 0.05
-"""α of the π-engine's Eq. 3.6: where photons are less dense than this share of their average, volumes grow no more."""
+from ..density import LOW_DENSITY
 
 _LEAST_PATH_DENSITY = 0.01
 _NEIGHBOURS = 16  # by which the density is measured: of fewer it would be noisy

@@ -14,12 +14,10 @@ import numpy as np
 from ...parallel import Workers
 from ...photons import Photons
 from ...sampling.vectors import dot
-from .point_rows import PointRows, unrolled
+from ...unrolling import unrolled
+from ..density import SAME_SIDE, SLICE
+from .point_rows import PointRows
 
-SLICE = np.float32(0.2)
-"""The ellipsoid's half height over its radius, as for the density estimate."""
-
-_SAME_SIDE = np.float32(0.5)  # least cosine between normals of one surface
 _FOLD = 4.0  # radii that differ less share their rows of points
 _ROWS_A_RADIUS = 4  # of the largest of them
 _CHUNK, _PAIRS = 1 << 13, 1 << 20  # photons, and pairs of photons and points, at a time
@@ -137,7 +135,7 @@ def _pairs(
         t2 = (dot(away, away) + (1 / SLICE**2 - 1) * height**2) * flat.take(of)
         near = np.flatnonzero(t2 < 1)
         at, of = at.take(near), of.take(near)
-        same = np.flatnonzero(dot(points.normal.take(at, axis=0), normal.take(of, axis=0)) > _SAME_SIDE)
+        same = np.flatnonzero(dot(points.normal.take(at, axis=0), normal.take(of, axis=0)) > SAME_SIDE)
         of = of.take(same)
         yield at.take(same), of, np.float32(2 / np.pi) * flat.take(of) * (1 - t2.take(near.take(same)))
 
