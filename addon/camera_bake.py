@@ -59,8 +59,9 @@ def bake_camera(
     if len(seen) == 0:
         black = np.zeros((camera.height, camera.width, 3), np.float32)
         return CameraLight(black, black, black, black)
-    sources = light_sources(scene, region_of(seen.position))
-    photons = trace_photons(scene, light_tracer, sources, settings.n_photons, settings.max_bounces, workers)
+    home, bounces = region_of(seen.position), settings.max_bounces
+    sources = light_sources(scene, home)
+    photons = trace_photons(scene, light_tracer, sources, settings.n_photons, bounces, workers, region=home)
 
     smooth = photons.where(photons.kind == PathKind.INDIRECT)
     volumes = Cascade.of_photons(scene, light_tracer, smooth, seen.position, settings.n_grid_cells, workers)
