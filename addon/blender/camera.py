@@ -12,7 +12,12 @@ from ..receivers.pixel_filter import FilterKind
 Window = tuple[float, float, float, float]
 
 _PANORAMAS = ("EQUIRECTANGULAR", "FISHEYE_EQUIDISTANT", "FISHEYE_EQUISOLID")
-_FILTERS: dict[str, FilterKind] = {"BOX": "box", "GAUSSIAN": "gaussian", "BLACKMAN_HARRIS": "blackman_harris"}
+_FILTERS: dict[str, tuple[FilterKind, float]] = {
+    "BOX": ("box", 1.0),
+    "GAUSSIAN": ("gaussian", 3.0),
+    "BLACKMAN_HARRIS": ("blackman_harris", 2.0),
+}
+"""By Cycles' name: the filter, and how much wider it is from end to end than its Width says."""
 
 
 def read_camera(scene: Any, depsgraph: Any, warnings: list[str] | None = None) -> Camera:
@@ -74,10 +79,9 @@ def read_frame(scene: Any) -> PictureFrame:
 def read_pixel_filter(scene: Any) -> PixelFilter:
     """The filter by which the scene's engine makes pixels of samples."""
     if scene.render.engine != "CYCLES":
-        return PixelFilter("blackman_harris", scene.render.filter_size)
-    cycles = scene.cycles
-    kind = _FILTERS[cycles.pixel_filter_type]
-    return PixelFilter(kind, 1.0 if kind == "box" else cycles.filter_width)
+        return PixelFilter("blackman_harris", 2 * scene.render.filter_size)  # a radius
+    kind, widen = _FILTERS[scene.cycles.pixel_filter_type]
+    return PixelFilter(kind, 1.0 if kind == "box" else widen * scene.cycles.filter_width)
 
 
 def _resolution(render: Any) -> tuple[int, int]:

@@ -7,11 +7,11 @@ import OpenEXR
 PATH_LIMITS = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_max_bounces")
 
 
-def render_passes(scene, path, samples=1, filter_width=1.5, bounces=32):
+def render_passes(scene, path, samples=1, filter_width=1.5, bounces=32, pixel_filter="BLACKMAN_HARRIS"):
     """What Cycles renders into `path`, an EXR of many layers: channels (h, w) by name, the first row on top."""
     scene.render.engine, cycles = "CYCLES", scene.cycles
     cycles.samples, cycles.use_denoising, cycles.use_adaptive_sampling = samples, False, False
-    cycles.pixel_filter_type, cycles.filter_width = "BLACKMAN_HARRIS", filter_width
+    cycles.pixel_filter_type, cycles.filter_width = pixel_filter, filter_width
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0
     for limit in PATH_LIMITS:
         setattr(cycles, limit, bounces)

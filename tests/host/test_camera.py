@@ -12,6 +12,7 @@ from photon_bake.addon.receivers import seen_surface
 from photon_bake.addon.tracers import LightTracer
 from photon_bake.addon.tracers.embree import EmbreeTracer
 from photon_bake.tests.host.cycles_passes import render_passes
+from photon_bake.tests.host.scenes import add_material, add_plane
 
 
 def new_camera(scene, **lens):
@@ -161,9 +162,18 @@ def test_depth_of_field_is_told(empty_scene):
     assert len(warnings) == 1 and "'Camera'" in warnings[0]
 
 
-def test_pixel_filter_is_the_engine_s(empty_scene):
-    empty_scene.render.engine, cycles = "CYCLES", empty_scene.cycles
-    cycles.pixel_filter_type, cycles.filter_width = "GAUSSIAN", 3.0
-    assert read_pixel_filter(empty_scene).kind == "gaussian" and read_pixel_filter(empty_scene).width == 3
-    cycles.pixel_filter_type = "BOX"
-    assert read_pixel_filter(empty_scene).width == 1
+@pytest.mark.parametrize("kind", ["BLACKMAN_HARRIS", "GAUSSIAN", "BOX"])
+def test_pixel_filter_is_the_engine_s(empty_scene, tmp_path, kind):
+    """An edge, a little turned, as Cycles filters it, and by offsets on a grid over the filter."""
+    render = empty_scene.render
+    render.resolution_x = render.resolution_y = 24
+    material, _ = add_material(node="ShaderNodeEmission")
+    add_plane(size=100, material=material).location = (50, 0, -5)
+    camera = new_camera(empty_scene, type="ORTHO", ortho_scale=24)
+    camera.location, camera.rotation_euler, camera.scale = (0, 0, 0), (0, 0, 0.1), (1, 1, 1)
+    cycles = render_passes(empty_scene, tmp_path / "edge.exr", 64, filter_width=1.4, pixel_filter=kind)["Combined.R"]
+    middles = np.arange(24) - 11.5
+    offsets = read_pixel_filter(empty_scene).offsets((np.arange(100) + 0.5) / 100)
+    x, y = middles[None, :, None, None] + offsets[:, None], middles[::-1, None, None, None] + offsets
+    ours = (x * np.cos(0.1) > y * np.sin(0.1)).mean(axis=(2, 3))
+    assert np.sqrt(((cycles - ours) ** 2).mean()) < 0.01
