@@ -9,6 +9,8 @@ the lamp's world matrix:
 - area: radiance Φ / (π · area), the area as scaled in the world; without Normalize Φ / π. A spread does not change the
   power.
 
+Rays that gloss or glass sends on see lamps as Ray Visibility says, and none without Multiple Importance.
+
 These were measured with Cycles 4.5 and 5.2 and are held by tests/host/test_extract_lamps.py.
 """
 
@@ -46,6 +48,20 @@ def read_lamp(obj: "bpy.types.Object", matrix: np.ndarray, name: str, warnings: 
         return Lights.none()
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)
     power = _power(light, name, warnings)
+    lights = _shining(light, power, matrix, lengths, name, warnings)
+    met = bool(getattr(getattr(light, "cycles", None), "use_multiple_importance_sampling", True))
+    return lights.seen(met and obj.visible_glossy, met and obj.visible_transmission)
+
+
+def _shining(
+    light: "bpy.types.Light",
+    power: np.ndarray,
+    matrix: np.ndarray,
+    lengths: np.ndarray,
+    name: str,
+    warnings: Warnings,
+) -> Lights:
+    """A lamp of any type, as all rays see it."""
     if light.type == "AREA":
         return _area(light, power, matrix, lengths, name, warnings)
     if light.type == "SUN":

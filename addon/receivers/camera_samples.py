@@ -7,8 +7,10 @@ import numpy as np
 from ..bsdf import SMOOTH
 from ..photons.scattering import NARROW_LOBES, scatter
 from ..sampling.sequences import r2_sequence
+from ..sampling.vectors import dot
 from ..scene import Scene
-from ..tracers import Hits, LightTracer
+from ..tracers import Hits, LightTracer, RayKind
+from ..tracers.lamp_hits import lamps_along
 from .camera import Camera, SeenSurface, first_hits, surface_seen
 from .pixel_filter import PixelFilter
 
@@ -38,7 +40,7 @@ class CameraSamples:
     normal : (p, 3) float32
         Mean shading normal of the first surfaces, 0 counting where there are none.
     beyond : (p, 3) float32, W/(m² sr)
-        What is emitted, by the world or by surfaces, where samples end over more than one mirror or surface of glass.
+        What the world, surfaces and lamps emit that is seen over more than one mirror or surface of glass.
     """
 
     sample: np.ndarray
@@ -94,12 +96,15 @@ def camera_samples(
         n_followed=paths.n_followed,
         depth=depth.reshape(shape)[:, 0],
         normal=normals.reshape(*shape, 3).mean(axis=1),
-        beyond=paths.emission_met(scene, 2).reshape(*shape, 3).mean(axis=1),
+        beyond=(paths.lamplight + paths.emission_met(scene, 2)).reshape(*shape, 3).mean(axis=1),
     )
 
 
 class _Paths:
-    """n samples on their way: the last ray of each, where it ends, and the length (n,) of all the way, m."""
+    """n samples on their way: the last ray of each, where it ends, and the length (n,) of all the way, m.
+
+    `lamplight` (n, 3), W/(m² sr), is of the lamps met over more than one mirror or surface of glass.
+    """
 
     def __init__(
         self, hits: Hits, origins: np.ndarray, directions: np.ndarray, throughput: np.ndarray, distance: np.ndarray
@@ -107,6 +112,7 @@ class _Paths:
         self.hits, self.origins, self.directions = hits, origins, directions
         self.throughput, self.distance = throughput, distance
         self.n_followed = np.zeros(len(origins), np.uint8)
+        self.lamplight = np.zeros_like(throughput)
 
     def follow(self, scene: Scene, tracer: LightTracer, random: np.random.Generator) -> None:
         """Send those on that met a mirror or clear glass, until they meet something else; a few are dropped."""
@@ -115,7 +121,7 @@ class _Paths:
             return
         self.hits, self.origins, self.directions = self.hits.with_tint(), self.origins.copy(), self.directions.copy()
         self.distance = self.distance.copy()
-        for _ in range(_MOST_FOLLOWED):
+        for step in range(_MOST_FOLLOWED):
             if len(k) == 0:
                 return
             hits, directions = self.hits.where(k), self.directions[k]
@@ -125,6 +131,11 @@ class _Paths:
             self.hits.put(k, onward)
             self.origins[k], self.directions[k] = on.origins, on.directions
             self.throughput[k] *= onward.tinted(on.weight)
+            if step > 0:
+                kind = np.where(dot(on.directions, normals) > 0, RayKind.GLOSSY, RayKind.TRANSMITTED)
+                objects = scene.object_of_triangle[hits.triangle]
+                met = lamps_along(scene.lights, on.origins, on.directions, onward.distance, kind, objects)
+                self.lamplight[k] += self.throughput[k] * met
             self.distance[k] += np.where(onward.hit, onward.distance, 0)
             self.n_followed[k] += 1
             k = self._at_mirrors(scene, k[onward.hit])

@@ -1,6 +1,6 @@
 """Lamps: the lights that have no mesh."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from enum import IntEnum
 
 import numpy as np
@@ -49,6 +49,8 @@ class Lights:
         Otherwise 1.
     spread : (l,) float32, rad
         RECTANGLE and ELLIPSE: full angle beyond which nothing is emitted; π without a spread. Otherwise π.
+    seen_in_gloss, seen_through_glass : (l,) bool
+        Whether rays that a surface reflects, or lets through, meet the lamp, if it has a size.
     illuminates : (l, o) bool or None
         Which objects of the scene each lamp lights; None where every lamp lights all.
     blocked_by : (l, o) bool or None
@@ -69,6 +71,8 @@ class Lights:
     blend: np.ndarray
     stretch: np.ndarray
     spread: np.ndarray
+    seen_in_gloss: np.ndarray
+    seen_through_glass: np.ndarray
     illuminates: np.ndarray | None = None
     blocked_by: np.ndarray | None = None
 
@@ -80,6 +84,11 @@ class Lights:
         """All lamps of several `Lights`, that are not linked to objects yet."""
         arrays = {name: np.concatenate([getattr(part, name) for part in lights]) for name in _COLUMNS}
         return Lights(names=tuple(name for part in lights for name in part.names), **arrays)
+
+    def seen(self, in_gloss: bool, through_glass: bool) -> "Lights":
+        """The same lamps, seen by other rays."""
+        n = len(self)
+        return replace(self, seen_in_gloss=np.full(n, in_gloss), seen_through_glass=np.full(n, through_glass))
 
     @staticmethod
     def of(names: tuple[str, ...], kind: np.ndarray, **columns: np.ndarray) -> "Lights":
@@ -94,6 +103,8 @@ class Lights:
             "sphere": np.zeros(n, bool),
             "stretch": np.ones((n, 2), np.float32),
             "spread": np.full(n, np.pi, np.float32),
+            "seen_in_gloss": np.ones(n, bool),
+            "seen_through_glass": np.ones(n, bool),
         }
         given = {name: np.asarray(column, rest.get(name, scalars["radius"]).dtype) for name, column in columns.items()}
         return Lights(names, np.asarray(kind, np.int32), **(vectors | frame | scalars | rest | given))

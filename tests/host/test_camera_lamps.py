@@ -1,0 +1,91 @@
+"""Lamps that the camera sees over mirrors and through glass: direct light and the pass are Cycles' full render."""
+
+import bpy
+import numpy as np
+import pytest
+from photon_bake.addon.blender import extract_scene, read_camera
+from photon_bake.addon.blender.camera import read_pixel_filter
+from photon_bake.addon.parallel import Workers
+from photon_bake.addon.receivers import camera_points
+from photon_bake.addon.tracers import LightTracer
+from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.tests.host import scenes
+from photon_bake.tests.host.camera_scenes import add_camera, coloured
+from photon_bake.tests.host.cycles_passes import render_passes
+
+BALL = {"energy": 100, "shadow_soft_size": 0.4}
+LAMPS = {
+    "disc": ("POINT", BALL),
+    "ball": ("POINT", {**BALL, "use_soft_falloff": False}),
+    "spot": ("SPOT", {**BALL, "spot_size": 1.0}),
+    "spot of a ball": ("SPOT", {**BALL, "use_soft_falloff": False, "spot_size": 0.5, "spot_blend": 1.0}),
+    "rectangle": ("AREA", {"energy": 30, "shape": "RECTANGLE", "size": 0.8, "size_y": 0.4}),
+    "ellipse": ("AREA", {"energy": 3, "shape": "ELLIPSE", "size": 0.8, "size_y": 0.4, "spread": 1.2}),
+    "point": ("POINT", {"energy": 1000, "shadow_soft_size": 0.0}),
+    "turned away": ("AREA", {"energy": 30, "size": 0.5}),
+}
+"""Each with a pixel's height or more in the picture; the last two are not seen."""
+
+
+def add_lamps():
+    """Rows of four lamps that shine to −y, and a sun behind them."""
+    for i, (name, (kind, settings)) in enumerate(LAMPS.items()):
+        lamp = scenes.add_lamp(kind, name, location=(i % 4 - 1.5, 6, 4.5 - i // 4), **settings)
+        lamp.rotation_euler = (-1.5708 if name != "turned away" else 1.5708, 0, 0)
+    sun = scenes.add_lamp("SUN", "Sun", energy=0.03, angle=0.1)
+    sun.rotation_euler = (-1.5708, 0, 0)
+
+
+def behind_mirrors(scene):
+    """A periscope."""
+    mirror = coloured("Mirror", (0.9, 0.8, 0.7), "ShaderNodeBsdfAnisotropic", Roughness=0.0)
+    for z in (0, 4):
+        plane = scenes.add_plane(f"Mirror {z}", 8, material=mirror)
+        plane.location, plane.rotation_euler = (0, 2, z), (np.pi / 4, 0, 0)
+    add_camera(scene, location=(0, 0, 0), lens=60)
+
+
+def behind_glass(scene):
+    """A pane of glass."""
+    pane = scenes.add_cube("Pane", material=coloured("Glass", (0.9, 1, 0.9), "ShaderNodeBsdfGlass", Roughness=0.0))
+    pane.location, pane.scale, pane.rotation_euler = (0, 2, 4), (4, 0.1, 4), (0.2, 0, 0)
+    add_camera(scene, location=(0, 0, 4), lens=50)
+
+
+def combined(scene, path, **options):
+    passes = render_passes(scene, path, **options)
+    return np.stack([passes[f"Combined.{c}"] for c in "RGB"], axis=-1)
+
+
+def seen_beyond(scene, n_samples):
+    """What the pass has of lamps."""
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    extracted = extract_scene(depsgraph, for_camera=True)
+    tracer = LightTracer(extracted, EmbreeTracer(extracted))
+    camera, pixel_filter = read_camera(scene, depsgraph), read_pixel_filter(scene)
+    return camera_points(extracted, tracer, camera, pixel_filter, n_samples, Workers()).beyond
+
+
+def hide(names):
+    for name in names:
+        lamp = bpy.data.objects[name]
+        lamp.visible_glossy = lamp.visible_transmission = False
+
+
+@pytest.mark.parametrize("build", [behind_mirrors, behind_glass])
+def test_lamps_are_seen_as_cycles_shows_them(empty_scene, tmp_path, build):
+    """Nothing else is lit, so that what Cycles' direct light lacks is lamps alone; each in its own place.
+
+    A fifth of the pixels has a lamp's edge, where samples differ; in glass, one more in twenty mirrors itself inside.
+    """
+    empty_scene.render.resolution_x, empty_scene.render.resolution_y = 48, 32
+    add_lamps()
+    build(empty_scene)
+    hide(["ball"])
+    bpy.data.lights["rectangle"].cycles.use_multiple_importance_sampling = build is not behind_glass
+    full = combined(empty_scene, tmp_path / "full.exr", samples=64)
+    direct = combined(empty_scene, tmp_path / "direct.exr", samples=4, bounces=0)
+    ours = seen_beyond(empty_scene, 64)  # by Cycles' filter
+    blocks = tuple(picture.reshape(4, 8, 6, 8, 3).mean(axis=(1, 3)) for picture in (ours, full - direct))
+    assert blocks[0] == pytest.approx(blocks[1], rel=0.06, abs=0.02 * float(full.mean()))
+    assert ours.mean() == pytest.approx((full - direct).mean(), rel=0.02) and full.mean() > 0.1
