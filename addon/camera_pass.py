@@ -3,7 +3,7 @@
 import numpy as np
 
 from .bake import Solution
-from .gather import Irradiance, camera_gloss, photon_volume_irradiance, reflected_direct
+from .gather import Irradiance, camera_gloss, photon_volume_irradiance, reflected_direct, reflected_highlights
 from .output.camera import CameraPass
 from .parallel import Workers
 from .photons import PathKind
@@ -41,8 +41,12 @@ def camera_pass(
         caustics, of_caustics = _caustics(points, solution, workers)
         gloss, of_gloss = camera_gloss(scene, points, solution.rays, n_gloss_rays, workers)
         direct = reflected_direct(scene, points, solution.direct, workers)
-        glossy = glossy + points.picture(gloss) + _picture(points, direct)
+        highlights, of_highlights = reflected_highlights(
+            scene, points, solution.direct, solution.tracer, n_gloss_rays, workers
+        )
+        glossy = glossy + points.picture(gloss + highlights) + _picture(points, direct)
         error += [_picture_of_rows(points, of_caustics), _root_of_squares(points, of_gloss)]
+        error.append(_root_of_squares(points, of_highlights))
     return CameraPass(
         indirect_diffuse=diffuse,
         caustics=caustics,

@@ -2,6 +2,7 @@
 
 from .build_cache import Survey, build_radiance_cache, survey_surfaces
 from .camera_gloss import camera_gloss, reflected_direct
+from .camera_highlights import reflected_highlights
 from .density import density_estimate
 from .direct_irradiance import direct_irradiance, direct_slope
 from .direct_light import DirectLight
@@ -34,6 +35,7 @@ __all__ = [
     "photon_volume_gloss",
     "photon_volume_irradiance",
     "reflected_direct",
+    "reflected_highlights",
     "scatter_light",
     "screen_irradiance",
     "survey_surfaces",

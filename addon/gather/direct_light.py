@@ -41,10 +41,13 @@ class Incident:
         Its mean is the irradiance; each estimate is of light from one direction.
     direction : (n, 3) float32
         Unit vectors from the points to where the light comes from; undefined where there is none.
+    source : (n,) int
+        The lamp that it comes from; from the number of lamps on, emissive meshes and worlds.
     """
 
     irradiance: np.ndarray
     direction: np.ndarray
+    source: np.ndarray
 
 
 class DirectLight:
@@ -131,7 +134,8 @@ class DirectLight:
         """
         n, m = len(positions), self._n_candidates
         if n == 0 or not self._any:
-            return Incident(np.zeros((n, 3), np.float32), np.zeros((n, 3), np.float32))
+            nothing = np.zeros((n, 3), np.float32)
+            return Incident(nothing, nothing, np.full(n, len(self._scene.lights)))
         source, chance, u = self._draw(positions, random)
         every = np.repeat(np.arange(n), m)
         targets, unshadowed = self._incident(source, positions[every], normals[every], u, rays_own)
@@ -153,7 +157,7 @@ class DirectLight:
         passes = self._visibility(positions[lit], targets[k[lit]], source[k[lit]])
         irradiance = np.zeros((n, 3), np.float32)
         irradiance[lit] = estimates[k[lit]] * scale[:, None].astype(np.float32) * passes
-        return Incident(irradiance, directions_to(positions, targets[k])[0])
+        return Incident(irradiance, directions_to(positions, targets[k])[0], source[k])
 
     def met(self, hits: Hits, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Radiance that cosine-weighted rays meet and that is their own, (n, 3) float32: of emissive triangles, and of

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import OpenEXR
 
-PATH_LIMITS = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces", "transparent_max_bounces")
+PATH_LIMITS = ("max_bounces", "diffuse_bounces", "glossy_bounces", "transmission_bounces")
 
 
 def render_passes(scene, path, samples=1, filter_width=1.5, bounces=32, pixel_filter="BLACKMAN_HARRIS"):
@@ -15,6 +15,7 @@ def render_passes(scene, path, samples=1, filter_width=1.5, bounces=32, pixel_fi
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0
     for limit in PATH_LIMITS:
         setattr(cycles, limit, bounces)
+    cycles.transparent_max_bounces = 32  # lamps that are met count as such
     image = scene.render.image_settings
     if hasattr(image, "media_type"):
         image.media_type = "MULTI_LAYER_IMAGE"

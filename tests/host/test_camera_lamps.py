@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 from photon_bake.addon.blender import extract_scene, read_camera
 from photon_bake.addon.blender.camera import read_pixel_filter
+from photon_bake.addon.gather import DirectLight, reflected_highlights
 from photon_bake.addon.parallel import Workers
+from photon_bake.addon.photons import light_sources, region_of
 from photon_bake.addon.receivers import camera_points
 from photon_bake.addon.tracers import LightTracer
 from photon_bake.addon.tracers.embree import EmbreeTracer
@@ -57,13 +59,20 @@ def combined(scene, path, **options):
     return np.stack([passes[f"Combined.{c}"] for c in "RGB"], axis=-1)
 
 
-def seen_beyond(scene, n_samples):
-    """What the pass has of lamps."""
+def points_seen(scene, n_samples):
+    """The scene as it was read, its tracer, and what the camera sees of it."""
     depsgraph = bpy.context.evaluated_depsgraph_get()
     extracted = extract_scene(depsgraph, for_camera=True)
     tracer = LightTracer(extracted, EmbreeTracer(extracted))
     camera, pixel_filter = read_camera(scene, depsgraph), read_pixel_filter(scene)
-    return camera_points(extracted, tracer, camera, pixel_filter, n_samples, Workers()).beyond
+    return extracted, tracer, camera_points(extracted, tracer, camera, pixel_filter, n_samples, Workers())
+
+
+def highlights(scene):
+    """What the pass has of direct light on gloss in mirrors."""
+    extracted, tracer, points = points_seen(scene, 4)
+    direct = DirectLight(extracted, tracer, light_sources(extracted, region_of(points.seen.position)))
+    return points.picture(reflected_highlights(extracted, points, direct, tracer, 64, Workers())[0])
 
 
 def hide(names):
@@ -85,7 +94,36 @@ def test_lamps_are_seen_as_cycles_shows_them(empty_scene, tmp_path, build):
     bpy.data.lights["rectangle"].cycles.use_multiple_importance_sampling = build is not behind_glass
     full = combined(empty_scene, tmp_path / "full.exr", samples=64)
     direct = combined(empty_scene, tmp_path / "direct.exr", samples=4, bounces=0)
-    ours = seen_beyond(empty_scene, 64)  # by Cycles' filter
+    ours = points_seen(empty_scene, 64)[2].beyond  # by Cycles' filter
     blocks = tuple(picture.reshape(4, 8, 6, 8, 3).mean(axis=(1, 3)) for picture in (ours, full - direct))
     assert blocks[0] == pytest.approx(blocks[1], rel=0.06, abs=0.02 * float(full.mean()))
     assert ours.mean() == pytest.approx((full - direct).mean(), rel=0.02) and full.mean() > 0.1
+
+
+def build_metal_in_a_mirror(scene, roughness):
+    """Behind the camera, which sees it in a mirror, a metal plane with a lamp of each kind that shines on it."""
+    mirror = coloured("Mirror", (0.9, 0.8, 0.7), "ShaderNodeBsdfAnisotropic", Roughness=0.0)
+    metal = coloured("Metal", (0.8, 0.9, 0.7), "ShaderNodeBsdfAnisotropic", Roughness=roughness)
+    for y, turned, material in ((2, 1.5708, mirror), (-3, -1.5708, metal)):
+        plane = scenes.add_plane(material.name, 6, material=material)
+        plane.location, plane.rotation_euler = (0, y, 0), (turned, 0, 0)
+    for i, (name, (kind, settings)) in enumerate(LAMPS.items()):
+        lamp = scenes.add_lamp(kind, name, location=(i % 4 - 1.5, -1, 0.7 - i // 4), **settings)
+        lamp.rotation_euler = (-1.5708 if name == "turned away" else 1.5708, 0, np.pi)
+    emitter = scenes.add_plane("Emitter", 0.5, material=coloured("Glow", (1, 1, 1), "ShaderNodeEmission", Strength=20))
+    emitter.location, emitter.rotation_euler = (0, -1.5, 0), (1.5708, 0, 0)
+    scenes.set_world((0.2, 0.3, 0.4))
+    add_camera(scene, location=(0, 0, 0), lens=30)
+
+
+@pytest.mark.parametrize("roughness", [0.3, 0.5])
+def test_highlights_in_mirrors_are_those_of_cycles(empty_scene, tmp_path, roughness):
+    """One bounce more than direct light has, by the same samples; noise is 3 % of a block."""
+    empty_scene.render.resolution_x, empty_scene.render.resolution_y = 48, 32
+    build_metal_in_a_mirror(empty_scene, roughness)
+    full = combined(empty_scene, tmp_path / "full.exr", samples=64, bounces=1)
+    direct = combined(empty_scene, tmp_path / "direct.exr", samples=64, bounces=0)
+    ours, theirs = highlights(empty_scene), full - direct
+    blocks = tuple(picture.reshape(4, 8, 6, 8, 3).mean(axis=(1, 3)) for picture in (ours, theirs))
+    assert blocks[0] == pytest.approx(blocks[1], rel=0.1, abs=0.02 * float(full.mean()))
+    assert ours.mean() == pytest.approx(theirs.mean(), rel=0.03)
