@@ -20,6 +20,7 @@ from .gather import (
     direct_irradiance,
     direct_slope,
     final_gather,
+    photon_volume_irradiance,
     survey_surfaces,
 )
 from .inspector import LIFT, Inspector
@@ -96,6 +97,9 @@ def solve(
     progress, inspector = progress or Progress(), inspector or Inspector()
     if receivers.directional and settings.gather == "light_volume":
         raise BakeError("A light volume does not tell what directional lightmaps need: choose another Gather.")
+    volumes = settings.gather == "photon_volumes"
+    if volumes and receivers.view is None:
+        raise BakeError("Photon volumes light a camera's pixels: bake to Camera alone, or choose another Gather.")
     started = perf_counter()
     workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
     region = region_of(receivers.position)
@@ -113,7 +117,8 @@ def solve(
             settings = affordable(settings, pilots_for(settings.n_photons) / seconds)
 
     rest = workers.part(_PILOT_PART if survey else 0.0, 1.0)
-    photons = trace_photons(scene, of_photons, guided, settings.n_photons, settings.max_bounces, rest, region=home)
+    n_photons, n_bounces = settings.n_photons, settings.max_bounces
+    photons = trace_photons(scene, of_photons, guided, n_photons, n_bounces, rest, region=home, on_gloss=volumes)
     inspector.see("photons", lambda: (photons.position + LIFT * region.radius * photons.normal, photons.power))
     direct = DirectLight(scene, light_tracer, sources)
     deadline = started + settings.time if settings.time else np.inf
@@ -152,6 +157,8 @@ class Solution:
             light, counts = self._by_final_gather()
         elif self.settings.gather == "light_volume":
             light, counts = self._by_light_volume()
+        elif self.settings.gather == "photon_volumes":
+            light, counts = self._by_photon_volumes()
         else:
             light, counts = self._by_density()
         passes, slope = {"indirect": light.irradiance}, light.slope
@@ -196,6 +203,15 @@ class Solution:
         irradiance, stderr = volumes.irradiance(at, self.receivers.normal, self.workers)
         counts = {"volume_cells": sum(volume.grid.n_cells for volume in volumes.volumes)}
         return _sum(Estimate(irradiance, stderr), counts, self._caustics())
+
+    def _by_photon_volumes(self) -> tuple[Estimate, dict[str, int]]:
+        """Photons light the pixels around them; what is seen in mirrors gathers caustics as other receivers do."""
+        view = self.receivers.view
+        assert view is not None
+        scattered, surfaces = self.photons.where(self.photons.kind == PathKind.INDIRECT), self.tracer.surfaces
+        n, workers = self.settings.subsample, self.workers
+        light = photon_volume_irradiance(view.camera, view.seen, scattered, workers, step=n, tracer=surfaces)
+        return _sum(Estimate(*light), {}, self._caustics())
 
     def _by_density(self) -> tuple[Estimate, dict[str, int]]:
         """Receivers gather the photons around them."""

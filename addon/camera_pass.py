@@ -3,7 +3,14 @@
 import numpy as np
 
 from .bake import Solution
-from .gather import Irradiance, camera_gloss, photon_volume_irradiance, reflected_direct, reflected_highlights
+from .gather import (
+    Irradiance,
+    camera_gloss,
+    photon_volume_gloss,
+    photon_volume_irradiance,
+    reflected_direct,
+    reflected_highlights,
+)
 from .output.camera import CameraPass
 from .parallel import Workers
 from .photons import PathKind
@@ -35,18 +42,18 @@ def camera_pass(
     """
     colour = np.concatenate([points.front, points.back[points.through]])
     diffuse, albedo = _diffuse(points, colour, light)
-    error = [_picture_of_rows(points, colour.mean(axis=1) * light.stderr / np.float32(np.pi))]
+    of_light = colour.mean(axis=1) * light.stderr / np.float32(np.pi)
+    error = [_picture(points, of_light[:, None])[..., 0]]  # added up: those of a pixel's points are alike
     caustics, glossy = np.zeros_like(diffuse), points.beyond
     if solution is not None:
-        caustics, of_caustics = _caustics(points, solution, workers)
-        gloss, of_gloss = camera_gloss(scene, points, solution.rays, n_gloss_rays, workers)
+        caustics, of_caustics = _caustics(points, solution, workers.part(0.5, 1))
+        gloss, of_gloss = _gloss(scene, points, solution, n_gloss_rays, workers.part(0, 0.5))
         direct = reflected_direct(scene, points, solution.direct, workers)
         highlights, of_highlights = reflected_highlights(
             scene, points, solution.direct, solution.tracer, n_gloss_rays, workers
         )
         glossy = glossy + points.picture(gloss + highlights) + _picture(points, direct)
-        error += [_picture_of_rows(points, of_caustics), _root_of_squares(points, of_gloss)]
-        error.append(_root_of_squares(points, of_highlights))
+        error += [of_caustics, of_gloss, _root_of_squares(points, of_highlights)]
     return CameraPass(
         indirect_diffuse=diffuse,
         caustics=caustics,
@@ -72,7 +79,7 @@ def _diffuse(points: CameraPoints, colour: np.ndarray, light: Irradiance) -> tup
 
 
 def _caustics(points: CameraPoints, solution: Solution, workers: Workers) -> tuple[np.ndarray, np.ndarray]:
-    """Radiance (height, width, 3) by caustics on what the camera itself sees, and its standard error by points."""
+    """Radiance (height, width, 3) by caustics on what the camera itself sees, and its standard error in pixels."""
     stderr = np.zeros(len(points), np.float32)
     k = np.flatnonzero(points.n_followed == 0)
     focused = solution.photons.where(solution.photons.kind == PathKind.CAUSTIC)
@@ -82,7 +89,21 @@ def _caustics(points: CameraPoints, solution: Solution, workers: Workers) -> tup
         irradiance, of_irradiance = photon_volume_irradiance(points.camera, seen, focused, workers, tracer=tracer)
         radiance[k] = points.front[k] * irradiance / np.float32(np.pi)
         stderr[k] = points.front[k].mean(axis=1) * of_irradiance / np.float32(np.pi)
-    return points.picture(radiance), stderr
+    return points.picture(radiance), points.picture(stderr[:, None])[..., 0]
+
+
+def _gloss(
+    scene: Scene, points: CameraPoints, solution: Solution, n_rays: int, workers: Workers
+) -> tuple[np.ndarray, np.ndarray]:
+    """Radiance (n, 3) that lobes of the points send to pixels, and its standard error in pixels (height, width)."""
+    settings = solution.settings
+    if settings.gather != "photon_volumes":
+        radiance, stderr = camera_gloss(scene, points, solution.rays, n_rays, workers)
+        return radiance, _root_of_squares(points, stderr)
+    photons = solution.photons.where(solution.photons.kind != PathKind.DIRECT)
+    camera, seen, surfaces = points.camera, points.seen, solution.tracer.surfaces
+    radiance, stderr = photon_volume_gloss(scene, camera, seen, photons, workers, settings.subsample, surfaces)
+    return points.tint * radiance, points.picture((points.tint.mean(axis=1) * stderr)[:, None])[..., 0]
 
 
 def _picture(points: CameraPoints, rows: np.ndarray) -> np.ndarray:
@@ -90,11 +111,6 @@ def _picture(points: CameraPoints, rows: np.ndarray) -> np.ndarray:
     values = rows[: len(points)].copy()
     values[points.through] += rows[len(points) :]
     return points.picture(values)
-
-
-def _picture_of_rows(points: CameraPoints, stderr: np.ndarray) -> np.ndarray:
-    """Standard errors (r,) of points or their receivers, added up: those of a pixel's points are alike."""
-    return _picture(points, stderr[:, None])[..., 0]
 
 
 def _root_of_squares(points: CameraPoints, stderr: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 from .errors import BakeError
 from .knobs import check_knobs, knob
 
-Gather = Literal["final", "density", "light_volume"]
+Gather = Literal["final", "density", "light_volume", "photon_volumes"]
 TracerName = Literal["embree", "multi_image"]
 Quality = Literal["draft", "medium", "high"]
 
@@ -43,6 +43,9 @@ class BakeSettings:
     n_volume_rays: int = knob(
         32, "Rays that each cell of surface gathers the light volume's light with; 0 fills it with photons", 0, 4096
     )
+    subsample: int = knob(
+        2, "Photon volumes light the pixels of every so many-th row and column, between which others interpolate", 1, 64
+    )
     n_maps: int = knob(27, "Cube maps that photons are traced through with Multi-Image", 1, 1000)
     map_size: int = knob(64, "Texels along a side of a cube map's faces, a power of two", 8, 1024)
     interpolate: bool = knob(True, "Gather at few points where light changes slowly, and interpolate the rest")
@@ -76,7 +79,9 @@ class BakeSettings:
     @property
     def smooth(self) -> bool:
         """Whether neighbouring receivers' noise is alike, as they share what was gathered."""
-        return self.gather == "light_volume" or (self.gather == "final" and self.interpolate)
+        if self.gather == "final":
+            return self.interpolate
+        return self.gather in {"light_volume", "photon_volumes"}
 
 
 _PHOTON_TIME = 0.15  # of the time there is
@@ -100,6 +105,7 @@ _QUALITIES: dict[str, dict[str, Any]] = {
         "n_cache_elements": 20_000,
         "n_cache_rays": 0,
         "n_nearest": 100,
+        "subsample": 4,
     },
     "medium": {},
     "high": {
@@ -108,6 +114,7 @@ _QUALITIES: dict[str, dict[str, Any]] = {
         "n_cache_elements": 240_000,
         "n_cache_rays": 16,
         "n_nearest": 400,
+        "subsample": 1,
     },
 }
 

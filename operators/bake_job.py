@@ -230,6 +230,8 @@ class BakeJob:
 
 def _joined(parts: list[Receivers]) -> Receivers:
     """All receivers, in order."""
+    if len(parts) == 1:
+        return parts[0]
     targets: list[AttributeTarget] = []
     first = 0
     for part in parts:

@@ -25,6 +25,7 @@ KNOB_OPTIONS = {
     "--memory": "memory",
     "--grid-cells": "n_grid_cells",
     "--volume-rays": "n_volume_rays",
+    "--subsample": "subsample",
     "--maps": "n_maps",
     "--map-size": "map_size",
     "--seed": "seed",
@@ -141,6 +142,10 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         camera = camera_settings(given) if "camera" in targets else None
     except BakeError as error:
         parser.error(str(error))
+    if settings.gather == "photon_volumes" and targets != ["camera"]:
+        parser.error(
+            "--gather photon_volumes lights a camera's pixels: give --target camera alone, or another --gather"
+        )
     return Options(
         settings=settings,
         objects=given.objects,

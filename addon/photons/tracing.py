@@ -51,6 +51,7 @@ def trace_photons(
     workers: Workers,
     in_pictures: bool = False,
     region: Sphere | None = None,
+    on_gloss: bool = False,
 ) -> Photons:
     """Photons that met surfaces with a diffuse or translucent lobe, and caustics on all surfaces.
 
@@ -70,6 +71,8 @@ def trace_photons(
         Emit photons through the pixels of each source's bounce map, of which there may be a few more.
     region : Sphere, optional
         Where light is wanted: half of what is scattered outside of it comes home.
+    on_gloss : bool
+        Store those as well that met surfaces with other lobes alone.
 
     Returns
     -------
@@ -80,11 +83,12 @@ def trace_photons(
     batches = _batches(sources, counts, workers.seed)
     if in_pictures:
         batches = _pictures([view_of(source, scene) for source in sources], counts, workers.seed)
+    keeps = scene.materials.spreads_light | on_gloss
     done, total = 0, sum(counts)
     workers.progress.update("Tracing photons", 0.0)
     parts = [Photons.none()]
     for n, part in workers.map(
-        lambda batch: (len(batch.u), _trace_batch(scene, tracer, batch, max_bounces, workers.seed, region)),
+        lambda batch: (len(batch.u), _trace_batch(scene, tracer, batch, max_bounces, workers.seed, region, keeps)),
         batches,
     ):
         parts.append(part)
@@ -128,9 +132,18 @@ def _pictures(views: list[View], counts: list[int], seed: int) -> Iterator[_Batc
 
 
 def _trace_batch(
-    scene: Scene, tracer: LightTracer, batch: _Batch, max_bounces: int, seed: int, region: Sphere | None
+    scene: Scene,
+    tracer: LightTracer,
+    batch: _Batch,
+    max_bounces: int,
+    seed: int,
+    region: Sphere | None,
+    keeps: np.ndarray,
 ) -> Photons:
-    """Emit a batch and follow it until every photon is absorbed, gone, or has hit `max_bounces` surfaces."""
+    """Emit a batch and follow it until every photon is absorbed, gone, or has hit `max_bounces` surfaces.
+
+    Those on materials that `keeps` (m,) bool names are stored.
+    """
     random, of_paths = stream(seed, _SCATTERING, batch.index), PathNumbers(seed, _SCATTERING)
     source = batch.source
     rays = source.emit(batch.u)
@@ -142,7 +155,6 @@ def _trace_batch(
     # What photons left last; −1 for lamps and the world
     came_from = np.full(len(path), -1, np.int32) if rays.objects is None else rays.objects
     seen = np.stack([np.append(seen_by(scene.objects, kind), True) for kind in RayKind])
-    keeps = scene.materials.spreads_light
     stored = [Photons.none()]
 
     for bounce in range(max_bounces):

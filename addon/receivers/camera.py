@@ -1,6 +1,7 @@
 """What a camera sees: a point of a surface for each pixel."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -69,6 +70,11 @@ class Camera:
 
     def middles(self) -> np.ndarray:
         """The middle of each pixel, row by row from the top left, (pixels, 2) float64: columns and rows from there."""
+        return self._middles
+
+    @cached_property
+    def _middles(self) -> np.ndarray:
+        """Made once: every chunk of pixels asks for them."""
         row, column = np.divmod(np.arange(self.n_pixels), self.width)
         return np.stack([column, row], axis=1) + 0.5
 
@@ -148,6 +154,10 @@ class SeenSurface:
     def of_areas(self, area: np.ndarray) -> "SeenSurface":
         """The same points for other areas (p,), m²."""
         return replace(self, area=area)
+
+    def turned(self) -> "SeenSurface":
+        """The other side of the surface in the same places."""
+        return replace(self, normal=-self.normal, shading_normal=-self.shading_normal)
 
     @staticmethod
     def join(parts: "list[SeenSurface]") -> "SeenSurface":

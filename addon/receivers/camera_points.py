@@ -12,7 +12,7 @@ from ..tracers import LightTracer
 from .camera import Camera, SeenSurface
 from .camera_samples import CameraSamples, camera_samples
 from .pixel_filter import PixelFilter
-from .receivers import Receivers
+from .receivers import Receivers, View
 
 _ALIKE = np.float32(0.9)  # least cosine between shading normals of one surface
 _OFF_PLANE = np.float32(0.5)  # pixels, that points of one surface may lie off its plane
@@ -86,6 +86,7 @@ class CameraPoints:
             np.concatenate([seen.shading_normal, -seen.shading_normal[k]]),
             np.concatenate([footprint, footprint[k]]).astype(np.float32),
             takes_caustics=np.concatenate([takes, takes[k]]),
+            view=View(self.camera, SeenSurface.join([seen, seen.where(k).turned()]) if len(k) else seen),
         )
 
 

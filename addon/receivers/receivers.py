@@ -5,6 +5,8 @@ from typing import Literal
 
 import numpy as np
 
+from .camera import Camera, SeenSurface
+
 Domain = Literal["POINT", "CORNER"]
 
 
@@ -27,6 +29,14 @@ class AttributeTarget:
 
 
 @dataclass(frozen=True)
+class View:
+    """How a camera sees receivers: as one of the p points of `seen` each; of those behind a surface, its other side."""
+
+    camera: Camera
+    seen: SeenSurface
+
+
+@dataclass(frozen=True)
 class Receivers:
     """n points that want light.
 
@@ -44,6 +54,8 @@ class Receivers:
         Whether light that lamps send over mirrors and glass is wanted too; None: by all. Pixels find it otherwise.
     directional : bool
         Whether it is asked, too, how the light changes with the normal: `Irradiance.slope`.
+    view : View or None
+        Of the camera whose pixels they all are for.
     """
 
     position: np.ndarray
@@ -52,12 +64,13 @@ class Receivers:
     targets: tuple[AttributeTarget, ...] = ()
     takes_caustics: np.ndarray | None = None
     directional: bool = False
+    view: View | None = None
 
     def __len__(self) -> int:
         return len(self.position)
 
     def where(self, chosen: np.ndarray) -> "Receivers":
-        """The receivers that a mask or an index array chooses, for no targets."""
+        """The receivers that a mask or an index array chooses, for no targets and no camera."""
         takes = None if self.takes_caustics is None else self.takes_caustics[chosen]
         position, normal, footprint = self.position[chosen], self.normal[chosen], self.footprint[chosen]
         return Receivers(position, normal, footprint, (), takes, self.directional)

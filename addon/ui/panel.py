@@ -14,6 +14,7 @@ _GATHER_KNOBS: dict[Gather, list[str]] = {
     "final": ["n_gather_rays", "interpolate", "noise", "time", "n_cache_elements", "n_cache_rays"],
     "density": ["n_nearest", "max_radius"],
     "light_volume": ["n_grid_cells", "n_volume_rays"],
+    "photon_volumes": ["subsample"],
 }
 _TRACER_KNOBS: dict[TracerName, list[str]] = {"embree": [], "multi_image": ["n_maps", "map_size"]}
 

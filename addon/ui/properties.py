@@ -35,6 +35,10 @@ _CHOICE_WORDS = {
         "Light Volume",
         "A few rays, or photons, fill a coarse grid, which every vertex reads: a draft in seconds",
     ),
+    "photon_volumes": (
+        "Photon Volumes",
+        "Every photon lights the pixels around it: the fastest for a camera's pass, and for nothing else",
+    ),
     "embree": ("Embree", "Meets the meshes themselves: exact, and the fastest"),
     "multi_image": ("Multi-Image", "Meets pictures of the scene in cube maps: inexact, and slow on a CPU"),
     "per_object": ("Per Object", "Every object has an image of its own"),

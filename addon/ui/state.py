@@ -34,6 +34,15 @@ STAGE_SHARES: dict[Gather, dict[str, float]] = {
         "Reading the volume": 1,
         "Adding direct light": 1,
     },
+    "photon_volumes": {
+        "Reading the scene": 1,
+        "Tracing photons": 4,
+        "Measuring photons": 1,
+        "Scattering photons": 6,
+        "Looking for edges": 1,
+        "Upsampling": 1,
+        "Adding direct light": 1,
+    },
 }
 """How long each stage of a bake lasts beside the others in a typical scene; short ones are left out."""
 

@@ -17,6 +17,8 @@ from photon_bake.operators.vertex_target import WantedVertices
 
 from .scenes import add_cube, add_lamp, add_plane
 
+GATHERS = [gather for gather in CHOICES["gather"] if gather != "photon_volumes"]  # which is a camera's alone
+
 
 @pytest.fixture
 def room(empty_scene):
@@ -48,7 +50,7 @@ def test_a_script_bakes_to_the_end(room):
     assert not bake_state.running and "points in" in bake_state.result and not bake_state.error
 
 
-@pytest.mark.parametrize("gather", CHOICES["gather"])
+@pytest.mark.parametrize("gather", GATHERS)
 def test_the_progress_bar_knows_every_stage(room, gather):
     shown, done = {}, []
 
@@ -64,12 +66,19 @@ def test_the_progress_bar_knows_every_stage(room, gather):
     assert done == sorted(done) and done[-1] == pytest.approx(1)
 
 
-@pytest.mark.parametrize("gather", CHOICES["gather"])
+@pytest.mark.parametrize("gather", GATHERS)
 def test_every_gather_lights_the_scene(room, gather):
     room.gather = gather
     assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
     light = light_of("Box")
     assert np.isfinite(light).all() and light[:, :3].max() > 0
+
+
+def test_photon_volumes_are_for_a_camera(room):
+    room.gather = "photon_volumes"
+    with pytest.raises(RuntimeError, match="bake to Camera alone, or choose another Gather"):
+        bpy.ops.photon_bake.bake_indirect()
+    assert light_of("Box") is None
 
 
 def test_cube_maps_light_the_scene(room):

@@ -19,7 +19,7 @@ _EDGES = 83  # stream of random numbers
 
 
 def share_of_volumes(
-    tracer: Tracer, camera: Camera, seen: SeenSurface, radius: np.ndarray, workers: Workers
+    tracer: Tracer, seen: SeenSurface, to_edge: np.ndarray, radius: np.ndarray, workers: Workers
 ) -> np.ndarray:
     """Share s = ∫κ dA over the surface around each point, (p,) float32, at least an eighth.
 
@@ -28,11 +28,12 @@ def share_of_volumes(
 
     Parameters
     ----------
+    to_edge : (p,) float32, m
+        From `distance_to_edge`.
     radius : (p,) float32, m
         Of the volumes that light each point; 0: none.
     """
-    side = np.sqrt(seen.area * np.abs(dot(seen.normal, seen.direction)))  # of a pixel there, across the view
-    near = np.flatnonzero(_distance_to_edge(camera, seen) * side <= radius * (radius > 0))
+    near = np.flatnonzero(to_edge <= radius * (radius > 0))
     u = below_one(sobol(2, 0).random(_N_RAYS))
     # ∫κ dA within ρr is 2ρ² − ρ⁴
     disc = sample_uniform_disk(np.stack([1 - np.sqrt(1 - u[:, 0]), u[:, 1]], axis=1))
@@ -47,8 +48,11 @@ def share_of_volumes(
     return share
 
 
-def _distance_to_edge(camera: Camera, seen: SeenSurface) -> np.ndarray:
-    """Distance of each point to the nearest pixel of another surface, or to the picture's edge, (p,) pixels."""
+def distance_to_edge(camera: Camera, seen: SeenSurface) -> np.ndarray:
+    """How far each point is at the least from another surface, or from the picture's edge, (p,) float32, m.
+
+    It is the distance in the picture, times the side of the point's pixel across the view.
+    """
     grid = np.full((camera.height + 2, camera.width + 2), -1)
     row, column = np.divmod(seen.pixel, camera.width)
     grid[row + 1, column + 1] = np.arange(len(seen))
@@ -60,7 +64,8 @@ def _distance_to_edge(camera: Camera, seen: SeenSurface) -> np.ndarray:
             ((slice(None, -1), slice(1, None))) if axis == 0 else ((..., slice(None, -1)), (..., slice(1, None)))
         ):
             inner[half] &= ~parts
-    return distance_transform_edt(inner)[row + 1, column + 1].astype(np.float32)
+    side = np.sqrt(seen.area * np.abs(dot(seen.normal, seen.direction)))
+    return distance_transform_edt(inner)[row + 1, column + 1].astype(np.float32) * side
 
 
 def _on_one_surface(seen: SeenSurface, a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -1,5 +1,7 @@
 """The light of photons in the pixels of a camera."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ...parallel import Workers
@@ -11,7 +13,7 @@ from ...sampling.octahedral import decode_octahedral
 from ...sampling.vectors import dot
 from ...tracers import Tracer
 from ..upsampling import upsampled
-from .edges import share_of_volumes
+from .edges import distance_to_edge, share_of_volumes
 from .radius import neighbour_radius, path_density_radius
 from .scatter import Points, Response, scatter_light
 
@@ -41,16 +43,46 @@ def photon_volume_irradiance(
     stderr : (p,) float32, W/m²
         Of its mean over colours.
     """
-    radius = volume_radius(camera, seen, photons, workers)
 
-    def light(part: SeenSurface) -> np.ndarray:
-        points = Points(part.position, part.normal)
-        found = scatter_light(points, photons, radius, workers, _smooth_shading(part, photons))
-        values = np.column_stack([found.light, found.stderr])
-        return values / share_of_volumes(tracer, camera, part, found.radius, workers)[:, None] if tracer else values
+    def smooth_shading(k: np.ndarray) -> Response | None:
+        return _smooth_shading(seen.where(k), photons)
 
-    found = upsampled(camera, seen, step, light)
+    found = volume_light(camera, seen, photons, smooth_shading, workers, step, tracer)
     return found[:, :3], found[:, 3]
+
+
+def volume_light(
+    camera: Camera,
+    seen: SeenSurface,
+    photons: Photons,
+    response: Callable[[np.ndarray], Response | None],
+    workers: Workers,
+    step: int,
+    tracer: Tracer | None,
+) -> np.ndarray:
+    """What surfaces that a camera sees make of the photons around them, and its standard error, (p, 4) float32.
+
+    Parameters
+    ----------
+    response : callable
+        From indices of points to what these points make of photons.
+    step, tracer
+        As for `photon_volume_irradiance`.
+    """
+    if len(seen) == 0 or len(photons) == 0:
+        return np.zeros((len(seen), 4), np.float32)
+    radius = volume_radius(camera, seen, photons, workers)
+    to_edge = distance_to_edge(camera, seen) if tracer else None
+
+    def light(k: np.ndarray) -> np.ndarray:
+        part = seen.where(k)
+        found = scatter_light(Points(part.position, part.normal), photons, radius, workers, response(k))
+        values = np.column_stack([found.light, found.stderr])
+        if tracer is not None and to_edge is not None:
+            values /= share_of_volumes(tracer, part, to_edge[k], found.radius, workers)[:, None]
+        return values
+
+    return upsampled(camera, seen, step, light, workers)
 
 
 def volume_radius(camera: Camera, seen: SeenSurface, photons: Photons, workers: Workers) -> np.ndarray:
