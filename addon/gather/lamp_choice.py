@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..sampling.inversion import Inversion
 from ..scene import LightKind, Scene
 
 _MAX_CELLS_A_SIDE = 16
@@ -20,7 +21,6 @@ class LampChoice:
     """
 
     def __init__(self, scene: Scene, lit: np.ndarray) -> None:
-        self._n_lamps = len(lit)
         if not lit.any():
             return
         per_side = int(np.cbrt(_MAX_CHANCES / len(lit)))
@@ -30,8 +30,7 @@ class LampChoice:
         give = _irradiance(scene, self._centres(), float((self._cell**2).sum()) / 4) * lit
         chance = (1 - _EVEN) * give / np.maximum(give.sum(axis=1, keepdims=True), 1e-300)
         chance += lit * (1 - chance.sum(axis=1, keepdims=True)) / lit.sum()
-        # Each cell's cumulative chances are higher by its index, so that all of them together are sorted.
-        self._cumulative = (np.cumsum(chance, axis=1) + np.arange(len(chance))[:, None]).ravel()
+        self._lamps = Inversion(np.cumsum(chance, axis=1))
         self._chance = chance.astype(np.float32)
 
     def choose(self, positions: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -39,9 +38,7 @@ class LampChoice:
         place = ((positions - self._low) / self._cell).astype(np.int64)
         x, y, z = np.clip(place, 0, self._per_side - 1).T
         cell = (x * self._per_side + y) * self._per_side + z
-        lamp = np.searchsorted(self._cumulative, cell + u, side="right") - cell * self._n_lamps
-        # Rounding must choose no lamp of another cell, nor one without a chance
-        lamp = np.clip(lamp, 0, self._n_lamps - 1)
+        lamp = self._lamps.cells(cell, u)
         return lamp, self._chance[cell, lamp]
 
     def _centres(self) -> np.ndarray:

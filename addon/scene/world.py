@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..sampling.inversion import Inversion
 from ..sampling.warps import pdf_uniform_sphere, sample_uniform_sphere
 
 _TWO_PI = np.float32(2 * np.pi)
@@ -57,8 +58,8 @@ class World:
             return sample_uniform_sphere(u)
         height, width = self.image.shape[:2]
         rows, columns, _ = self._distribution
-        row, within_row = _invert(rows, u[:, 0], np.zeros(len(u), np.int64), height)
-        column, within_column = _invert(columns, u[:, 1], row, width)
+        row, within_row = rows.invert(0, u[:, 0])
+        column, within_column = columns.invert(row, u[:, 1])
         edges = _heights(height)
         z = (edges[row] + within_row * (edges[row + 1] - edges[row])).astype(np.float32)
         azimuth = np.float32(np.pi) - _TWO_PI * ((column + within_column) / width).astype(np.float32)
@@ -81,11 +82,8 @@ class World:
         return np.minimum(row, height - 1), np.minimum(column, width - 1)
 
     @cached_property
-    def _distribution(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Cumulative chances of rows (h,) and of the pixels in each row (h · w,), and densities (h, w), 1/sr.
-
-        Row i's cumulative chances are i higher than its own, so that all rows together are sorted.
-        """
+    def _distribution(self) -> tuple[Inversion, Inversion, np.ndarray]:
+        """Choice of a row and of a pixel in each row, and densities (h, w), 1/sr."""
         assert self.image is not None
         height, width = self.image.shape[:2]
         brightness = (self.image @ (self.color / 3)).astype(np.float64)
@@ -95,7 +93,7 @@ class World:
         columns[:, -1] = 1
         rows = np.cumsum(of_row) / max(of_row.sum(), 1e-300)
         density = (brightness / max(of_row.sum(), 1e-300)).astype(np.float32)
-        return rows, (columns + np.arange(height)[:, None]).ravel(), density
+        return Inversion(rows[None]), Inversion(columns), density
 
 
 def _heights(n_rows: int) -> np.ndarray:
@@ -106,13 +104,3 @@ def _heights(n_rows: int) -> np.ndarray:
 def _solid_angles(n_rows: int, n_columns: int) -> np.ndarray:
     """Solid angle of a pixel of each row, (n_rows,) float64, sr."""
     return np.diff(_heights(n_rows)) * (2 * np.pi / n_columns)
-
-
-def _invert(cumulative: np.ndarray, u: np.ndarray, row: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Which of a row's n cells each u in [0, 1) falls into by cumulative chances, and where in it in [0, 1)."""
-    first = row * n
-    at = row + u.astype(np.float64)
-    cell = np.minimum(np.searchsorted(cumulative, at, side="right"), first + n - 1)
-    low = np.where(cell > first, cumulative[cell - 1], row)
-    within = (at - low) / np.maximum(cumulative[cell] - low, 1e-300)
-    return cell - first, np.clip(within, 0, 1 - 1e-7)

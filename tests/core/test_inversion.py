@@ -1,0 +1,51 @@
+"""Cells drawn by their chances."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from photon_bake.addon.sampling.inversion import Inversion
+from photon_bake.addon.sampling.streams import stream
+from photon_bake.tests.core.scenes import chi_square
+from scipy import stats
+
+N = 100_000
+
+
+def cumulative(chances):
+    return np.cumsum(chances, axis=-1) / np.sum(chances, axis=-1, keepdims=True)
+
+
+@pytest.fixture
+def u():
+    return stream(3, 4).random(N)
+
+
+def test_cells_come_by_their_chances(u):
+    chances = np.array([[0, 3, 1, 0, 0, 6], [1, 1, 1, 1, 1, 1]])
+    inversion = Inversion(cumulative(chances))
+    for row, of_row in enumerate(chances):
+        counts = np.bincount(inversion.cells(np.full(N, row), u), minlength=6)
+        some = of_row > 0
+        assert not counts[~some].any()
+        assert chi_square(counts[some], (of_row / of_row.sum() * N)[some]) > 1e-3
+
+
+def test_places_within_cells_are_even(u):
+    cell, within = Inversion(cumulative(np.array([[1.0, 5, 2]]))).invert(0, u)
+    for one in range(3):
+        assert stats.kstest(within[cell == one], "uniform").pvalue > 1e-3
+
+
+@given(
+    hnp.arrays(float, hnp.array_shapes(min_dims=2, max_dims=2, max_side=40), elements=st.floats(0, 1)),
+    hnp.arrays(np.float32, 50, elements=st.floats(0, 1, exclude_max=True, width=32)),
+)
+def test_the_guide_changes_nothing(chances, u):
+    chances[:, 0] += 1e-3
+    sums = cumulative(chances)
+    sums[:, -1] = 1
+    row = np.arange(50) % len(chances)
+    expected = [np.searchsorted(sums[k] + k, k + np.float64(x), side="right") for k, x in zip(row, u, strict=True)]
+    np.testing.assert_array_equal(Inversion(sums).cells(row, u), np.minimum(expected, chances.shape[1] - 1))
