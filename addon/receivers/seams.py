@@ -93,6 +93,19 @@ class _Edges:
         edge, nth = unrolled(self.n_samples)
         return edge, (nth + 0.5) / self.n_samples[edge]
 
+    def folds(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """How far the surface turns from edges a to edges b, (n,) float64, radians."""
+        return np.pi - np.arccos(np.clip(dot(self.inwards[a], self.inwards[b]), -1, 1))
+
+    def meet(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """Whether an end of one edge lies on the other, as it does where edges run along each other, (n,) bool."""
+        near = _SAME_PLACE * np.minimum(self.texel[a], self.texel[b])
+        met = np.zeros(len(a), bool)
+        for one, other in ((a, b), (b, a)):
+            for end in range(2):
+                met |= self.nearest(other, self.position[one, end])[1] < near
+        return met & (self.folds(a, b) < _FOLDED_BACK)
+
     def nearest(self, edge: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How far along its edge the place next to each position (n, 3) lies, and their distance, (n,) each."""
         start, way = self.position[edge, 0], self.position[edge, 1] - self.position[edge, 0]
@@ -121,8 +134,7 @@ def seams_of(charts: Charts, sizes: tuple[tuple[int, int], ...], tracer: Tracer 
     normal_other = _unit(_between(edges.normal, other, along_other))
     alike = dot(normal, normal_other) > _SAME_NORMAL
     texel = np.minimum(edges.texel[edge[sample]], edges.texel[other])
-    fold = np.pi - np.arccos(np.clip(dot(edges.inwards[edge[sample]], edges.inwards[other]), -1, 1))
-    k = np.flatnonzero(alike & (distance < _SAME_PLACE * texel) & (fold < _FOLDED_BACK))
+    k = np.flatnonzero(alike & (distance < _SAME_PLACE * texel))
     if tracer is not None:
         aside = _ASIDE * texel[k, None]
         above = position[sample[k]] + aside * _unit(normal[k] + normal_other[k])
@@ -130,7 +142,7 @@ def seams_of(charts: Charts, sizes: tuple[tuple[int, int], ...], tracer: Tracer 
         k = k[~_parted(a, b, tracer)]
     here, there = edge[sample[k]], other[k]
     places = _between(edges.place, here, along[sample[k]]), _between(edges.place, there, along_other[k])
-    return Seams(np.stack([edges.image[here], edges.image[there]], axis=1), np.stack(places, axis=1), fold[k])
+    return Seams(np.stack([edges.image[here], edges.image[there]], axis=1), np.stack(places, axis=1), edges.folds(here, there))
 
 
 def _pairs(edges: _Edges, edge: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -151,7 +163,8 @@ def _edges_that_may_meet(edges: _Edges, edge: np.ndarray, position: np.ndarray) 
     a, b = edge[k], edge[neighbour[k, column]]
     low, high = np.minimum(a, b)[a != b], np.maximum(a, b)[a != b]
     low, high = np.divmod(np.unique(low * len(edges) + high), len(edges))
-    return np.concatenate([low, high]), np.concatenate([high, low])
+    met = edges.meet(low, high)
+    return np.concatenate([low[met], high[met]]), np.concatenate([high[met], low[met]])
 
 
 def _parted(a: np.ndarray, b: np.ndarray, tracer: Tracer) -> np.ndarray:
