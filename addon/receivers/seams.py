@@ -142,7 +142,8 @@ def seams_of(charts: Charts, sizes: tuple[tuple[int, int], ...], tracer: Tracer 
         k = k[~_parted(a, b, tracer)]
     here, there = edge[sample[k]], other[k]
     places = _between(edges.place, here, along[sample[k]]), _between(edges.place, there, along_other[k])
-    return Seams(np.stack([edges.image[here], edges.image[there]], axis=1), np.stack(places, axis=1), edges.folds(here, there))
+    images = np.stack([edges.image[here], edges.image[there]], axis=1)
+    return Seams(images, np.stack(places, axis=1), edges.folds(here, there))
 
 
 def _pairs(edges: _Edges, edge: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
