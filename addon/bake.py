@@ -43,6 +43,7 @@ from .tracers import LightTracer, Tracer
 
 _LEAST_EXTENT = 1e-3  # m, of the receivers: a lone one has none
 _PILOT_PART = 0.1  # of the stage in which photons are traced
+_OF_VOLUMES = 0.4  # of the stages of photon volumes, that come before them: gloss and caustics
 _LEAST_ESTIMATES = 4
 _CAUSTIC_SHARE = 4  # caustics are sharp: their estimate takes as many times fewer photons
 
@@ -92,15 +93,18 @@ def solve(
     progress: Progress | None = None,
     inspector: Inspector | None = None,
     photon_tracer: Tracer | None = None,
+    started: float | None = None,
 ) -> "Solution":
-    """Trace photons through `scene`, those that `receivers` (at least one) need, and keep them; as `bake` else."""
+    """Trace photons through `scene`, those that `receivers` (at least one) need, and keep them; as `bake` else.
+
+    Parameters
+    ----------
+    started : float, s
+        When the time began that the settings give, by `time.perf_counter`; without it, now.
+    """
     progress, inspector = progress or Progress(), inspector or Inspector()
-    if receivers.directional and settings.gather == "light_volume":
-        raise BakeError("A light volume does not tell what directional lightmaps need: choose another Gather.")
-    volumes = settings.gather == "photon_volumes"
-    if volumes and receivers.view is None:
-        raise BakeError("Photon volumes light a camera's pixels: bake to Camera alone, or choose another Gather.")
-    started = perf_counter()
+    _check(receivers, settings)
+    started = started or perf_counter()
     workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
     region = region_of(receivers.position)
     sources = light_sources(scene, region)
@@ -117,12 +121,20 @@ def solve(
             settings = affordable(settings, pilots_for(settings.n_photons) / seconds)
 
     rest = workers.part(_PILOT_PART if survey else 0.0, 1.0)
-    n_photons, n_bounces = settings.n_photons, settings.max_bounces
+    n_photons, n_bounces, volumes = settings.n_photons, settings.max_bounces, settings.gather == "photon_volumes"
     photons = trace_photons(scene, of_photons, guided, n_photons, n_bounces, rest, region=home, on_gloss=volumes)
     inspector.see("photons", lambda: (photons.position + LIFT * region.radius * photons.normal, photons.power))
     direct = DirectLight(scene, light_tracer, sources)
     deadline = started + settings.time if settings.time else np.inf
     return Solution(scene, receivers, settings, light_tracer, photons, direct, survey, workers, inspector, deadline)
+
+
+def _check(receivers: Receivers, settings: BakeSettings) -> None:
+    """Refuse receivers that a gather cannot light."""
+    if receivers.directional and settings.gather == "light_volume":
+        raise BakeError("A light volume does not tell what directional lightmaps need: choose another Gather.")
+    if receivers.view is None and settings.gather == "photon_volumes":
+        raise BakeError("Photon volumes light a camera's pixels: bake to Camera alone, or choose another Gather.")
 
 
 @dataclass(frozen=True)
@@ -209,7 +221,7 @@ class Solution:
         view = self.receivers.view
         assert view is not None
         scattered, surfaces = self.photons.where(self.photons.kind == PathKind.INDIRECT), self.tracer.surfaces
-        n, workers = self.settings.subsample, self.workers
+        n, workers = self.settings.subsample, self.workers.part(_OF_VOLUMES, 1.0)
         light = photon_volume_irradiance(view.camera, view.seen, scattered, workers, step=n, tracer=surfaces)
         return _sum(Estimate(*light), {}, self._caustics())
 

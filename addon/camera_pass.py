@@ -1,5 +1,7 @@
 """The pass of a camera: what a compositor adds to a render of direct light, from a solve of the light in the scene."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from .bake import Solution
@@ -20,48 +22,69 @@ from .scene import Scene
 _LEAST_ALBEDO = np.float32(1e-3)
 """Below which light that falls on a surface is not to be had by division from what it reflects."""
 
+_OF_GLOSS, _OF_CAUSTICS = (0.0, 0.3), (0.3, 0.4)
+"""Parts of the stages in which photon volumes are scattered; what is gathered by them has the rest."""
 
-def camera_pass(
-    scene: Scene,
-    points: CameraPoints,
-    light: Irradiance,
-    solution: Solution | None,
-    n_gloss_rays: int,
-    workers: Workers,
-) -> CameraPass:
+
+@dataclass(frozen=True)
+class LightBeside:
+    """What a pass has beside IndirectDiffuse.
+
+    Attributes
+    ----------
+    caustics, glossy : (height, width, 3) float32, W/(m² sr)
+    error : (height, width) float32, W/(m² sr)
+        Standard error of both together, its mean over colours.
+    """
+
+    caustics: np.ndarray
+    glossy: np.ndarray
+    error: np.ndarray
+
+
+def light_beside(
+    scene: Scene, points: CameraPoints, solution: Solution, n_gloss_rays: int, workers: Workers
+) -> LightBeside:
+    """What the points' pixels show beside the light that is gathered for them.
+
+    Parameters
+    ----------
+    n_gloss_rays : int
+        Of a point that reflects all light in its glossy lobe.
+    """
+    gloss, of_gloss = _gloss(scene, points, solution, n_gloss_rays, workers)
+    caustics, of_caustics = _caustics(points, solution, workers.part(*_OF_CAUSTICS))
+    direct = reflected_direct(scene, points, solution.direct, workers)
+    highlights, of_highlights = reflected_highlights(
+        scene, points, solution.direct, solution.tracer, n_gloss_rays, workers
+    )
+    glossy = points.beyond + points.picture(gloss + highlights) + _picture(points, direct)
+    errors = [of_caustics, of_gloss, _root_of_squares(points, of_highlights)]
+    return LightBeside(caustics, glossy, np.sqrt(np.sum([one**2 for one in errors], axis=0)))
+
+
+def camera_pass(points: CameraPoints, light: Irradiance, beside: LightBeside | None) -> CameraPass:
     """The pass of a camera's points.
 
     Parameters
     ----------
     light : Irradiance
         Of the points' receivers.
-    solution : Solution or None
-        That the light was gathered from; None where the camera sees nothing.
-    n_gloss_rays : int
-        Rays of a point that reflects all light in its glossy lobe.
+    beside : LightBeside or None
+        None where the camera sees nothing.
     """
     colour = np.concatenate([points.front, points.back[points.through]])
     diffuse, albedo = _diffuse(points, colour, light)
     of_light = colour.mean(axis=1) * light.stderr / np.float32(np.pi)
-    error = [_picture(points, of_light[:, None])[..., 0]]  # added up: those of a pixel's points are alike
-    caustics, glossy = np.zeros_like(diffuse), points.beyond
-    if solution is not None:
-        caustics, of_caustics = _caustics(points, solution, workers.part(0.5, 1))
-        gloss, of_gloss = _gloss(scene, points, solution, n_gloss_rays, workers.part(0, 0.5))
-        direct = reflected_direct(scene, points, solution.direct, workers)
-        highlights, of_highlights = reflected_highlights(
-            scene, points, solution.direct, solution.tracer, n_gloss_rays, workers
-        )
-        glossy = glossy + points.picture(gloss + highlights) + _picture(points, direct)
-        error += [of_caustics, of_gloss, _root_of_squares(points, of_highlights)]
+    error = _picture(points, of_light[:, None])[..., 0]  # added up: those of a pixel's points are alike
     return CameraPass(
         indirect_diffuse=diffuse,
-        caustics=caustics,
-        glossy=glossy,
+        caustics=beside.caustics if beside else np.zeros_like(diffuse),
+        glossy=beside.glossy if beside else points.beyond,
         albedo=albedo,
         normal=points.normal,
         depth=points.depth,
-        error=np.sqrt(np.sum([one**2 for one in error], axis=0)),
+        error=np.hypot(error, beside.error) if beside else error,
     )
 
 
@@ -102,7 +125,8 @@ def _gloss(
         return radiance, _root_of_squares(points, stderr)
     photons = solution.photons.where(solution.photons.kind != PathKind.DIRECT)
     camera, seen, surfaces = points.camera, points.seen, solution.tracer.surfaces
-    radiance, stderr = photon_volume_gloss(scene, camera, seen, photons, workers, settings.subsample, surfaces)
+    step, part = settings.subsample, workers.part(*_OF_GLOSS)
+    radiance, stderr = photon_volume_gloss(scene, camera, seen, photons, part, step, surfaces)
     return points.tint * radiance, points.picture((points.tint.mean(axis=1) * stderr)[:, None])[..., 0]
 
 

@@ -57,7 +57,7 @@ class BakeSettings:
     )
     time: float = knob(
         0.0,
-        "Seconds that a final gather may take, photons and all, for the best light in that time; 0: no limit",
+        "Seconds for a bake by final gather, photons and gloss and all, to find the best light in; 0: no limit",
         0.0,
         1e6,
     )

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -54,14 +55,14 @@ class Points(Protocol):
     @property
     def receivers(self) -> Receivers: ...
 
-    def finish(self, irradiance: "Irradiance", workers: Workers, solution: "Solution | None" = None) -> Product:
-        """Make the product of the receivers' light; touches none of Blender's data.
+    def lit_by(self, solution: "Solution", workers: Workers) -> "Points":
+        """The same with what is wanted of a solution beside the receivers' light; touches none of Blender's data.
 
-        Parameters
-        ----------
-        solution : Solution, optional
-            That the light was gathered from, for what else is wanted of it; None where there were no receivers.
+        That comes first, so that the light is gathered in the time that is left.
         """
+
+    def finish(self, irradiance: "Irradiance", workers: Workers) -> Product:
+        """Make the product of the receivers' light; touches none of Blender's data."""
 
 
 class Target(Protocol):
@@ -186,7 +187,7 @@ class BakeJob:
         """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it."""
         from ..addon.bake import no_light, solve  # here, as Blender's start should not wait for SciPy
 
-        inspector = inspector or Inspector()
+        inspector, started = inspector or Inspector(), perf_counter()
         workers = Workers(settings.seed, settings.n_threads, progress)
         tracer = make_tracer(self.scene, self.warnings)
         points = [target.points(self.scene, tracer, workers, self.warnings) for target in self.targets]
@@ -196,11 +197,12 @@ class BakeJob:
             maps = self._take_cube_maps(tracer, receivers, settings, workers, inspector)
         solution = None
         if len(receivers):
-            solution = solve(self.scene, receivers, settings, tracer, progress, inspector, photon_tracer=maps)
+            solution = solve(self.scene, receivers, settings, tracer, progress, inspector, maps, started)
+            points = [one.lit_by(solution, workers) for one in points]
         light = solution.irradiance() if solution else no_light()
         ends = np.cumsum([len(one.receivers) for one in points])
         parts = [_part(light, slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
-        return Solved(light, [one.finish(part, workers, solution) for one, part in zip(points, parts, strict=True)])
+        return Solved(light, [one.finish(part, workers) for one, part in zip(points, parts, strict=True)])
 
     def write(self, solved: Solved, progress: Progress) -> None:
         """Write the light; for the main thread."""

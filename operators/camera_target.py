@@ -1,7 +1,7 @@
 """Light in the pixels of a camera, as an EXR file that a compositor adds to a render of direct light."""
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,11 +18,13 @@ from ..addon.parallel import Workers
 from ..addon.progress import Progress
 from ..addon.receivers import Camera, PixelFilter, Receivers
 from ..addon.scene import Scene
+from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
 from .versions import own_version
 
 if TYPE_CHECKING:
     from ..addon.bake import Solution
+    from ..addon.camera_pass import LightBeside
     from ..addon.gather import Irradiance
     from ..addon.receivers import CameraPoints
 
@@ -104,21 +106,31 @@ class SeenPoints:
     scene: Scene
     target: CameraTarget
     warnings: list[str]
+    beside: "LightBeside | None" = None
+    solved_by: BakeSettings | None = None
 
-    def finish(self, irradiance: "Irradiance", workers: Workers, solution: "Solution | None" = None) -> "CameraPicture":
+    def lit_by(self, solution: "Solution", workers: Workers) -> "SeenPoints":
+        """See `Points.lit_by`: by what gloss shows, and by caustics."""
+        from ..addon.camera_pass import light_beside
+
+        n_gloss_rays = self.target.settings.n_gloss_rays
+        beside = light_beside(self.scene, self.points, solution, n_gloss_rays, workers)
+        return replace(self, beside=beside, solved_by=solution.settings)
+
+    def finish(self, irradiance: "Irradiance", workers: Workers) -> "CameraPicture":
         """See `Points.finish`."""
         from ..addon.camera_pass import camera_pass
 
-        settings = self.target.settings
-        passes = camera_pass(self.scene, self.points, irradiance, solution, settings.n_gloss_rays, workers)
+        settings, solved_by = self.target.settings, self.solved_by
+        passes = camera_pass(self.points, irradiance, self.beside)
         if not np.isfinite(passes.indirect).all():
             raise BakeError("The bake made values that are not finite, so nothing was written: please report this.")
         if settings.pass_denoiser == "oidn" or (settings.pass_denoiser == "auto" and has_oidn()):
             workers.progress.update(FILTERING, 0)
-            smooth = solution is not None and solution.settings.smooth
+            smooth = solved_by is not None and solved_by.smooth
             passes = denoised(passes, diffuse=settings.pass_denoiser == "oidn" or not smooth)
             workers.progress.update(FILTERING, 1)
-        made_with = asdict(solution.settings) if solution else {}
+        made_with = asdict(solved_by) if solved_by else {}
         return CameraPicture(passes, self.target, len(self.points), made_with)
 
 

@@ -130,7 +130,11 @@ class LightmapPoints:
     texels: "Texels"
     target: LightmapTarget
 
-    def finish(self, irradiance: "Irradiance", workers: Workers, solution: "Solution | None" = None) -> "Lightmaps":
+    def lit_by(self, solution: "Solution", workers: Workers) -> "LightmapPoints":
+        """See `Points.lit_by`: nothing is."""
+        return self
+
+    def finish(self, irradiance: "Irradiance", workers: Workers) -> "Lightmaps":
         """See `Points.finish`."""
         from ..addon.output.lightmap import FinishOptions, finish_lightmaps
 

@@ -54,7 +54,11 @@ class VertexPoints:
     receivers: Receivers
     attribute: str
 
-    def finish(self, irradiance: "Irradiance", workers: Workers, solution: "Solution | None" = None) -> "VertexLight":
+    def lit_by(self, solution: "Solution", workers: Workers) -> "VertexPoints":
+        """See `Points.lit_by`: nothing is."""
+        return self
+
+    def finish(self, irradiance: "Irradiance", workers: Workers) -> "VertexLight":
         """See `Points.finish`."""
         return VertexLight(self.receivers, irradiance, self.attribute)
 

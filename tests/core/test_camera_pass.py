@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from photon_bake.addon.bake import bake, solve
-from photon_bake.addon.camera_pass import camera_pass
+from photon_bake.addon.camera_pass import camera_pass, light_beside
 from photon_bake.addon.errors import BakeError
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.scene import Channel, LightKind, Materials
@@ -31,7 +31,8 @@ def pass_of(scene, camera, gather, n_samples=4, n_threads=0, **settings):
         "draft", **{"n_photons": 100_000, "max_bounces": 100, "n_threads": n_threads, **settings}, gather=gather
     )
     solution = solve(scene, points.receivers(scene), settings, tracer)
-    return camera_pass(scene, points, solution.irradiance(), solution, 64, Workers(n_threads=n_threads))
+    beside = light_beside(scene, points, solution, 64, Workers(n_threads=n_threads))
+    return camera_pass(points, solution.irradiance(), beside)
 
 
 def test_furnace_of_photon_volumes():

@@ -6,8 +6,14 @@ import bpy
 import numpy as np
 import OpenEXR
 import pytest
+from photon_bake.addon.camera_settings import CameraSettings
+from photon_bake.addon.errors import Cancelled
+from photon_bake.addon.progress import Progress
+from photon_bake.addon.settings import settings_for
+from photon_bake.operators.bake_job import BakeJob
+from photon_bake.operators.camera_target import WantedCamera
 from photon_bake.operators.command_line import run
-from photon_bake.tests.host.camera_scenes import add_camera, build_room
+from photon_bake.tests.host.camera_scenes import add_camera, build_room, coloured
 from photon_bake.tests.host.scenes import add_cube, add_lamp
 
 QUICK = [
@@ -22,6 +28,13 @@ QUICK = [
     "--pass-denoise",
     "none",
 ]
+
+
+class CancelsAt(Progress):
+    """Is cancelled once a stage has begun."""
+
+    def __init__(self, stage):
+        super().__init__(lambda at, _: self.cancel() if at == stage else None)
 
 
 def channels(path):
@@ -104,6 +117,50 @@ def test_same_seed_same_pass(empty_scene, tmp_path):
         assert bake(tmp_path / threads, "--threads", threads) == 0
     a, b = (channels(tmp_path / threads / "indirect_0001.exr") for threads in ("1", "3"))
     assert all(np.array_equal(a[name], b[name]) for name in a)
+
+
+def glossy_back():
+    """Give the wall that the camera sees a coat."""
+    inputs = {"Roughness": 0.4, "Specular IOR Level": 0.5}
+    material = coloured("Glossy", (0.8, 0.8, 0.8), "ShaderNodeBsdfPrincipled", **inputs)
+    bpy.data.objects["Back"].data.materials[0] = material
+
+
+def test_gloss_has_its_part_of_the_time(empty_scene, tmp_path):
+    """What it shows is found before the final gather, which has what is left until the deadline."""
+    build_room(empty_scene, (12, 8))
+    glossy_back()
+    assert bake(tmp_path, "--time", "0.01", "--report", str(tmp_path / "r.json")) == 0
+    stages = list(json.loads((tmp_path / "r.json").read_text())["stage_seconds"])
+    assert stages.index("Tracing photons") < stages.index("Following gloss") < stages.index("Gathering light")
+
+
+@pytest.mark.parametrize("gather", ["final", "photon_volumes"])
+def test_a_cancelled_bake_changes_nothing(empty_scene, tmp_path, gather):
+    """At whatever stage: neither the old file nor Blender's data, and no other file is there."""
+    build_room(empty_scene, (12, 8))
+    glossy_back()
+    file = tmp_path / "indirect_0001.exr"
+    file.write_bytes(b"mine")
+    settings = settings_for("draft", gather=gather, n_photons=5000, n_gather_rays=16, subsample=2)
+    wanted = WantedCamera(CameraSettings(n_pixel_samples=1), tmp_path)
+
+    def names():
+        return [sorted(things.keys()) for things in (bpy.data.meshes, bpy.data.images, bpy.data.node_groups)]
+
+    def solve(progress):
+        job = BakeJob.prepare(bpy.context, [wanted], progress)
+        return job, job.solve(settings, progress)
+
+    stages, before = [], names()
+    solve(Progress(lambda stage, _: stages.append(stage)))
+    for stage in dict.fromkeys(stages):
+        progress = CancelsAt(stage)
+        with pytest.raises(Cancelled):
+            job, solved = solve(progress)
+            job.write(solved, progress)
+    assert len(set(stages)) > 6
+    assert file.read_bytes() == b"mine" and list(tmp_path.iterdir()) == [file] and names() == before
 
 
 @pytest.mark.parametrize("gather", ["light_volume", "density"])
