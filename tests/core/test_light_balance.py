@@ -40,7 +40,7 @@ def room(material_of_triangle, made_of, mesh=None):
     at = grid_of_receivers()
     diffuse = wall_of(at) if mesh is None else np.zeros(len(at), bool)
     at = receivers_at(at.position[~diffuse], at.normal[~diffuse])
-    settings = settings_for("draft", gather="final", n_photons=400_000, add_direct=True, max_bounces=400)
+    settings = settings_for("draft", n_photons=200_000, n_cache_elements=5_000, add_direct=True, max_bounces=400)
     return bake(scene, at, settings, EmbreeTracer(scene))
 
 
