@@ -2,7 +2,17 @@
 
 from .albedo import base_share, glossy_albedo
 from .lobes import ALL, Lobe
-from .scattering import PEAK, SMOOTH, Sample, evaluate_glossy, evaluate_wide, is_focused, pdf_glossy, sample_bsdf
+from .scattering import (
+    PEAK,
+    SMOOTH,
+    Sample,
+    evaluate_glossy,
+    evaluate_wide,
+    glass_ways,
+    is_focused,
+    pdf_glossy,
+    sample_bsdf,
+)
 from .surface import Surface, surface_at
 
 __all__ = [
@@ -15,6 +25,7 @@ __all__ = [
     "base_share",
     "evaluate_glossy",
     "evaluate_wide",
+    "glass_ways",
     "glossy_albedo",
     "is_focused",
     "pdf_glossy",

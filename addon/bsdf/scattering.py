@@ -183,7 +183,54 @@ def _sample_glossy(
 def _sample_glass(
     surface: Surface, wo: np.ndarray, u: np.ndarray, choice: np.ndarray, from_light: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Reflection or refraction at visible normals, chosen by what each scatters, (n, 3) each.
+    """Reflection or refraction at visible normals, chosen by what each scatters, (n, 3) each."""
+    facets = _glass_facets(surface, wo, u)
+    up = facets.reflected * _mean(surface.glass_reflection)
+    down = facets.transmitted * _mean(surface.glass_transmission) * _radiance_scale(surface.glass_ior, from_light)
+    total = up + down
+    back = choice * total < up
+    wi, weight = _glass_way(surface, wo, facets, back, from_light)
+    probability = np.where(back, up, down) / np.maximum(total, 1e-20)
+    return wi, weight / np.maximum(probability, 1e-20)[:, None]
+
+
+def glass_ways(surface: Surface, wo: np.ndarray, u: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """What glass reflects of a path, and what it refracts: directions (n, 3), and the weights of both (n, 3).
+
+    Parameters
+    ----------
+    wo : (n, 3) float32
+        The viewing side.
+    u : (n, 2) float32 in [0, 1)
+        For the facets of what is not quite smooth.
+    """
+    facets = _glass_facets(surface, wo, u)
+    return [_glass_way(surface, wo, facets, np.full(len(wo), back), False) for back in (True, False)]
+
+
+@dataclass(frozen=True)
+class _Facets:
+    """Normals (n, 3) of facets of glass, the cosines to the viewing side (n,), and the shares of light (n,)."""
+
+    h: np.ndarray
+    cos: np.ndarray
+    reflected: np.ndarray
+    transmitted: np.ndarray
+
+
+def _glass_facets(surface: Surface, wo: np.ndarray, u: np.ndarray) -> _Facets:
+    """Facets that are seen from wo."""
+    h = sample_visible_normals(wo, surface.roughness * surface.roughness, u)
+    cos = dot(wo, h)
+    fresnel = fresnel_dielectric(cos, surface.glass_ior)
+    transmitted = np.where(surface.glass_fresnel, 1 - fresnel, fresnel < 1)
+    return _Facets(h, cos, np.where(surface.glass_fresnel, fresnel, 0), transmitted)
+
+
+def _glass_way(
+    surface: Surface, wo: np.ndarray, facets: _Facets, back: np.ndarray, from_light: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where light goes that facets reflect, where `back` (n,) is, or refract; and its weight, (n, 3) each.
 
     The density of both has the same factors as f: Walter et al. 2007, equations 17, 20, 21. Radiance is not scaled by
     η² at an interface, as Cycles does not: f of the refraction is Walter's times (η_light/η_view)², by which a path's
@@ -192,24 +239,11 @@ def _sample_glass(
     this one is T G₂/G₁ (η_light/η_view)².
     """
     alpha, ior = surface.roughness * surface.roughness, surface.glass_ior
-    h = sample_visible_normals(wo, alpha, u)
-    cos = dot(wo, h)
-    fresnel = fresnel_dielectric(cos, ior)
-    transmitted = np.where(surface.glass_fresnel, 1 - fresnel, fresnel < 1)
-    reflected = np.where(surface.glass_fresnel, fresnel, 0)
-
-    # Choose
-    up, down = reflected * _mean(surface.glass_reflection), transmitted * _mean(surface.glass_transmission)
-    down *= _radiance_scale(ior, from_light)
-    total = up + down
-    back = choice * total < up
-    color = np.where(back[:, None], surface.glass_reflection, surface.glass_transmission)
-    share = np.where(back, reflected * total / np.maximum(up, 1e-20), transmitted * total / np.maximum(down, 1e-20))
-    share *= np.where(back, 1, _radiance_scale(ior, from_light))
-
-    # Scatter
+    h, cos = facets.h, facets.cos
     wi = np.where(back[:, None], reflect(wo, h, cos), refract(wo, h, cos, ior))
-    share *= unshadowed(wo[:, 2], wi[:, 2], alpha) * ((wi[:, 2] > 0) == back)
+    share = np.where(back, facets.reflected, facets.transmitted * _radiance_scale(ior, from_light))
+    share = share * unshadowed(wo[:, 2], wi[:, 2], alpha) * ((wi[:, 2] > 0) == back)
+    color = np.where(back[:, None], surface.glass_reflection, surface.glass_transmission)
     view_ior = np.where(back, ior, 1 / ior) if from_light else ior
     view = np.abs(wi[:, 2]) if from_light else wo[:, 2]
     return wi, color * share[:, None] * glass_scale(surface, view, view_ior)

@@ -1,10 +1,10 @@
 """What happens to light where it meets surfaces: one new direction for each ray."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ..bsdf import Lobe, is_focused, sample_bsdf, surface_at
+from ..bsdf import Lobe, glass_ways, is_focused, sample_bsdf, surface_at
 from ..sampling.streams import PathNumbers
 from ..sampling.vectors import dot
 from ..sampling.warps import frame, sample_cosine_hemisphere, to_world
@@ -39,6 +39,15 @@ class Scattered:
     weight: np.ndarray
     lobe: np.ndarray
     focused: np.ndarray
+
+    def where(self, chosen: np.ndarray) -> "Scattered":
+        """The rays that a mask or an index array chooses."""
+        return Scattered(*(getattr(self, field.name)[chosen] for field in fields(self)))
+
+    @staticmethod
+    def join(parts: "list[Scattered]") -> "Scattered":
+        """All rays of several `Scattered`, in order."""
+        return Scattered(*(np.concatenate([getattr(p, field.name) for p in parts]) for field in fields(Scattered)))
 
     @property
     def kind(self) -> np.ndarray:
@@ -95,6 +104,29 @@ def scatter(
         weight *= wide[:, None]
     origins = positions + scene.ray_offset(positions) * side[:, None] * normals
     return Scattered(origins, onward, weight, lobe, focused)
+
+
+def scatter_both_ways(
+    scene: Scene,
+    hits: Hits,
+    positions: np.ndarray,
+    directions: np.ndarray,
+    normals: np.ndarray,
+    random: np.random.Generator,
+) -> list[Scattered]:
+    """What surfaces of nothing but glass reflect of paths from a view, and what they let through; as `scatter` else."""
+    shading = scene.shading_normals(hits.triangle, hits.u, hits.v, normals)
+    surface = surface_at(scene, hits.triangle, hits.u, hits.v, hits.back(directions))
+    axes = local_axes(facing(shading, normals, directions))
+    wo = np.einsum("nij,nj->ni", axes, -directions)
+    lobe, focused = np.full(len(wo), Lobe.GLASS, np.uint8), np.zeros(len(wo), bool)
+    parts = []
+    for wi, weight in glass_ways(surface, wo, random.random((len(wo), 2), dtype=np.float32)):
+        onward = np.einsum("ni,nij->nj", wi, axes)
+        side = np.sign(dot(onward, normals))
+        origins = positions + scene.ray_offset(positions) * side[:, None] * normals
+        parts.append(Scattered(origins, onward, weight * (side * wi[:, 2] > 0)[:, None], lobe, focused))
+    return parts
 
 
 MAX_RATIO = np.float32(16)

@@ -161,11 +161,10 @@ class _Clusters:
 
 def _clusters(scene: Scene, samples: CameraSamples, n_samples: int) -> _Clusters:
     """Points for the samples of pixels."""
-    leader = _leaders(scene, samples, n_samples)
+    leader = _leaders(scene, samples)
     chosen, cluster = np.unique(leader, return_inverse=True)
     n = len(chosen)
-    share = (np.bincount(cluster, minlength=n) / n_samples).astype(np.float32)
-    throughput = samples.throughput[samples.sample]
+    share = (np.bincount(cluster, samples.share, minlength=n) / n_samples).astype(np.float32)
     front, back = diffuse_colors(scene, samples.seen)
 
     def mean(values: np.ndarray) -> np.ndarray:
@@ -176,27 +175,24 @@ def _clusters(scene: Scene, samples: CameraSamples, n_samples: int) -> _Clusters
     return _Clusters(
         seen=seen.of_areas(seen.area * share),
         share=share,
-        front=mean(front * throughput),
-        back=mean(back * throughput),
-        tint=mean(throughput),
-        n_followed=samples.n_followed[samples.sample[chosen]],
+        front=mean(front * samples.throughput),
+        back=mean(back * samples.throughput),
+        tint=mean(samples.throughput),
+        n_followed=samples.n_followed[chosen],
     )
 
 
-def _leaders(scene: Scene, samples: CameraSamples, n_samples: int) -> np.ndarray:
+def _leaders(scene: Scene, samples: CameraSamples) -> np.ndarray:
     """For each of k samples that see a surface the first one of its pixel that lies on the same surface, (k,) int64.
 
     In turns, the first sample of each pixel that has no leader yet leads all those that lie on its surface.
     """
-    seen, k = samples.seen, len(samples.sample)
+    seen, followed = samples.seen, samples.n_followed
     objects = scene.object_of_triangle[seen.hits.triangle]
-    followed = samples.n_followed[samples.sample]
     width = np.sqrt(seen.area)
-    leader = np.full(k, -1)
-    left = np.arange(k)
-    for _ in range(n_samples):
-        if len(left) == 0:
-            break
+    leader = np.full(len(seen), -1)
+    left = np.arange(len(seen))
+    while len(left):
         pixel = seen.pixel[left]
         first = np.append(True, pixel[1:] != pixel[:-1])
         led = left[first][np.cumsum(first) - 1]

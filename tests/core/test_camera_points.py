@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from photon_bake.addon.bake import solve
+from photon_bake.addon.bsdf.fresnel import fresnel_dielectric
 from photon_bake.addon.camera_pass import camera_pass, light_beside
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.receivers import (
@@ -149,6 +150,26 @@ def test_mirrors_and_clear_glass_are_followed(mirror):
     assert points.seen.position[followed][middle][:, 0] == pytest.approx(np.full(middle.sum(), wall), abs=1e-4)
     assert points.front / points.share[:, None] == pytest.approx(np.full((len(points), 3), 0.5), abs=0.02)
     assert points.depth[8, 12] == pytest.approx(1.0, abs=0.01)  # of the plate itself
+
+
+def test_glass_shows_both_ways_in_every_pixel():
+    """A plate of glass one surface thick: Fresnel's share of each pixel is mirrored, the rest is seen through it."""
+    scene = mirror_box(0.5, False)
+    white = np.float32([[0] * 3, [1] * 3])
+    clear = {"glass_transmission": Channel.constant(white), "glass_reflection": Channel.constant(white)}
+    smooth = {"roughness": Channel.constant(np.zeros(2, np.float32)), "glass_ior": np.full(2, 1.5, np.float32)}
+    diffuse = Channel.constant(np.float32([[0.5] * 3, [0] * 3]))
+    object.__setattr__(scene, "materials", Materials.of(2, diffuse=diffuse, **clear, **smooth))
+    camera = camera_at((-0.5, 0.1, 0.05), 24, 16, angle=0.4)
+    _, points = points_of(scene, camera, 4)
+    assert (points.n_followed == 1).all()
+    mirrored = (points.seen.position[:, 0] < 0.5 - 1e-3)[:, None]
+    tints = points.picture(points.tint)
+    assert tints == pytest.approx(np.ones_like(tints), rel=1e-5)
+    cosine = camera.rays(camera.middles()).directions[:, 0]
+    expected = fresnel_dielectric(cosine, np.full(len(cosine), 1.5, np.float32)).reshape(16, 24)
+    assert points.picture(points.tint * mirrored)[..., 0] == pytest.approx(expected, rel=0.01)
+    assert points.picture(points.share[:, None])[..., 0] == pytest.approx(np.ones((16, 24)), rel=1e-5)
 
 
 def test_receivers_of_what_shines_through_are_on_both_sides():
