@@ -36,7 +36,7 @@ def directional(at):
 
 
 def baked(scene, at, **changes):
-    settings = settings_for("draft", n_photons=200_000, **{"n_gather_rays": 512, **changes})
+    settings = settings_for("draft", n_photons=200_000, n_cache_elements=5_000, **{"n_gather_rays": 512, **changes})
     return bake(scene, at, settings, EmbreeTracer(scene))
 
 
