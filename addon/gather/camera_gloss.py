@@ -46,7 +46,8 @@ def camera_gloss(
         k = point[of_ray]
         seen = points.seen.where(k)
         on = scatter(scene, seen.hits, seen.position, seen.direction, seen.normal, random, NARROW_LOBES)
-        return points.tint[k] * on.weight * rays.radiance_along(on.origins, on.directions, random).reflected
+        met = rays.radiance_along(on.origins, on.directions, random, focused=True)
+        return points.tint[k] * on.weight * met.reflected
 
     radiance[point], stderr[point] = mean_over_rays(counts, gather, "Following gloss", _GLOSS, workers)
     return radiance, stderr

@@ -16,6 +16,7 @@ from ..receivers import CameraPoints, SeenSurface
 from ..sampling.vectors import largest
 from ..scene import Scene
 from ..tracers import LightTracer
+from ..tracers.emission import emission_met
 from ..tracers.lamp_hits import lamp_hits, lamps_along
 from .direct_light import DirectLight
 from .lobe_rays import mean_over_rays, ray_counts
@@ -94,7 +95,7 @@ def _by_points_of_lights(scene: Scene, at: _Glossy, direct: DirectLight, random:
 
 def _by_rays(scene: Scene, at: _Glossy, tracer: LightTracer, random: np.random.Generator) -> np.ndarray:
     """What rays by the lobes meet that is left to them, (n, 3) float32, W/(m² sr)."""
-    seen, materials = at.seen, scene.materials
+    seen = at.seen
     on = scatter(scene, seen.hits, seen.position, seen.direction, seen.normal, random, NARROW_LOBES)
     hits = tracer.closest_hit(on.origins, on.directions, on.kind)
     rough = (on.lobe == Lobe.GLOSSY) & (at.surface.roughness >= SMOOTH)
@@ -110,10 +111,6 @@ def _by_rays(scene: Scene, at: _Glossy, tracer: LightTracer, random: np.random.G
         at.objects,
         least_density=np.where(rough, pdf, np.float32(np.inf)),
     )
-    k = np.flatnonzero(hits.hit & peak)
-    to = hits.where(k)
-    emitted = scene.look_up(materials.emission, to.triangle, to.u, to.v)
-    met[k] += emitted * scene.objects.emits[scene.object_of_triangle[to.triangle], None]
-    k = np.flatnonzero(~hits.hit & (peak | (scene.world.image is None)))
-    met[k] += scene.world.radiance(on.directions[k])
+    k = np.flatnonzero(peak | (~hits.hit & (scene.world.image is None)))
+    met[k] += emission_met(scene, hits.where(k), on.directions[k])
     return on.weight * hits.tinted(met)

@@ -7,18 +7,20 @@ tracer would find them, by direct light at the point and a further ray for the r
   partly elsewhere (the secondary final gather of the π-engine, section 3.2.2).
 - What glossy and glass lobes reflect and transmit, which depends on the direction. Rays follow them in proportion to
   their albedo. Light that lamps send over mirrors, glass and narrow gloss is left out: those are caustics, which
-  photons find far better.
+  photons find far better. Where there are none, in what a camera sees in gloss, rays may be told to bring it.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..bsdf import SMOOTH, Lobe, Surface, base_share, evaluate_wide, glossy_albedo, surface_at
-from ..photons.scattering import ALL_LOBES, NARROW_LOBES, facing, local_axes, scatter
+from ..bsdf import SMOOTH, Lobe, Surface, base_share, evaluate_wide, glossy_albedo, is_focused, surface_at
+from ..photons.scattering import ALL_LOBES, NARROW_LOBES, Scattered, facing, local_axes, scatter
 from ..sampling.vectors import dot, largest
 from ..scene import Scene
 from ..tracers import Hits, LightTracer
+from ..tracers.emission import emission_met
+from ..tracers.lamp_hits import lamps_along
 from .direct_light import DirectLight
 from .radiance_cache import RadianceCache
 from .ray_directions import gather_directions
@@ -138,9 +140,20 @@ class GatherRays:
         return self.radiance_along(origins, gather_directions(normals, n_rays, random), random, facets)
 
     def radiance_along(
-        self, origins: np.ndarray, directions: np.ndarray, random: np.random.Generator, facets: np.ndarray | None = None
+        self,
+        origins: np.ndarray,
+        directions: np.ndarray,
+        random: np.random.Generator,
+        facets: np.ndarray | None = None,
+        focused: bool = False,
     ) -> Incoming:
-        """As `radiance`, with rays in given unit directions (n, 3)."""
+        """As `radiance`, with rays in given unit directions (n, 3).
+
+        Parameters
+        ----------
+        focused : bool
+            Bring also what mirrors, glass and narrow gloss show of lamps, emission and worlds, as `reflected`.
+        """
         hits = self._tracer.closest_hit(origins, directions)
         throughput = hits.tinted(np.ones((len(origins), 3), np.float32))
         sky = throughput * self._direct.unsampled_sky(hits, directions)
@@ -149,7 +162,7 @@ class GatherRays:
         for step in range(_MAX_HITS):
             if len(paths.ray) == 0:
                 break
-            paths = self._follow(reflected, paths, step, random)
+            paths = self._follow(reflected, paths, step, random, focused)
         if facets is not None:
             above = (dot(directions, facets) > 0)[:, None]
             reflected, sky = reflected * above, sky * above
@@ -192,7 +205,9 @@ class GatherRays:
         surface = surface_at(self._scene, hits.triangle, hits.u, hits.v, hits.back(directions))
         return surface, np.abs(dot(hits.normal, directions))
 
-    def _follow(self, radiance: np.ndarray, paths: _Paths, step: int, random: np.random.Generator) -> _Paths:
+    def _follow(
+        self, radiance: np.ndarray, paths: _Paths, step: int, random: np.random.Generator, focused: bool
+    ) -> _Paths:
         """Add direct light where paths have come to in `step` steps, and send them on."""
         scene = self._scene
         near_allowed = step < _MAX_NEAR_HITS - 1
@@ -222,11 +237,27 @@ class GatherRays:
             side = np.where(on.lobe[k] == Lobe.TRANSLUCENT, np.float32(-1), np.float32(1))[:, None]
             shading = side * scene.shading_normals(left.triangle, left.u, left.v, part.normals[k])
             light[wide] = self._direct.met(hits.where(wide), onward[wide], shading)
+            if focused:
+                k = np.flatnonzero(on.lobe[alive] >= Lobe.GLOSSY)
+                light[k] = self._focused_light(part.where(alive[k]), on.where(alive[k]), hits.where(k), light[k])
             radiance[ray] += throughput * light
             parts.append(
                 self._look_up(radiance, ray, throughput, on.origins[alive], onward, hits, near_allowed, random)
             )
         return _join(parts)
+
+    def _focused_light(self, paths: _Paths, on: Scattered, hits: Hits, light: np.ndarray) -> np.ndarray:
+        """All that shines along rays that narrow lobes send on, where no shadow ray asks for it; elsewhere `light`."""
+        scene, left = self._scene, paths.hits
+        normals = scene.shading_normals(left.triangle, left.u, left.v, paths.normals)
+        axes = local_axes(facing(normals, paths.normals, paths.directions))
+        wo, wi = (np.einsum("nij,nj->ni", axes, d) for d in (-paths.directions, on.directions))
+        k = np.flatnonzero(is_focused(self._surface(left, paths.directions)[0], on.lobe, wo, wi))
+        on, to = on.where(k), hits.where(k)
+        objects = scene.object_of_triangle[left.triangle[k]]
+        light[k] = emission_met(scene, to, on.directions)
+        light[k] += lamps_along(scene.lights, on.origins, on.directions, to.distance, on.kind, objects)
+        return light
 
     def _add_diffuse(self, radiance: np.ndarray, paths: _Paths, random: np.random.Generator) -> None:
         """Direct light that the diffuse lobe reflects, and caustics; what rays own of it comes with the next ray."""

@@ -7,6 +7,7 @@ from ..photons.scattering import NARROW_LOBES, Scattered, scatter, scatter_both_
 from ..sampling.vectors import dot
 from ..scene import Scene
 from ..tracers import Hits, LightTracer, RayKind
+from ..tracers.emission import emission_met
 from ..tracers.lamp_hits import lamps_along
 
 _MOST_FOLLOWED = 8
@@ -113,19 +114,6 @@ class FollowedPaths:
 
     def light_beyond(self, scene: Scene) -> np.ndarray:
         """What is emitted and met over more than one mirror or surface of glass, (samples, 3), W/(m² sr)."""
-        light = self.lamplight + self._emission_met(scene)
+        light, k = self.lamplight.copy(), np.flatnonzero(self.n_followed > 1)
+        light[k] += self.throughput[k] * emission_met(scene, self.hits.where(k), self.directions[k])
         return np.stack([np.bincount(self.sample, column) for column in light.T], axis=1)
-
-    def _emission_met(self, scene: Scene) -> np.ndarray:
-        """What is emitted where paths end that were followed more than once, (n, 3) float32, W/(m² sr)."""
-        radiance = np.zeros_like(self.throughput)
-        followed = self.n_followed > 1
-        if not followed.any():
-            return radiance
-        k = np.flatnonzero(followed & self.hits.hit)
-        met = self.hits.where(k)
-        radiance[k] = scene.look_up(scene.materials.emission, met.triangle, met.u, met.v)
-        radiance[k] *= scene.objects.emits[scene.object_of_triangle[met.triangle], None]
-        k = np.flatnonzero(followed & ~self.hits.hit)
-        radiance[k] = scene.world.radiance(self.directions[k])
-        return radiance * self.throughput

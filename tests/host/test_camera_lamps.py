@@ -3,12 +3,14 @@
 import bpy
 import numpy as np
 import pytest
+from photon_bake.addon.bake import solve
 from photon_bake.addon.blender import extract_scene, read_camera
 from photon_bake.addon.blender.camera import read_pixel_filter
-from photon_bake.addon.gather import DirectLight, reflected_highlights
+from photon_bake.addon.gather import DirectLight, camera_gloss, reflected_highlights
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import light_sources, region_of
 from photon_bake.addon.receivers import camera_points
+from photon_bake.addon.settings import settings_for
 from photon_bake.addon.tracers import LightTracer
 from photon_bake.addon.tracers.embree import EmbreeTracer
 from photon_bake.tests.host import scenes
@@ -127,3 +129,39 @@ def test_highlights_in_mirrors_are_those_of_cycles(empty_scene, tmp_path, roughn
     blocks = tuple(picture.reshape(4, 8, 6, 8, 3).mean(axis=(1, 3)) for picture in (ours, theirs))
     assert blocks[0] == pytest.approx(blocks[1], rel=0.1, abs=0.02 * float(full.mean()))
     assert ours.mean() == pytest.approx(theirs.mean(), rel=0.03)
+
+
+def behind_frosted_glass(scene, world):
+    """A pane of rough glass before a world that is a picture, or before lamps."""
+    frosted = coloured("Frosted", (0.9, 1, 0.9), "ShaderNodeBsdfGlass", Roughness=0.3)
+    pane = scenes.add_cube("Pane", material=frosted)
+    pane.location, pane.scale = (0, 2, 4), (4, 0.1, 4)
+    floor = scenes.add_plane("Floor", material=coloured("Floor", (0.5, 0.5, 0.5)))
+    floor.location = (0, 20, -10)
+    add_camera(scene, location=(0, 0, 4), lens=50)
+    if not world:
+        add_lamps()
+        bpy.data.lights["point"].energy = 0
+        return
+    background = scenes.set_world((1, 1, 1))
+    tree = background.id_data
+    direction, positive = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeVectorMath")
+    positive.operation = "ABSOLUTE"
+    tree.links.new(direction.outputs["Generated"], positive.inputs[0])
+    tree.links.new(positive.outputs[0], background.inputs["Color"])
+
+
+@pytest.mark.parametrize("world", [True, False])
+def test_rough_glass_shows_lamps_and_worlds(empty_scene, tmp_path, world):
+    """A lamp's light passes rough facets twice: 1 or 2 % of noise in a block on both sides."""
+    empty_scene.render.resolution_x, empty_scene.render.resolution_y = 48, 32
+    behind_frosted_glass(empty_scene, world)
+    full = combined(empty_scene, tmp_path / "full.exr", samples=256)
+    direct = combined(empty_scene, tmp_path / "direct.exr", samples=4, bounces=0)
+    scene, tracer, points = points_seen(empty_scene, 4)
+    solution = solve(scene, points.receivers(scene), settings_for("draft", n_photons=10_000), tracer.surfaces)
+    ours = points.picture(camera_gloss(scene, points, solution.rays, 64, Workers())[0])
+    theirs = full - direct
+    blocks = tuple(picture.reshape(2, 16, 3, 16, 3).mean(axis=(1, 3)) for picture in (ours, theirs))
+    assert blocks[0] == pytest.approx(blocks[1], rel=0.05, abs=0.05 * float(full.mean()))
+    assert ours.mean() == pytest.approx(theirs.mean(), rel=0.02)
