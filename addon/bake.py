@@ -8,6 +8,7 @@ import numpy as np
 
 from .errors import BakeError
 from .gather import (
+    OF_SCATTERED,
     Cascade,
     DirectLight,
     Effort,
@@ -222,7 +223,7 @@ class Solution:
         assert view is not None
         scattered, surfaces = self.photons.where(self.photons.kind == PathKind.INDIRECT), self.tracer.surfaces
         n, workers = self.settings.subsample, self.workers.part(_OF_VOLUMES, 1.0)
-        light = photon_volume_irradiance(view.camera, view.seen, scattered, workers, step=n, tracer=surfaces)
+        light = photon_volume_irradiance(view.camera, view.seen, scattered, workers, n, surfaces, OF_SCATTERED)
         return _sum(Estimate(*light), {}, self._caustics())
 
     def _by_density(self) -> tuple[Estimate, dict[str, int]]:

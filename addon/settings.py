@@ -44,7 +44,7 @@ class BakeSettings:
         32, "Rays that each cell of surface gathers the light volume's light with; 0 fills it with photons", 0, 4096
     )
     subsample: int = knob(
-        2, "Photon volumes light the pixels of every so many-th row and column, between which others interpolate", 1, 64
+        4, "Photon volumes light the pixels of every so many-th row and column, between which others interpolate", 1, 64
     )
     n_maps: int = knob(27, "Cube maps that photons are traced through with Multi-Image", 1, 1000)
     map_size: int = knob(64, "Texels along a side of a cube map's faces, a power of two", 8, 1024)
@@ -105,7 +105,7 @@ _QUALITIES: dict[str, dict[str, Any]] = {
         "n_cache_elements": 20_000,
         "n_cache_rays": 0,
         "n_nearest": 100,
-        "subsample": 4,
+        "subsample": 8,
     },
     "medium": {},
     "high": {
@@ -114,7 +114,6 @@ _QUALITIES: dict[str, dict[str, Any]] = {
         "n_cache_elements": 240_000,
         "n_cache_rays": 16,
         "n_nearest": 400,
-        "subsample": 1,
     },
 }
 

@@ -11,12 +11,13 @@ from .gather_rays import GatherRays
 from .glossy_light import glossy_radiance
 from .irradiance import Estimate, Irradiance
 from .light_volume import Cascade
-from .photon_volumes import photon_volume_gloss, photon_volume_irradiance, scatter_light
+from .photon_volumes import OF_SCATTERED, photon_volume_gloss, photon_volume_irradiance, scatter_light
 from .radiance_cache import RadianceCache
 from .screen_volume import screen_irradiance
 from .upsampling import upsampled
 
 __all__ = [
+    "OF_SCATTERED",
     "Cascade",
     "DirectLight",
     "Effort",

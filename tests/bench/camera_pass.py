@@ -1,6 +1,7 @@
 """The camera's pass against Cycles' pass Diffuse Indirect, in the same pixels: error, time, and time at equal error.
 
-    .venv/bin/python tests/bench/camera_pass.py [--scenes DIR] [--size 1920 1080] [--scene NAME…] [--quality Q…]
+    .venv/bin/python tests/bench/camera_pass.py [--scenes DIR] [--size 1920 1080] [--scene NAME…]
+        [--quality Q…] [--gather G…]
 
 Truth is Cycles' pass in tiles of the picture, in two renders with seeds of their own, which are kept in build/truth.
 Where a and b are the two and x is a result, the mean of (x − a)(x − b) is its squared error, free of the truth's own
@@ -27,7 +28,8 @@ from photon_bake.operators.bake_job import BakeJob
 from photon_bake.operators.camera_target import WantedCamera
 
 NAMES = ("cornell", "classroom")
-HEAD = ["Scene", "Quality", "Time, s", "Error", "Mean", "Cycles, s", "times", "Cycles and OIDN, s", "times"]
+GATHERS = ("final", "photon_volumes")
+HEAD = ["Scene", "Gather", "Quality", "Time, s", "Error", "Mean", "Cycles, s", "times", "Cycles and OIDN, s", "times"]
 TITLE = "The camera's pass: time at equal error, against Cycles' Diffuse Indirect"
 TILES = (4, 2)
 TILE = 96  # pixels
@@ -155,11 +157,11 @@ class Judge:
         return float(x[self.counts].mean()) / self.mean - 1
 
 
-def ours(quality, folder):
+def ours(gather, quality, folder):
     """Our pass with caustics, (h, w, 3), our guides, and the seconds for all of it and for the denoiser alone."""
     start, progress = perf_counter(), Progress()
     job = BakeJob.prepare(bpy.context, [WantedCamera(CameraSettings(), Path(folder))], progress)
-    solved = job.solve(settings_for(quality), progress)
+    solved = job.solve(settings_for(quality, gather=gather), progress)
     job.write(solved, progress)
     seconds = perf_counter() - start
     passes = solved.products[0].passes
@@ -173,13 +175,13 @@ def samples_for(error, levels, errors):
     return float(np.exp((np.log(max(error, 1e-6)) - at_one) / slope)) if slope < 0 else np.inf
 
 
-def measure(name, path, qualities, size):
+def measure(name, path, ways, size):
     """Rows of `HEAD`."""
     width, height = size
     scene, tiles = open_scene(path, width, height), Tiles.of(width, height)
     judge = Judge.of(truth_of(name, scene, tiles, width, height))
-    found = {quality: ours(quality, ROOT / "build/passes") for quality in qualities}
-    guides = {"albedo": np.clip(found[qualities[0]][1].albedo, 0, 1), "normal": found[qualities[0]][1].normal}
+    found = {way: ours(*way, ROOT / "build/passes") for way in ways}
+    guides = {"albedo": np.clip(found[ways[0]][1].albedo, 0, 1), "normal": found[ways[0]][1].normal}
 
     times = []
     for samples in (1, 3):
@@ -193,7 +195,7 @@ def measure(name, path, qualities, size):
     smooth = [judge.error(np.stack([denoised(x[i], cut, i) for i in range(len(x))])) for x in noisy]
 
     rows = []
-    for quality, (light, _, seconds, denoising) in found.items():
+    for way, (light, _, seconds, denoising) in found.items():
         x = tiles.cut(light)
         error = judge.error(x)
         by_cycles = samples_for(error, LEVELS, plain) * per_sample
@@ -201,7 +203,7 @@ def measure(name, path, qualities, size):
         cells = [f"{seconds:.0f}", f"{error:.2%}", f"{judge.bias(x):+.2%}"]
         for rival in (by_cycles, by_both):
             cells += [f"{rival:.0f}", f"{rival / seconds:.1f}"]
-        rows.append([name, quality, *cells])
+        rows.append([name, *way, *cells])
     print(f"{name}: Cycles {per_sample:.2f} s a sample; errors at {LEVELS}: {plain}, denoised {smooth}", flush=True)
     return rows
 
@@ -211,9 +213,10 @@ def denoised(picture, guides, i):
     return filtered("RT", picture, {"hdr": True, "cleanAux": True}, {kind: guide[i] for kind, guide in guides.items()})
 
 
-def tables(scenes, qualities=("draft", "medium"), size=(1920, 1080)):
+def tables(scenes, qualities=("draft", "medium"), size=(1920, 1080), gathers=GATHERS):
     """The table of `make bench`."""
-    rows = [row for name in NAMES if name in scenes for row in measure(name, scenes[name], qualities, size)]
+    ways = [(gather, quality) for gather in gathers for quality in qualities]
+    rows = [row for name in NAMES if name in scenes for row in measure(name, scenes[name], ways, size)]
     return [table(f"{TITLE}, {size[0]} × {size[1]}", HEAD, rows)]
 
 
@@ -222,6 +225,7 @@ if __name__ == "__main__":
     parser.add_argument("--scene", nargs="+", default=NAMES)
     parser.add_argument("--quality", nargs="+", default=["draft", "medium"])
     parser.add_argument("--size", nargs=2, type=int, default=[1920, 1080])
+    parser.add_argument("--gather", nargs="+", default=GATHERS)
     given = parser.parse_args()
     paths = {name: path for name, path in scenes_in(given.scenes).items() if name in given.scene}
-    tables(paths, given.quality, tuple(given.size))
+    tables(paths, given.quality, tuple(given.size), given.gather)

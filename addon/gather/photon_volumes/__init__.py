@@ -1,11 +1,12 @@
 """Photon volumes: each photon lights the points around it, after section 5 of McGuire and Luebke."""
 
 from .gloss import photon_volume_gloss
-from .radius import neighbour_radius, path_density_radius
+from .radius import OF_SCATTERED, neighbour_radius, path_density_radius
 from .scatter import Points, Scattered, scatter_light
 from .volumes import photon_volume_irradiance
 
 __all__ = [
+    "OF_SCATTERED",
     "Points",
     "Scattered",
     "neighbour_radius",

@@ -11,6 +11,7 @@ from ...receivers.camera import LEAST_COSINE
 from ...sampling.vectors import dot
 from ...scene import Scene
 from ...tracers import Tracer
+from .radius import OF_SCATTERED
 from .scatter import Response
 from .volumes import volume_light
 
@@ -60,7 +61,7 @@ def photon_volume_gloss(
         return reflect
 
     radiance, stderr = np.zeros((len(seen), 3), np.float32), np.zeros(len(seen), np.float32)
-    found = volume_light(camera, at, photons, response, workers, step, tracer)
+    found = volume_light(camera, at, photons, response, workers, step, tracer, OF_SCATTERED)
     radiance[rough], stderr[rough] = found[:, :3] * albedo, found[:, 3] * albedo.mean(axis=1)
     return radiance, stderr
 

@@ -14,7 +14,7 @@ from ...sampling.vectors import dot
 from ...tracers import Tracer
 from ..upsampling import upsampled
 from .edges import distance_to_edge, share_of_volumes
-from .radius import neighbour_radius, path_density_radius
+from .radius import OF_CAUSTICS, neighbour_radius, path_density_radius
 from .scatter import Points, Response, scatter_light
 
 
@@ -25,6 +25,7 @@ def photon_volume_irradiance(
     workers: Workers,
     step: int = 1,
     tracer: Tracer | None = None,
+    fineness: float = OF_CAUSTICS,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Irradiance of the surfaces that a camera sees, from the photons around them.
 
@@ -36,6 +37,8 @@ def photon_volume_irradiance(
         Photons light one of `step`² pixels, and the others take their light from those (`upsampled`).
     tracer : Tracer, optional
         Tells where surfaces end; without it, it is too dark there (`share_of_volumes`).
+    fineness : float
+        Of the light, for the radii (`n_in_volume`).
 
     Returns
     -------
@@ -47,7 +50,7 @@ def photon_volume_irradiance(
     def smooth_shading(k: np.ndarray) -> Response | None:
         return _smooth_shading(seen.where(k), photons)
 
-    found = volume_light(camera, seen, photons, smooth_shading, workers, step, tracer)
+    found = volume_light(camera, seen, photons, smooth_shading, workers, step, tracer, fineness)
     return found[:, :3], found[:, 3]
 
 
@@ -59,6 +62,7 @@ def volume_light(
     workers: Workers,
     step: int,
     tracer: Tracer | None,
+    fineness: float,
 ) -> np.ndarray:
     """What surfaces that a camera sees make of the photons around them, and its standard error, (p, 4) float32.
 
@@ -66,12 +70,12 @@ def volume_light(
     ----------
     response : callable
         From indices of points to what these points make of photons.
-    step, tracer
+    step, tracer, fineness
         As for `photon_volume_irradiance`.
     """
     if len(seen) == 0 or len(photons) == 0:
         return np.zeros((len(seen), 4), np.float32)
-    radius = volume_radius(camera, seen, photons, workers)
+    radius = volume_radius(camera, seen, photons, workers, fineness)
     to_edge = distance_to_edge(camera, seen) if tracer else None
 
     def light(k: np.ndarray) -> np.ndarray:
@@ -85,7 +89,7 @@ def volume_light(
     return upsampled(camera, seen, step, light, workers)
 
 
-def volume_radius(camera: Camera, seen: SeenSurface, photons: Photons, workers: Workers) -> np.ndarray:
+def volume_radius(camera: Camera, seen: SeenSurface, photons: Photons, workers: Workers, fineness: float) -> np.ndarray:
     """Radii of photon volumes, (p,) float32, m: by the photons' density, and no smaller than pixels.
 
     A pixel of side a covers a by a/cos θ of a surface, the area A = a²/cos θ. Volumes hold the middle of one if they
@@ -98,9 +102,9 @@ def volume_radius(camera: Camera, seen: SeenSurface, photons: Photons, workers: 
     of_pixel = np.zeros(camera.n_pixels, np.float32)
     of_pixel[seen.pixel] = seen.area
     n, area = int(np.count_nonzero(least)), float(of_pixel.sum(dtype=np.float64))
-    largest = path_density_radius(photons, area, n)
+    largest = path_density_radius(photons, area, n, fineness)
     smallest = footprint[seen.pixel].min(initial=np.inf)  # also of photons out of sight, which may lie in one place
-    return np.maximum(neighbour_radius(photons, largest, workers), np.maximum(least, smallest))
+    return np.maximum(neighbour_radius(photons, largest, workers, fineness), np.maximum(least, smallest))
 
 
 def _smooth_shading(seen: SeenSurface, photons: Photons) -> Response | None:
