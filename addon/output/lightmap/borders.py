@@ -30,7 +30,7 @@ REAL_JUMP = 0.5
 """A seam whose sides differ by more, as a share of the brighter one, parts lit from unlit; it stays as it is."""
 
 _OFF_CENTRE = 0.01  # texels
-_TOLERANCE, _STEPS = 1e-5, 300
+_TOLERANCE, _STEPS = 1e-4, 300
 
 
 @dataclass(frozen=True)
