@@ -40,7 +40,7 @@ def emissive_principled():
     lit_by(shader("BsdfPrincipled", {**inputs, "Specular IOR Level": 0.0}))
 
 
-@case("Emission from a texture", GROUP)
+@case("Emission from a texture", GROUP, effort=4)
 def emissive_textured():
     # The part of the ceiling beside the green wall is bright.
     pixels = np.full((6, 6, 3), 0.02)

@@ -160,7 +160,7 @@ def area_ellipse():
     frame(0.36, 0.45)
 
 
-@case("Area with a spread of 40°", GROUP)
+@case("Area with a spread of 40°", GROUP, effort=2)
 def area_spread():
     # All of it falls on the green wall.
     lit_room("AREA", (-0.5, 0, 0), RIGHT, size=0.6, energy=100, spread=0.7)
@@ -297,7 +297,7 @@ def instanced_lamps():
         instance.location, instance.scale = (x, 0, 0.5), (scale, scale, scale)
 
 
-@case("A lamp in a box with a slit", GROUP, effort=9)
+@case("A lamp in a box with a slit", GROUP, effort=18)
 def lamp_in_box():
     # Most light leaves the white box only after bounces in it. Its sides run into each other at the edges.
     lit_room("POINT", energy=200, shadow_soft_size=0.05)

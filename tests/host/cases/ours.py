@@ -1,5 +1,6 @@
 """What the bake says of the light at the probes."""
 
+import os
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -15,7 +16,7 @@ from .registry import Case
 
 SEEDS = (1, 2, 3, 4)
 SETTINGS = settings_for(
-    "draft", n_photons=50_000, n_gather_rays=512, n_cache_elements=5_000, n_cache_rays=4, n_threads=1
+    "draft", n_photons=25_000, n_gather_rays=512, n_cache_elements=2_500, n_cache_rays=4, n_threads=1
 )
 """Four small bakes tell their own noise, cache and all, which one large bake does not."""
 
@@ -24,8 +25,9 @@ def our_bake(case: Case) -> tuple[Mean, list[str]]:
     """Our bake of the probes of the scene as it is, and what it warns of."""
     job = BakeJob.prepare(bpy.context, [WantedVertices()], Progress(), ["Probes"], case.light_group)
     settings = settings_of(case)
-    with ThreadPoolExecutor() as pool:
-        runs = list(pool.map(lambda seed: _at_probes(job, replace(settings, seed=seed)), SEEDS))
+    seeds = SEEDS[:2] if case.unsupported else SEEDS  # whose noise counts for nothing
+    with ThreadPoolExecutor(os.cpu_count()) as pool:  # more bakes at a time would take the cache from each other
+        runs = list(pool.map(lambda seed: _at_probes(job, replace(settings, seed=seed)), seeds))
     return Mean.of_runs(runs), job.warnings
 
 

@@ -154,7 +154,7 @@ def constraint():
     constraint.target = put("Target", None)
 
 
-@case("Subdivision Surface modifier", GROUP)
+@case("Subdivision Surface modifier", GROUP, effort=2)
 def subdivision():
     # Rounds a box to half its breadth.
     shaded_room()
@@ -183,7 +183,7 @@ def solidify():
     modified(shape, "SOLIDIFY", thickness=0.7, offset=-1)
 
 
-@case("Bevel modifier", GROUP)
+@case("Bevel modifier", GROUP, effort=2)
 def bevel():
     # Takes the corners off a box under the lamp.
     shaded_room()
@@ -297,7 +297,7 @@ def linked_duplicates():
         put("Copy", shape.data).location = (x, 0, 0)
 
 
-@case("Curve with a bevel", GROUP)
+@case("Curve with a bevel", GROUP, effort=2)
 def curve():
     # A thick ring round the lamp's feet.
     shaded_room()
@@ -325,7 +325,7 @@ def text():
     put("Text", data)
 
 
-@case("NURBS surface", GROUP)
+@case("NURBS surface", GROUP, effort=2)
 def surface():
     shaded_room()
     bpy.ops.surface.primitive_nurbs_surface_sphere_add(radius=0.8, location=(0, 0, -0.5))

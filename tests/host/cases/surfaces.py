@@ -100,7 +100,7 @@ def principled_tint():
     shiny_floor(principled(Specular_IOR_Level=1.0, **inputs))
 
 
-@case("Metal, mirror", GROUP, effort=3)
+@case("Metal, mirror", GROUP, effort=6)
 def metal_mirror():
     shiny_floor(principled(Base_Color=(0.9, 0.6, 0.3), Metallic=1.0, Roughness=0.0))
 
@@ -121,7 +121,7 @@ def metal_half():
     shiny_floor(principled(Base_Color=(0.8, 0.5, 0.2), Metallic=0.5, Roughness=0.3, Specular_IOR_Level=0.0))
 
 
-@case("Metal by a texture", GROUP)
+@case("Metal by a texture", GROUP, effort=4)
 def metal_textured():
     # Metal in stripes on a red floor.
     tree = nodes()
@@ -130,7 +130,7 @@ def metal_textured():
     shiny_floor(tree.done(tree.add("BsdfPrincipled", inputs)))
 
 
-@case("Roughness by a texture", GROUP)
+@case("Roughness by a texture", GROUP, effort=2)
 def roughness_textured():
     # Half of the floor is a mirror.
     tree = nodes()
@@ -144,7 +144,7 @@ def glossy():
     shiny_floor(shader("BsdfAnisotropic", {"Color": (0.3, 0.6, 0.9), "Roughness": 0.4}))
 
 
-@case("Glossy BSDF, Beckmann", GROUP, unsupported="Feature", effort=4)
+@case("Glossy BSDF, Beckmann", GROUP, unsupported="Feature")
 def glossy_beckmann():
     shiny_floor(shader("BsdfAnisotropic", {"Color": (0.3, 0.6, 0.9), "Roughness": 0.5}, distribution="BECKMANN"))
 
@@ -155,7 +155,7 @@ def metallic():
     shiny_floor(shader("BsdfMetallic", inputs))
 
 
-@case("Two mirrors (light by way of both)", GROUP, effort=4)
+@case("Two mirrors (light by way of both)", GROUP, effort=6)
 def two_mirrors():
     # Between a mirror floor and a mirror ceiling.
     mirror = shader("BsdfAnisotropic", {"Color": (0.9, 0.9, 0.9), "Roughness": 0.0})
@@ -169,12 +169,12 @@ def principled_glass():
     divided(principled(Transmission_Weight=1.0, Roughness=0.0, Base_Color=(0.6, 0.9, 0.7)), 0.2)
 
 
-@case("Rough glass pane (Principled transmission)", GROUP, effort=18)
+@case("Rough glass pane (Principled transmission)", GROUP, effort=15)
 def principled_rough_glass():
     divided(principled(Transmission_Weight=1.0, Roughness=0.4, Base_Color=(0.6, 0.9, 0.7)), 0.2)
 
 
-@case("Half transmission (Principled)", GROUP)
+@case("Half transmission (Principled)", GROUP, effort=4)
 def principled_half_glass():
     divided(principled(Transmission_Weight=0.5, Roughness=0.2, Base_Color=(0.6, 0.9, 0.7)), 0.2)
 
@@ -184,7 +184,7 @@ def glass():
     divided(shader("BsdfGlass", {"Color": (0.7, 0.8, 0.95), "Roughness": 0.0, "IOR": 1.5}), 0.2)
 
 
-@case("Glass BSDF, rough", GROUP, effort=6)
+@case("Glass BSDF, rough", GROUP, effort=9)
 def glass_rough():
     divided(shader("BsdfGlass", {"Color": (0.7, 0.8, 0.95), "Roughness": 0.5, "IOR": 1.5}), 0.2)
 
