@@ -20,7 +20,9 @@ from ..tracers import Hits, LightTracer
 from .direct_light import DirectLight
 from .elements import SurfaceCells, SurfaceElements
 from .gather_rays import GatherRays
+from .hidden_sides import HiddenSides
 from .radiance_cache import RadianceCache
+from .ray_directions import gather_directions
 
 _PILOT, _DIRECT, _REFINE = 11, 12, 13  # streams of random numbers
 _MOST_PILOT_RAYS, _PILOT_RAYS_PER_ELEMENT = 1 << 18, 16  # that are sent to see where gather rays end
@@ -43,12 +45,15 @@ class Survey:
         Whether light on this side may get to the receivers.
     home : Sphere
         Around the receivers' region, and four fifths of where the rays ended.
+    hidden : HiddenSides
+        What such rays do not see.
     """
 
     elements: SurfaceElements
     visits: np.ndarray
     seen: np.ndarray
     home: Sphere
+    hidden: HiddenSides
 
     def worth(self, scene: Scene, photons: Photons) -> np.ndarray:
         """What photons are worth to those who look, (n,): their power, by how much is seen of a square metre there."""
@@ -81,7 +86,8 @@ def survey_surfaces(
     visits = np.bincount(2 * elements.find(met.triangle, met.u, met.v) + back, minlength=2 * len(elements))
     away = scene.points(met.triangle, met.u, met.v) - region.centre
     reach = float(np.quantile(np.sqrt(dot(away, away)), _HOME)) if len(away) else 0.0
-    return Survey(elements, visits, seen.ravel(), Sphere(region.centre, max(region.radius, reach)))
+    home = Sphere(region.centre, max(region.radius, reach))
+    return Survey(elements, visits, seen.ravel(), home, HiddenSides.of(scene, met, back))
 
 
 def build_radiance_cache(
@@ -103,9 +109,9 @@ def build_radiance_cache(
         Rays that each side seen from the receivers gathers with, from the cache of photons and direct light; 0 leaves
         the photons as they are.
     """
-    elements, seen = survey.elements, survey.seen
+    elements = survey.elements
     # Light them by the lamps and by photons
-    sides = _direct_radiance(scene, tracer, direct, elements, seen, workers)
+    sides = _direct_radiance(scene, tracer, direct, survey, workers)
     focused = photons.kind == PathKind.CAUSTIC
     caustic = photon_radiance(scene, photons.where(focused), elements, sides.coverage)
     others = photon_radiance(scene, photons.where(~focused), elements, sides.coverage)
@@ -114,10 +120,10 @@ def build_radiance_cache(
         return cache
 
     # Let those that are seen gather once
-    k = np.flatnonzero(seen)
+    k = np.flatnonzero(survey.seen)
     rays = GatherRays(scene, tracer, direct, cache)
     gathered = np.zeros_like(sides.radiance)
-    gathered[k] = _gather_at_sides(scene, rays, elements, k, n_rays, workers)
+    gathered[k] = _gather_at_sides(scene, rays, survey, k, n_rays, workers)
     refined = cache.radiance[:-2].copy()
     refined[k] = (sides.radiance + caustic + sides.albedo * gathered + sides.translucence * _swapped(gathered))[k]
     return RadianceCache.of_sides(elements, refined, caustic)
@@ -211,8 +217,7 @@ def _direct_radiance(
     scene: Scene,
     tracer: LightTracer,
     direct: DirectLight,
-    elements: SurfaceElements,
-    seen: np.ndarray,
+    survey: Survey,
     workers: Workers,
 ) -> _Sides:
     """Mean of ρE/π of direct light over points of each side, and what is to be known of the sides besides.
@@ -221,12 +226,13 @@ def _direct_radiance(
     a lamp the light of an element is that of a small spot on it. What the first look found is not used again, since
     elements in which it missed the light get fewer points than others.
     """
+    seen = survey.seen
     n_look = np.where(seen, _N_DIRECT_LOOK, 1)
-    look = _lit_points(scene, tracer, direct, elements, n_look, workers, (_DIRECT, 0))
+    look = _lit_points(scene, tracer, direct, survey, n_look, workers, (_DIRECT, 0))
     spread = np.sqrt(np.maximum(look[:, 13] / n_look - (look[:, :3].sum(axis=1) / n_look) ** 2, 0)) * seen
     even = np.where(seen, _N_DIRECT_SEEN, _N_DIRECT_UNSEEN) // 2
     counts = even + np.minimum(even.sum() * spread / max(float(spread.sum()), 1e-30), _MAX_DIRECT).astype(np.int64)
-    sums = _lit_points(scene, tracer, direct, elements, counts, workers, (_DIRECT, 1))
+    sums = _lit_points(scene, tracer, direct, survey, counts, workers, (_DIRECT, 1))
     weight = sums[:, 12:13]
     reflected, transmitted, albedo, through = (sums[:, i : i + 3] / weight for i in range(0, 12, 3))
     # Of an element that is nearly all hole the share is not known well: photons on the rest must not count for too much
@@ -239,7 +245,7 @@ def _lit_points(
     scene: Scene,
     tracer: LightTracer,
     direct: DirectLight,
-    elements: SurfaceElements,
+    survey: Survey,
     counts: np.ndarray,
     workers: Workers,
     key: tuple[int, ...],
@@ -253,13 +259,14 @@ def _lit_points(
 
     def estimate(chunk: slice, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         side = np.searchsorted(ends, np.arange(chunk.start, chunk.stop), side="right") - 1
-        at = _points_on(scene, elements, side, random)
+        at = _points_on(scene, survey.elements, side, random)
         light = direct.irradiance(at.positions, at.shading_normals, at.objects, random) / np.float32(np.pi)
         albedo, through, coverage = (
             scene.look_up(channel, at.triangle, at.u, at.v)
             for channel in (scene.materials.diffuse, scene.materials.translucent, scene.materials.coverage)
         )
-        coverage = coverage[:, :1] * ~tracer.smothered(at.triangle, at.u, at.v)[:, None]
+        buried = tracer.smothered(at.triangle, at.u, at.v) | _inside(scene, tracer, survey, at, random)
+        coverage = coverage[:, :1] * ~buried[:, None]
         coverage = np.maximum(coverage, _LEAST_COVERAGE)
         columns = np.concatenate([albedo * light, through * light, albedo, through, np.ones_like(coverage)], axis=1)
         columns *= coverage
@@ -297,15 +304,30 @@ def _points_on(scene: Scene, elements: SurfaceElements, side: np.ndarray, random
     return _Points(positions, normals, shading, triangle, u, v, scene.object_of_triangle[triangle])
 
 
+def _inside(scene: Scene, tracer: LightTracer, survey: Survey, at: _Points, random: np.random.Generator) -> np.ndarray:
+    """Whether points are inside of something, (n,) bool, by a ray from each."""
+    if not survey.hidden.any:
+        return np.zeros(len(at.normals), bool)
+    u = random.random((len(at.normals), 2), dtype=np.float32)
+    directions = to_world(sample_cosine_hemisphere(u), at.normals)
+    return survey.hidden.met(scene, tracer.closest_hit(at.positions, directions), directions)
+
+
 def _gather_at_sides(
-    scene: Scene, rays: GatherRays, elements: SurfaceElements, sides: np.ndarray, n_rays: int, workers: Workers
+    scene: Scene, rays: GatherRays, survey: Survey, sides: np.ndarray, n_rays: int, workers: Workers
 ) -> np.ndarray:
-    """Mean radiance (E/π) from the cache and the world at each of `sides`, (n, 3): a ray from a new point each time."""
+    """Mean radiance (E/π) from the cache and the world at each of `sides`, (n, 3): a ray from a new point each time.
+
+    Points inside of something do not count.
+    """
 
     def gather(chunk: slice, random: np.random.Generator) -> np.ndarray:
-        at = _points_on(scene, elements, np.repeat(sides[chunk], n_rays), random)
-        met = rays.radiance(at.positions, at.shading_normals, n_rays, random, facets=at.normals)
-        return (met.reflected + met.sky).reshape(-1, n_rays, 3).mean(axis=1)
+        at = _points_on(scene, survey.elements, np.repeat(sides[chunk], n_rays), random)
+        directions = gather_directions(at.shading_normals, n_rays, random)
+        met = rays.radiance_along(at.positions, directions, random, facets=at.normals)
+        outside = ~survey.hidden.met(scene, met.hits, directions).reshape(-1, n_rays, 1)
+        light = (met.reflected + met.sky).reshape(-1, n_rays, 3) * outside
+        return light.sum(axis=1) / np.maximum(outside.sum(axis=1), 1)
 
     gathered = np.zeros((len(sides), 3), np.float32)
     for chunk, mean in workers.chunks("Refining light", len(sides), max(1, _CHUNK // n_rays), gather, (_REFINE,)):

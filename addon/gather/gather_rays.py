@@ -40,13 +40,13 @@ class Incoming:
     ----------
     reflected, sky : (n, 3) float32, W/(m² sr)
         Radiance from surfaces, and from the world; the sky's is 0 where `DirectLight` samples it.
-    distance : (n,) float32, m
-        To what they met first; infinite where that was the world.
+    hits : Hits
+        What they met first.
     """
 
     reflected: np.ndarray
     sky: np.ndarray
-    distance: np.ndarray
+    hits: Hits
 
 
 @dataclass
@@ -166,7 +166,7 @@ class GatherRays:
         if facets is not None:
             above = (dot(directions, facets) > 0)[:, None]
             reflected, sky = reflected * above, sky * above
-        return Incoming(reflected, sky, hits.distance)
+        return Incoming(reflected, sky, hits)
 
     def _look_up(
         self,

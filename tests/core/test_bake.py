@@ -11,7 +11,16 @@ from photon_bake.addon.progress import Progress
 from photon_bake.addon.scene import LightKind
 from photon_bake.addon.settings import settings_for
 from photon_bake.addon.tracers.embree import EmbreeTracer
-from photon_bake.tests.core.scenes import box, lamp, merge, plane, receivers_at, receivers_in_box, scene_of
+from photon_bake.tests.core.scenes import (
+    box,
+    lamp,
+    merge,
+    of_objects,
+    plane,
+    receivers_at,
+    receivers_in_box,
+    scene_of,
+)
 
 GATHERS = ["final", "density", "light_volume", "photons in a volume"]
 
@@ -38,6 +47,22 @@ def test_white_furnace(albedo, gather):
     assert indirect == pytest.approx(albedo / (1 - albedo), rel=0.01 if gather == "final" else 0.02)
     assert indirect + direct == pytest.approx(1 / (1 - albedo), rel=0.02)
     assert np.array_equal(result.value, result.passes["indirect"] + result.passes["direct"])
+
+
+@pytest.mark.parametrize("n_cache_rays", [0, 64])
+def test_what_of_walls_lies_in_others_does_not_darken_them(n_cache_rays):
+    """A furnace of six slabs that run into each other: a sixth of their inner sides is inside of others."""
+    vertices, triangles = box(inwards=False)
+    slabs = []
+    for axis in range(3):
+        for sign in (-1, 1):
+            half, middle = np.full(3, 1.1), np.zeros(3)
+            half[axis], middle[axis] = 0.05, sign * 1.05
+            slabs.append((vertices * half + middle, triangles))
+    albedo, lights = 0.8, lamp(LightKind.POINT, 24 / (4 * np.pi), position=(0, 0, 0))
+    scene = of_objects(scene_of(*merge(*slabs), albedo=albedo, lights=lights), np.repeat(np.arange(6), len(triangles)))
+    result = baked(scene, receivers_in_box(300), n_cache_elements=1000, n_cache_rays=n_cache_rays)
+    assert result.value.mean() == pytest.approx(albedo / (1 - albedo), rel=0.015)
 
 
 @pytest.mark.parametrize("albedo", [0.5, 0.8])

@@ -166,7 +166,7 @@ class RecordMaker:
             directions, share = gather_directions(normals, self.rays_a_batch, random), np.ones(1, np.float32)
         met = self._rays.radiance_along(origins, directions, random)
         batches = (share[:, None] * met.reflected).reshape(len(chosen), N_BATCHES, self.rays_a_batch, 3)
-        nearness = (share / np.maximum(met.distance, _LEAST_DISTANCE)).reshape(-1, n)
+        nearness = (share / np.maximum(met.hits.distance, _LEAST_DISTANCE)).reshape(-1, n)
         bend = _no_bend(len(chosen), at.directional)
         if at.directional:
             slope = weight[:, None] * slope_of_light(directions, normals)
