@@ -8,15 +8,13 @@ from ..sampling.streams import stream
 from ..sampling.vectors import largest
 from ..scene import Scene
 from .aiming import Aim
-from .source import Sphere
 
 _LEAST_REFLECTANCE = 0.2  # of metal or a mirror; a varnish's caustics are dim, and most floors have one
-_LARGEST = 0.1  # radius over that of the receivers' region: what is larger is found anyway
 _MOST_BALLS = 32
 
 
-def caustic_makers(scene: Scene, region: Sphere) -> Aim | None:
-    """Balls around the objects that make caustics and are small beside the receivers' region; None without any.
+def caustic_makers(scene: Scene, largest: float) -> Aim | None:
+    """Balls around the objects that make caustics and have a radius below `largest`, m; None without any.
 
     Those close together are joined.
     """
@@ -27,7 +25,7 @@ def caustic_makers(scene: Scene, region: Sphere) -> Aim | None:
     corners = scene.vertices[scene.triangles[triangles]]
     objects, of_triangle = np.unique(scene.object_of_triangle[triangles], return_inverse=True)
     centre, radius = _balls(corners, of_triangle)
-    small = np.flatnonzero((radius > 0) & (radius < _LARGEST * region.radius))
+    small = np.flatnonzero((radius > 0) & (radius < largest))
     if len(small) == 0:
         return None
     group = np.full(len(objects), -1)

@@ -8,6 +8,13 @@ from .lamp_sources import AreaSource, PointSource
 from .mesh_source import MeshSource
 from .source import Source, Sphere, bounding_sphere
 
+_LARGEST, _LARGEST_FROM_AFAR = 0.5, 0.1
+"""Radius of what is aimed at, over that of the receivers' region: what is larger is found anyway.
+
+Of photons from afar, which fill the region, a ball gets as much as its radius says, squared; of a lamp's, which fly
+everywhere, far less.
+"""
+
 
 def light_sources(scene: Scene, region: Sphere) -> list[Source]:
     """All sources of a scene that emit anything, the receivers being in `region`, aimed at what makes caustics.
@@ -29,8 +36,9 @@ def light_sources(scene: Scene, region: Sphere) -> list[Source]:
     sources.append(MeshSource(scene))
     sources.append(WorldSource(scene, region))
     sources = [source for source in sources if source.power.sum() > 0]
-    aim = caustic_makers(scene, region)
+    near, far = (caustic_makers(scene, share * region.radius) for share in (_LARGEST, _LARGEST_FROM_AFAR))
     for source in sources:
+        aim = far if isinstance(source, SunSource | WorldSource) else near
         if aim and source.sampled_directly:
             source.aim_at(aim)
     if not sources:

@@ -24,7 +24,16 @@ from photon_bake.addon.gather.final.records import RecordMaker
 from photon_bake.addon.gather.gather_rays import _Paths
 from photon_bake.addon.gather.ray_directions import gather_directions
 from photon_bake.addon.parallel import Turns, Workers
-from photon_bake.addon.photons import GuidedSource, Photons, guide_sources, light_sources, region_of, trace_photons
+from photon_bake.addon.photons import (
+    GuidedSource,
+    Photons,
+    Sphere,
+    guide_sources,
+    light_sources,
+    pilots_for,
+    region_of,
+    trace_photons,
+)
 from photon_bake.addon.photons.scattering import facing, local_axes, scatter
 from photon_bake.addon.receivers import Receivers
 from photon_bake.addon.sampling.octahedral import encode_octahedral
@@ -129,29 +138,34 @@ class Engine:
     receivers: Receivers
     tracer: EmbreeTracer
     sources: list
+    home: Sphere
     rays: GatherRays
 
     @staticmethod
     def of(scene, receivers):
         settings, workers, tracer = BakeSettings(), Workers(), EmbreeTracer(scene)
         light_tracer = LightTracer(scene, tracer)
-        survey = survey_surfaces(scene, light_tracer, receivers, settings.n_cache_elements, workers)
+        region = region_of(receivers.position)
+        survey = survey_surfaces(scene, light_tracer, receivers, region, settings.n_cache_elements, workers)
+        home, n_photons, n_bounces = survey.home, settings.n_photons, settings.max_bounces
 
         def worth(photons):
             return survey.worth(scene, photons)
 
-        sources = light_sources(scene, region_of(receivers.position))
-        guided = guide_sources(scene, light_tracer, sources, settings.max_bounces, worth, workers)
-        photons = trace_photons(scene, light_tracer, guided, settings.n_photons, settings.max_bounces, workers)
+        sources = light_sources(scene, region)
+        n_pilots = pilots_for(n_photons)
+        guided = guide_sources(scene, light_tracer, sources, n_pilots, n_bounces, worth, workers, home)
+        photons = trace_photons(scene, light_tracer, guided, n_photons, n_bounces, workers, region=home)
         direct = DirectLight(scene, light_tracer, sources)
         n_rays = settings.n_cache_rays
         cache = build_radiance_cache(scene, light_tracer, photons, direct, survey, n_rays, workers)
-        return Engine(scene, receivers, tracer, guided, GatherRays(scene, light_tracer, direct, cache))
+        return Engine(scene, receivers, tracer, guided, home, GatherRays(scene, light_tracer, direct, cache))
 
     def trace(self, workers):
         """Trace a million photons."""
         settings, tracer = BakeSettings(), LightTracer(self.scene, self.tracer)
-        trace_photons(self.scene, tracer, self.sources, settings.n_photons, settings.max_bounces, workers)
+        n_photons, n_bounces = settings.n_photons, settings.max_bounces
+        trace_photons(self.scene, tracer, self.sources, n_photons, n_bounces, workers, region=self.home)
 
     def gather(self, workers):
         """Send a million gather rays."""

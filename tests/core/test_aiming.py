@@ -15,7 +15,7 @@ from photon_bake.tests.core.scenes import ball, box, lamp, merge, of_objects, pl
 from photon_bake.tests.core.test_emission import N, emitted, power_on_plane, source_of
 
 WHITE, NONE = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
-REGION = Sphere(np.zeros(3, np.float32), 8.0)  # of a room 10 m wide
+LARGEST = 0.8  # m
 AIM = Aim(np.float32([[0.3, 0.2, 0], [-0.5, 0, 0.1]]), np.float32([0.2, 0.1]))
 IMAGE = np.random.default_rng(1).uniform(0, 1, (8, 16, 3)).astype(np.float32) ** 4
 
@@ -126,11 +126,11 @@ def test_small_glass_in_a_large_room(lights):
 
 def test_only_small_glass_and_smooth_metal_are_aimed_at():
     scene = room_with_glass(lamp(LightKind.POINT, 10.0, position=(0, 0, 3)))
-    aim = caustic_makers(scene, REGION)
+    aim = caustic_makers(scene, LARGEST)
     assert aim.centre == pytest.approx(np.float32([[1.0, 0.5, -2.0]]), abs=1e-3)
     assert aim.radius == pytest.approx([0.05], rel=0.01)
     matte = scene_of(*box())
-    assert caustic_makers(matte, REGION) is None
+    assert caustic_makers(matte, LARGEST) is None
 
     def metal(f0, roughness):
         columns = {"f0": f0, "f90": 1.0, "roughness": roughness}
@@ -140,11 +140,11 @@ def test_only_small_glass_and_smooth_metal_are_aimed_at():
         }
         return replace(scene, materials=Materials.of(2, **pairs))
 
-    assert caustic_makers(metal(0.9, 0.2), REGION) is not None
-    assert caustic_makers(metal(0.9, 0.7), REGION) is None  # too rough
-    assert caustic_makers(metal(0.04, 0.1), REGION) is None  # a varnish
+    assert caustic_makers(metal(0.9, 0.2), LARGEST) is not None
+    assert caustic_makers(metal(0.9, 0.7), LARGEST) is None  # too rough
+    assert caustic_makers(metal(0.04, 0.1), LARGEST) is None  # a varnish
     large = room_with_glass(lamp(LightKind.POINT, 10.0, position=(0, 0, 3)), radius=4.9)
-    assert caustic_makers(large, REGION) is None
+    assert caustic_makers(large, LARGEST) is None
 
 
 def test_very_many_objects_are_aimed_at_in_groups():
@@ -154,7 +154,7 @@ def test_very_many_objects_are_aimed_at_in_groups():
     scene = scene_of(*panes, albedo=[0.5, 0.0], material=np.arange(len(panes[1])) >= 12)
     glass = Channel.constant(np.array([NONE, WHITE], np.float32))
     scene = replace(scene, materials=Materials.of(2, glass_transmission=glass))
-    aim = caustic_makers(scene, REGION)
+    aim = caustic_makers(scene, LARGEST)
     assert len(aim.radius) == 32 and aim.radius.max() < 5
     corners = scene.vertices[8:]
     away = np.linalg.norm(corners[:, None] - aim.centre, axis=2)
