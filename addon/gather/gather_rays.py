@@ -1,4 +1,4 @@
-"""Gather rays: cosine-weighted directions over hemispheres, stratified for each point, and the radiance they meet.
+"""Gather rays, and the radiance that they meet.
 
 A ray that ends far away takes what the surface there reflects diffusely from the cache. Two things are found as a path
 tracer would find them, by direct light at the point and a further ray for the rest:
@@ -23,7 +23,6 @@ from ..tracers.emission import emission_met
 from ..tracers.lamp_hits import lamps_along
 from .direct_light import DirectLight
 from .radiance_cache import RadianceCache
-from .ray_directions import gather_directions
 
 _MAX_NEAR_HITS = 4
 _MAX_HITS = 32
@@ -118,27 +117,6 @@ class GatherRays:
         self._any_narrow = bool(self._narrow.any())
         self._translucent = np.append(scene.materials.translucent.nonzero[scene.material_of_triangle], False)
 
-    def radiance(
-        self,
-        origins: np.ndarray,
-        normals: np.ndarray,
-        n_rays: int,
-        random: np.random.Generator,
-        facets: np.ndarray | None = None,
-    ) -> Incoming:
-        """What one cosine-weighted ray from each origin meets.
-
-        Every run of `n_rays` rays is stratified over the hemisphere; the mean of a run is E/π.
-
-        Parameters
-        ----------
-        origins, normals : (n, 3) float32
-            Points off their surface and unit normals; n is a multiple of `n_rays`.
-        facets : (n, 3) float32, optional
-            Geometric normals: no light comes from behind them.
-        """
-        return self.radiance_along(origins, gather_directions(normals, n_rays, random), random, facets)
-
     def radiance_along(
         self,
         origins: np.ndarray,
@@ -147,10 +125,14 @@ class GatherRays:
         facets: np.ndarray | None = None,
         focused: bool = False,
     ) -> Incoming:
-        """As `radiance`, with rays in given unit directions (n, 3).
+        """What rays meet; the mean over cosine-weighted directions is E/π.
 
         Parameters
         ----------
+        origins, directions : (n, 3) float32
+            Points off their surface and unit directions.
+        facets : (n, 3) float32, optional
+            Geometric normals: no light comes from behind them.
         focused : bool
             Bring also what mirrors, glass and narrow gloss show of lamps, emission and worlds, as `reflected`.
         """

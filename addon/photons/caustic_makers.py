@@ -13,8 +13,8 @@ _LEAST_REFLECTANCE = 0.2  # of metal or a mirror; a varnish's caustics are dim, 
 _MOST_BALLS = 32
 
 
-def caustic_makers(scene: Scene, largest: float) -> Aim | None:
-    """Balls around the objects that make caustics and have a radius below `largest`, m; None without any.
+def caustic_makers(scene: Scene, largest_radius: float) -> Aim | None:
+    """Balls around the objects that make caustics and have a radius below `largest_radius`, m; None without any.
 
     Those close together are joined.
     """
@@ -25,7 +25,7 @@ def caustic_makers(scene: Scene, largest: float) -> Aim | None:
     corners = scene.vertices[scene.triangles[triangles]]
     objects, of_triangle = np.unique(scene.object_of_triangle[triangles], return_inverse=True)
     centre, radius = _balls(corners, of_triangle)
-    small = np.flatnonzero((radius > 0) & (radius < largest))
+    small = np.flatnonzero((radius > 0) & (radius < largest_radius))
     if len(small) == 0:
         return None
     group = np.full(len(objects), -1)
