@@ -5,7 +5,7 @@ What remains is noise, and the light's variation within an element, which is why
 rays end. Where the noise matters, elements gather once themselves, so that receivers see photons two bounces removed.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -109,7 +109,7 @@ def build_radiance_cache(
         Rays that each side seen from the receivers gathers with, from the cache of photons and direct light; 0 leaves
         the photons as they are.
     """
-    elements = survey.elements
+    elements, survey = survey.elements, replace(survey, hidden=survey.hidden.unlit(scene, photons))
     # Light them by the lamps and by photons
     sides = _direct_radiance(scene, tracer, direct, survey, workers)
     focused = photons.kind == PathKind.CAUSTIC

@@ -1,4 +1,4 @@
-"""Sides of surfaces that face no light: the insides of solids, told by that no ray from the receivers ends there.
+"""Sides of surfaces that face no light: the insides of solids, where neither rays from the receivers nor photons end.
 
 Where walls run into each other, a part of each lies inside the other. No ray ends there, and the mean over an element
 must not count it: elements at the edges of a room would be darker than what is seen of them.
@@ -9,11 +9,15 @@ from functools import cached_property
 
 import numpy as np
 
+from ..photons import Photons
+from ..sampling.vectors import dot
 from ..scene import Scene
 from ..tracers import Hits
 
 _LEAST_ENDS = 200  # of rays on an object, by which its sides are told apart
-_STRAY = 0.01  # of them, that end on a hidden side: they come from receivers that are inside themselves
+_STRAY = (
+    0.01  # of them, or of photons, that end on a hidden side: some receivers are inside themselves, some light leaks
+)
 
 
 @dataclass(frozen=True)
@@ -43,10 +47,13 @@ class HiddenSides:
         back : (n,) bool
             Whether they ended on the back of a triangle.
         """
-        n_objects = int(scene.object_of_triangle.max(initial=-1)) + 1
-        sides = np.bincount(2 * scene.object_of_triangle[ends.triangle] + back, minlength=2 * n_objects)
-        all_ends = np.repeat(sides.reshape(-1, 2).sum(axis=1), 2)
-        return HiddenSides((all_ends >= _LEAST_ENDS) & (sides < _STRAY * all_ends))
+        few, n = _few_end(scene, ends.triangle, back)
+        return HiddenSides(few & (n >= _LEAST_ENDS))
+
+    def unlit(self, scene: Scene, photons: Photons) -> "HiddenSides":
+        """Those on which next to no photons end: behind a curtain there may be light that gets to those before it."""
+        back = dot(scene.normals[photons.triangle], photons.normal) < 0
+        return HiddenSides(self.of_object & _few_end(scene, photons.triangle, back)[0])
 
     def met(self, scene: Scene, hits: Hits, directions: np.ndarray) -> np.ndarray:
         """Whether rays came to a hidden side, (n,) bool: they start inside of something."""
@@ -57,3 +64,11 @@ class HiddenSides:
         back = hits.where(k).back(directions[k])
         met[k] = self.of_object[2 * scene.object_of_triangle[hits.triangle[k]] + back]
         return met
+
+
+def _few_end(scene: Scene, triangle: np.ndarray, back: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """On which sides (2 o,) of objects next to none ends of what ends on the object, and how many that are, (2 o,)."""
+    n_objects = int(scene.object_of_triangle.max(initial=-1)) + 1
+    sides = np.bincount(2 * scene.object_of_triangle[triangle] + back, minlength=2 * n_objects)
+    both = np.repeat(sides.reshape(-1, 2).sum(axis=1), 2)
+    return sides <= _STRAY * both, both
