@@ -15,9 +15,8 @@ from ..scene import Scene
 from ..tracers import Hits
 
 _LEAST_ENDS = 200  # of rays on an object, by which its sides are told apart
-_STRAY = (
-    0.01  # of them, or of photons, that end on a hidden side: some receivers are inside themselves, some light leaks
-)
+_STRAY = 0.01
+"""Share of rays, or of photons, that may end on a hidden side: some receivers are inside themselves, some light leaks."""
 
 
 @dataclass(frozen=True)
