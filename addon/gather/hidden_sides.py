@@ -16,7 +16,7 @@ from ..tracers import Hits
 
 _LEAST_ENDS = 200  # of rays on an object, by which its sides are told apart
 _STRAY = 0.01
-"""Share of rays, or of photons, that may end on a hidden side: some receivers are inside themselves, some light leaks."""
+"""Share of rays, or of photons, that may end on a hidden side: receivers may be inside themselves, light may leak."""
 
 
 @dataclass(frozen=True)
