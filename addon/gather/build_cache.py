@@ -13,7 +13,7 @@ from ..parallel import Workers, slices
 from ..photons import PathKind, Photons, Sphere
 from ..photons.scattering import scatter, shading_ratio
 from ..receivers import Receivers
-from ..sampling.vectors import dot
+from ..sampling.vectors import dot, rows
 from ..sampling.warps import sample_cosine_hemisphere, to_world
 from ..scene import Scene
 from ..tracers import Hits, LightTracer
@@ -59,7 +59,7 @@ class Survey:
         """What photons are worth to those who look, (n,): their power, by how much is seen of a square metre there."""
         elements = self.elements
         u, v = scene.barycentrics(photons.triangle, photons.position)
-        back = dot(scene.normals[photons.triangle], photons.normal) < 0
+        back = dot(rows(scene.normals, photons.triangle), photons.normal) < 0
         looks = self.visits / np.repeat(elements.areas, 2)
         return photons.power.sum(axis=1) * looks[2 * elements.find(photons.triangle, u, v) + back]
 
@@ -141,16 +141,16 @@ def _pilot_hits(
     start = np.linspace(0, len(receivers), n_rays, endpoint=False).astype(np.int64)  # every receiver alike
 
     def fly(chunk: slice, random: np.random.Generator) -> list[tuple[Hits, np.ndarray]]:
-        normals, origins = receivers.normal[start[chunk]], receivers.position[start[chunk]]
+        normals, origins = rows(receivers.normal, start[chunk]), rows(receivers.position, start[chunk])
         directions = to_world(sample_cosine_hemisphere(random.random((len(normals), 2), dtype=np.float32)), normals)
         met = []
         for step in range(2):
             hits = tracer.closest_hit(origins, directions)
             hit = np.flatnonzero(hits.hit)
-            hits, directions = hits.where(hit), directions[hit]
+            hits, directions = hits.where(hit), rows(directions, hit)
             met.append((hits, hits.back(directions)))
             if step == 0:
-                positions, normals = hits.points(origins[hit], directions)
+                positions, normals = hits.points(rows(origins, hit), directions)
                 on = scatter(scene, hits, positions, directions, normals, random)
                 origins, directions = on.origins, on.directions
         return met
@@ -174,9 +174,10 @@ def photon_radiance(
     for chunk in slices(len(photons), 1 << 20):
         part = photons.where(chunk)
         u, v = scene.barycentrics(part.triangle, part.position)
-        back = dot(scene.normals[part.triangle], part.normal) < 0
+        normals = rows(scene.normals, part.triangle)
+        back = dot(normals, part.normal) < 0
         side = 2 * elements.find(part.triangle, u, v) + back
-        normals = np.where(back[:, None], -scene.normals[part.triangle], scene.normals[part.triangle])
+        normals = np.where(back[:, None], -normals, normals)
         shading = scene.shading_normals(part.triangle, u, v, normals)
         power = part.power * shading_ratio(shading, normals, part.direction)[:, None]
         _add(radiance, side, scene.albedo(part.triangle, u, v) * power)

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..photons import Source
 from ..photons.mesh_source import emissive_triangles
-from ..sampling.vectors import dot
+from ..sampling.vectors import dot, rows
 from ..sampling.warps import (
     pdf_cosine_hemisphere,
     sample_cosine_hemisphere,
@@ -137,10 +137,11 @@ class DirectLight:
             nothing = np.zeros((n, 3), np.float32)
             return Incident(nothing, nothing, np.full(n, len(self._scene.lights)))
         source, chance, u = self._draw(positions, random)
-        every = np.repeat(np.arange(n), m)
-        targets, unshadowed = self._incident(source, positions[every], normals[every], u, rays_own)
+        targets, unshadowed = self._incident(
+            source, np.repeat(positions, m, axis=0), np.repeat(normals, m, axis=0), u, rays_own
+        )
         if objects is not None and self._illuminates is not None:
-            unshadowed[~self._illuminates[source, objects[every]]] = 0
+            unshadowed[~self._illuminates[source, np.repeat(objects, m)]] = 0
         estimates = unshadowed / np.maximum(chance, np.float32(1e-30))[:, None]
 
         # Keep one in proportion to its brightness
@@ -154,10 +155,11 @@ class DirectLight:
         # Ask whether it is seen
         lit = np.flatnonzero(total > 0)
         scale = (total / m)[lit] / np.take_along_axis(weights, kept[:, None], 1)[lit, 0]
-        passes = self._visibility(positions[lit], targets[k[lit]], source[k[lit]])
+        targets = rows(targets, k)
+        passes = self._visibility(rows(positions, lit), rows(targets, lit), source[k[lit]])
         irradiance = np.zeros((n, 3), np.float32)
-        irradiance[lit] = estimates[k[lit]] * scale[:, None].astype(np.float32) * passes
-        return Incident(irradiance, directions_to(positions, targets[k])[0], source[k])
+        irradiance[lit] = rows(estimates, k[lit]) * scale[:, None].astype(np.float32) * passes
+        return Incident(irradiance, directions_to(positions, targets)[0], source[k])
 
     def met(self, hits: Hits, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Radiance that cosine-weighted rays meet and that is their own, (n, 3) float32: of emissive triangles, and of
@@ -191,7 +193,8 @@ class DirectLight:
         radiance = np.zeros((len(directions), 3), np.float32)
         k = np.flatnonzero(hits.hit & (self._density[hits.triangle] > 0)) if len(self._emissive) else np.zeros(0, int)
         triangle, u, v = hits.triangle[k], hits.u[k], hits.v[k]
-        cosines = dot(directions[k], normals[k]) * np.abs(dot(directions[k], hits.normal[k]))
+        flown = rows(directions, k)
+        cosines = dot(flown, rows(normals, k)) * np.abs(dot(flown, rows(hits.normal, k)))
         own = self._rays_find_more(triangle, cosines, hits.distance[k])
         # Rays stop in proportion to the coverage, so that it must not weigh what they meet
         radiance[k] = own[:, None] * scene.look_up(scene.materials.emission, triangle, u, v)
@@ -203,8 +206,9 @@ class DirectLight:
         if self._scene.world.image is None:
             return radiance
         k = np.flatnonzero(~hits.hit)
-        own = self._rays_see_more(directions[k], dot(directions[k], normals[k]))
-        radiance[k] = own[:, None] * self._scene.world.radiance(directions[k])
+        flown = rows(directions, k)
+        own = self._rays_see_more(flown, dot(flown, rows(normals, k)))
+        radiance[k] = own[:, None] * self._scene.world.radiance(flown)
         return radiance
 
     def _rays_find_more(self, triangle: np.ndarray, cosines: np.ndarray, distance: np.ndarray) -> np.ndarray:
@@ -224,7 +228,7 @@ class DirectLight:
         linked = np.append(~(blocked_by | ~objects.casts_shadow).all(axis=1), [False, False])
         passes = np.ones((len(positions), 3), np.float32)
         k = np.flatnonzero(~linked[source])
-        passes[k] = self._tracer.visibility(positions[k], targets[k])
+        passes[k] = self._tracer.visibility(rows(positions, k), rows(targets, k))
         for lamp in np.unique(source[linked[source]]):
             if not (blocked_by[lamp] & objects.casts_shadow).any():
                 continue
@@ -243,7 +247,7 @@ class DirectLight:
         chance = np.where(source == n_lamps, self._mesh_chance, self._world_chance)
         k = np.flatnonzero(steps < self._lamp_chance)
         if len(k):
-            source[k], chance[k] = self._lamps.choose(positions[k // m], steps[k] / self._lamp_chance)
+            source[k], chance[k] = self._lamps.choose(rows(positions, k // m), steps[k] / self._lamp_chance)
             chance[k] *= self._lamp_chance
         return source, chance, random.random((n * m, 3), dtype=np.float32)
 
@@ -255,14 +259,13 @@ class DirectLight:
         targets, irradiance = np.zeros_like(positions), np.zeros_like(positions)
         k = np.flatnonzero(source < len(lights))
         if len(k):
-            targets[k], irradiance[k] = light_samples(
-                lights, source[k], positions[k], normals[k], u[k, :2], self._far_away
-            )
+            at = rows(positions, k), rows(normals, k), rows(u, k)[:, :2]
+            targets[k], irradiance[k] = light_samples(lights, source[k], *at, self._far_away)
         # After the lamps come all emissive triangles, and the world
         for one, sample in ((len(lights), self._from_meshes), (len(lights) + 1, self._from_world)):
             k = np.flatnonzero(source == one)
             if len(k):
-                targets[k], irradiance[k] = sample(positions[k], normals[k], u[k], rays_own)
+                targets[k], irradiance[k] = sample(rows(positions, k), rows(normals, k), rows(u, k), rays_own)
         return targets, irradiance
 
     def _from_meshes(
@@ -276,7 +279,7 @@ class DirectLight:
         place = sample_uniform_triangle(u[:, :2])
         targets = scene.points(triangle, *place)
         directions, distance = directions_to(positions, targets)
-        cosines = np.maximum(dot(directions, normals), 0) * np.abs(dot(directions, scene.normals[triangle]))
+        cosines = np.maximum(dot(directions, normals), 0) * np.abs(dot(directions, rows(scene.normals, triangle)))
         weight = scene.areas[triangle] / self._emissive_chance[k] * cosines / distance.astype(np.float64) ** 2
         if rays_own:
             weight = np.where(self._rays_find_more(triangle, cosines, distance), 0, weight)

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..bsdf import SMOOTH, Lobe, Surface, base_share, evaluate_wide, glossy_albedo, is_focused, surface_at
 from ..photons.scattering import ALL_LOBES, NARROW_LOBES, Scattered, facing, local_axes, scatter
-from ..sampling.vectors import dot, largest
+from ..sampling.vectors import dot, largest, rows
 from ..scene import Scene
 from ..tracers import Hits, LightTracer
 from ..tracers.emission import emission_met
@@ -85,17 +85,17 @@ class _Paths:
         near: np.ndarray,
     ) -> "_Paths":
         """The paths of those rays that `k` chooses."""
-        met, flown = hits.where(k), directions[k]
-        positions, normals = met.points(origins[k], flown)
-        return _Paths(ray[k], throughput[k], flown, positions, normals, met, near[k])
+        met, flown = hits.where(k), rows(directions, k)
+        positions, normals = met.points(rows(origins, k), flown)
+        return _Paths(ray[k], rows(throughput, k), flown, positions, normals, met, near[k])
 
     def where(self, k: np.ndarray) -> "_Paths":
         return _Paths(
             self.ray[k],
-            self.throughput[k],
-            self.directions[k],
-            self.positions[k],
-            self.normals[k],
+            rows(self.throughput, k),
+            rows(self.directions, k),
+            rows(self.positions, k),
+            rows(self.normals, k),
             self.hits.where(k),
             self.near[k],
         )
@@ -208,24 +208,22 @@ class GatherRays:
             throughput = part.throughput * on.weight
             survival = np.minimum(largest(throughput), most)
             alive = np.flatnonzero(random.random(len(k), dtype=np.float32) < survival)
-            throughput = throughput[alive] / survival[alive, None]
-            hits = self._tracer.closest_hit(on.origins[alive], on.directions[alive], on.kind[alive])
+            throughput = rows(throughput, alive) / survival[alive, None]
+            ray, origins, onward = part.ray[alive], rows(on.origins, alive), rows(on.directions, alive)
+            hits = self._tracer.closest_hit(origins, onward, on.kind[alive])
             throughput = hits.tinted(throughput)
-            ray, onward = part.ray[alive], on.directions[alive]
             light = self._direct.unsampled_sky(hits, onward)
             wide = np.flatnonzero(on.lobe[alive] < Lobe.GLOSSY)
             k = alive[wide]
             left = part.hits.where(k)
             side = np.where(on.lobe[k] == Lobe.TRANSLUCENT, np.float32(-1), np.float32(1))[:, None]
-            shading = side * scene.shading_normals(left.triangle, left.u, left.v, part.normals[k])
-            light[wide] = self._direct.met(hits.where(wide), onward[wide], shading)
+            shading = side * scene.shading_normals(left.triangle, left.u, left.v, rows(part.normals, k))
+            light[wide] = self._direct.met(hits.where(wide), rows(onward, wide), shading)
             if focused:
                 k = np.flatnonzero(on.lobe[alive] >= Lobe.GLOSSY)
                 light[k] = self._focused_light(part.where(alive[k]), on.where(alive[k]), hits.where(k), light[k])
             radiance[ray] += throughput * light
-            parts.append(
-                self._look_up(radiance, ray, throughput, on.origins[alive], onward, hits, near_allowed, random)
-            )
+            parts.append(self._look_up(radiance, ray, throughput, origins, onward, hits, near_allowed, random))
         return _join(parts)
 
     def _focused_light(self, paths: _Paths, on: Scattered, hits: Hits, light: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from ..photons.lamp_sources import sample_area_lamp
-from ..sampling.vectors import dot
+from ..sampling.vectors import dot, rows
 from ..sampling.warps import sample_uniform_cone, sample_uniform_disk, to_world
 from ..scene import LightKind, Lights
 
@@ -38,7 +38,7 @@ def light_samples(
     ):
         k = np.flatnonzero(np.isin(lights.kind[lamp], kinds))
         if len(k):
-            targets[k], irradiance[k] = sample(lights, lamp[k], positions[k], normals[k], u[k])
+            targets[k], irradiance[k] = sample(lights, lamp[k], rows(positions, k), rows(normals, k), rows(u, k))
     return targets, irradiance
 
 
@@ -57,19 +57,20 @@ def _from_points(
     E = L A cos θ cos θ' / d² = I cos θ cos θ' / d², which on the axis adds up to I/(d² + r²), as in Cycles. Of a
     sphere a position sees the cap within the half angle arcsin(r/d) instead: E = L cos θ Ω.
     """
-    axis, _ = directions_to(lights.position[lamp], positions)
+    centres = rows(lights.position, lamp)
+    axis, _ = directions_to(centres, positions)
     disc = np.concatenate([sample_uniform_disk(u), np.zeros((len(u), 1), np.float32)], axis=1)
-    targets = lights.position[lamp] + lights.radius[lamp, None] * to_world(disc, axis)
+    targets = centres + lights.radius[lamp, None] * to_world(disc, axis)
     directions, distance = directions_to(positions, targets)
     share = -dot(directions, axis) / distance**2
     spot = lights.kind[lamp] == LightKind.SPOT
     k = np.flatnonzero(lights.sphere[lamp] & (lights.radius[lamp] > 0))
     if len(k):
-        targets[k], directions[k], share[k], outside = _on_spheres(lights, lamp[k], positions[k], u[k])
+        targets[k], directions[k], share[k], outside = _on_spheres(lights, lamp[k], rows(positions, k), rows(u, k))
         spot[k] &= outside
     falloff = np.where(spot, lights.spot_falloff(lamp, lights.in_cone(lamp, -directions)), 1)
     share = share * falloff * np.maximum(dot(directions, normals), 0)
-    return targets, lights.emission[lamp] * share[:, None]
+    return targets, rows(lights.emission, lamp) * share[:, None]
 
 
 def _on_spheres(
@@ -79,7 +80,7 @@ def _on_spheres(
 
     From inside all directions are seen, and no cone, as in Cycles; last is who is outside, (n,) bool.
     """
-    axis, distance = directions_to(positions, lights.position[lamp])
+    axis, distance = directions_to(positions, rows(lights.position, lamp))
     d, r = distance.astype(np.float64), lights.radius[lamp].astype(np.float64)
     outside = d > r
     cos_max = np.where(outside, np.sqrt(np.maximum(1 - (r / d) ** 2, 0)), -1)
@@ -95,23 +96,23 @@ def _from_areas(
     lights: Lights, lamp: np.ndarray, positions: np.ndarray, normals: np.ndarray, u: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Area lamps: points uniform by area; E = L A cos θ cos θ' / d², from the front only and within the spread."""
-    targets, area = sample_area_lamp(lights, lamp, u), lights.area(lamp)
-    height = np.maximum(dot(positions - lights.position[lamp], lights.direction[lamp]), 0)
+    targets, area, axis = sample_area_lamp(lights, lamp, u), lights.area(lamp), rows(lights.direction, lamp)
+    height = np.maximum(dot(positions - rows(lights.position, lamp), axis), 0)
     radius = lights.spread_radius(lamp, height)
     k = np.flatnonzero(np.float32(np.pi) * radius**2 < area)
     if len(k):
         # Little of the lamp shines at these positions: points of that part
-        foot = positions[k] - height[k, None] * lights.direction[lamp[k]]
-        place = sample_uniform_disk(u[k]) * radius[k, None]
+        foot = rows(positions, k) - height[k, None] * rows(axis, k)
+        place = sample_uniform_disk(rows(u, k)) * radius[k, None]
         targets[k] = foot + place[:, :1] * lights.axis_x[lamp[k]] + place[:, 1:] * lights.axis_y[lamp[k]]
         area[k] = np.pi * radius[k] ** 2 * lights.contain(lamp[k], targets[k])
     directions, distance = directions_to(positions, targets)
-    cos_lamp = np.maximum(-dot(directions, lights.direction[lamp]), 0)
+    cos_lamp = np.maximum(-dot(directions, axis), 0)
     cosines = np.maximum(dot(directions, normals), 0) * cos_lamp
-    aside = directions + cos_lamp[:, None] * lights.direction[lamp]
+    aside = directions + cos_lamp[:, None] * axis
     tan_lamp = np.sqrt(dot(aside, aside)) / np.maximum(cos_lamp, np.float32(1e-6))
     share = area * cosines / distance**2 * lights.spread_falloff(lamp, tan_lamp)
-    return targets, lights.emission[lamp] * share[:, None]
+    return targets, rows(lights.emission, lamp) * share[:, None]
 
 
 def _from_suns(
@@ -119,6 +120,6 @@ def _from_suns(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Suns: directions uniform over the disc; E = E₀ cos θ · 2/(1 + cos(α/2)), see `SunSource`."""
     cos_max = lights.cos_half_cone(lamp)
-    directions = -to_world(sample_uniform_cone(u, cos_max), lights.direction[lamp])
+    directions = -to_world(sample_uniform_cone(u, cos_max), rows(lights.direction, lamp))
     cosine = np.maximum(dot(directions, normals), 0)
-    return positions + far * directions, lights.emission[lamp] * (cosine * 2 / (1 + cos_max))[:, None]
+    return positions + far * directions, rows(lights.emission, lamp) * (cosine * 2 / (1 + cos_max))[:, None]

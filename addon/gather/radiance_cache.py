@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..sampling.vectors import rows
 from ..tracers import Hits
 from .elements import SurfaceElements
 
@@ -51,8 +52,8 @@ class RadianceCache:
     def look_up(self, hits: Hits, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Radiance that each ray meets, (n, 3) float32, 0 where it meets nothing; and which rays end too near, (n,)."""
         element = self.elements.find(hits.triangle, hits.u, hits.v)
-        return self.radiance[2 * element + hits.back(directions)], hits.distance < self._reach[element]
+        return rows(self.radiance, 2 * element + hits.back(directions)), hits.distance < self._reach[element]
 
     def caustic_at(self, hits: Hits, directions: np.ndarray) -> np.ndarray:
         """Radiance of caustics that each ray meets, (n, 3) float32."""
-        return self.caustic[2 * self.elements.find(hits.triangle, hits.u, hits.v) + hits.back(directions)]
+        return rows(self.caustic, 2 * self.elements.find(hits.triangle, hits.u, hits.v) + hits.back(directions))

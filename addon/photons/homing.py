@@ -12,7 +12,7 @@ import numpy as np
 
 from ..bsdf import Lobe
 from ..sampling.streams import PathNumbers
-from ..sampling.vectors import dot
+from ..sampling.vectors import dot, rows
 from ..sampling.warps import pdf_cosine_hemisphere, pdf_uniform_cone, sample_uniform_cone, to_world
 from .aiming import cone_around
 from .scattering import Scattered
@@ -50,14 +50,16 @@ def sent_home(
         return scattered, ratio
     outside = dot(away, away) > np.float32(region.radius) ** 2
     k = np.flatnonzero(outside & (scattered.lobe < Lobe.GLOSSY))
-    u = random.random((len(positions), 3), dtype=np.float32)[k]  # of all paths, so that no other's numbers move
+    u = rows(random.random((len(positions), 3), dtype=np.float32), k)  # of all paths, so that no other's numbers move
     directions = scattered.directions.copy()
-    up = np.where(dot(directions[k], normals[k]) < 0, -1, 1)[:, None].astype(np.float32) * normals[k]
-    cos_max, axis = cone_around(region.centre, float(region.radius), positions[k], 0.0)
+    up = rows(normals, k)
+    up = np.where(dot(rows(directions, k), up) < 0, -1, 1)[:, None].astype(np.float32) * up
+    cos_max, axis = cone_around(region.centre, float(region.radius), rows(positions, k), 0.0)
     home = np.flatnonzero(u[:, 2] < HOMING)
-    directions[k[home]] = to_world(sample_uniform_cone(u[home, :2], cos_max[home]), axis[home])
-    cosine_pdf = pdf_cosine_hemisphere(np.maximum(dot(directions[k], up), 0))
-    inside = dot(directions[k], axis) >= cos_max
+    directions[k[home]] = to_world(sample_uniform_cone(rows(u, home), cos_max[home]), rows(axis, home))
+    onward = rows(directions, k)
+    cosine_pdf = pdf_cosine_hemisphere(np.maximum(dot(onward, up), 0))
+    inside = dot(onward, axis) >= cos_max
     inside[home] = True  # whatever rounding says of narrow cones
     cone_pdf = np.where(inside, pdf_uniform_cone(cos_max), 0)
     ratio[k] = cosine_pdf / np.maximum((1 - HOMING) * cosine_pdf + HOMING * cone_pdf, np.float32(1e-30))

@@ -6,6 +6,7 @@ from enum import IntEnum
 import numpy as np
 
 from ..sampling.octahedral import decode_octahedral
+from ..sampling.vectors import rows
 
 
 class PathKind(IntEnum):
@@ -68,7 +69,10 @@ class Photons:
 
     def where(self, chosen: np.ndarray | slice) -> "Photons":
         """The photons that a mask, an index array or a slice chooses."""
-        return Photons(**{f.name: getattr(self, f.name)[chosen] for f in fields(self)})
+        if isinstance(chosen, slice):
+            return Photons(**{f.name: getattr(self, f.name)[chosen] for f in fields(self)})
+        k = np.flatnonzero(chosen) if chosen.dtype == bool else chosen
+        return Photons(**{f.name: rows(getattr(self, f.name), k) for f in fields(self)})
 
     @staticmethod
     def join(parts: "list[Photons]") -> "Photons":

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..bsdf import Lobe, glass_ways, is_focused, sample_bsdf, surface_at
 from ..sampling.streams import PathNumbers
-from ..sampling.vectors import dot
+from ..sampling.vectors import dot, rows
 from ..sampling.warps import frame, sample_cosine_hemisphere, to_world
 from ..scene import Scene
 from ..tracers import Hits, RayKind
@@ -42,7 +42,7 @@ class Scattered:
 
     def where(self, chosen: np.ndarray) -> "Scattered":
         """The rays that a mask or an index array chooses."""
-        return Scattered(*(getattr(self, field.name)[chosen] for field in fields(self)))
+        return Scattered(*(rows(getattr(self, field.name), chosen) for field in fields(self)))
 
     @staticmethod
     def join(parts: "list[Scattered]") -> "Scattered":
@@ -84,17 +84,18 @@ def scatter(
     k = np.flatnonzero(~scene.materials.matte[scene.material_of_triangle[hits.triangle]])
     if len(k):
         met = hits.where(k)
-        surface = surface_at(scene, met.triangle, met.u, met.v, met.back(directions[k]))
-        axes = local_axes(facing(shading[k], normals[k], directions[k]))
-        wo = np.einsum("nij,nj->ni", axes, -directions[k])
-        sample = sample_bsdf(surface, wo, u[k], lobes, from_light)
+        flown = rows(directions, k)
+        surface = surface_at(scene, met.triangle, met.u, met.v, met.back(flown))
+        axes = local_axes(facing(rows(shading, k), rows(normals, k), flown))
+        wo = np.einsum("nij,nj->ni", axes, -flown)
+        sample = sample_bsdf(surface, wo, rows(u, k), lobes, from_light)
         wi[k], weight[k], lobe[k] = sample.wi, sample.weight, sample.lobe
         if from_light:
             focused[k] = is_focused(surface, sample.lobe, sample.wi, wo)
     onward = to_world(wi, normals if from_light else shading)
     if len(k):
         narrow = lobe[k] >= Lobe.GLOSSY
-        onward[k[narrow]] = np.einsum("ni,nij->nj", wi[k[narrow]], axes[narrow])
+        onward[k[narrow]] = np.einsum("ni,nij->nj", rows(wi, k[narrow]), rows(axes, narrow))
 
     # A smooth normal may send light to the wrong side of the facet that it stands for
     side = np.sign(dot(onward, normals))

@@ -9,7 +9,7 @@ from ..bsdf import Lobe
 from ..parallel import Workers, slices
 from ..sampling.octahedral import encode_octahedral
 from ..sampling.streams import PathNumbers, sobol_chunks, stream
-from ..sampling.vectors import largest
+from ..sampling.vectors import largest, rows
 from ..scene import Scene
 from ..tracers import Hits, LightTracer, RayKind, seen_by
 from .bounce_map import View, view_of
@@ -167,22 +167,23 @@ def _trace_batch(
         hit = np.flatnonzero(hits.hit & (power > 0).any(axis=1))
         if len(hit) == 0:
             break
-        hits, directions = hits.where(hit), directions[hit]
-        positions, normals = hits.points(origins[hit], directions)
-        power, path, path_density, focused = power[hit], path[hit], path_density[hit], focused[hit]
+        hits, directions = hits.where(hit), rows(directions, hit)
+        positions, normals = hits.points(rows(origins, hit), directions)
+        power, path, path_density, focused = rows(power, hit), path[hit], path_density[hit], focused[hit]
         came_from = came_from[hit]
 
         # Store them
         if bounce > 0 or not source.sampled_directly:
             kind = np.where(focused, PathKind.CAUSTIC, PathKind.INDIRECT if bounce else PathKind.DIRECT)
             on = np.flatnonzero(focused | keeps[scene.material_of_triangle[hits.triangle]])
+            met, flown = hits.where(on), rows(directions, on)
             stored.append(
                 Photons(
-                    position=positions[on],
-                    power=power[on],
-                    packed_direction=encode_octahedral(directions[on]),
-                    packed_normal=_packed_normals(scene, hits.where(on), directions[on]),
-                    triangle=hits.triangle[on],
+                    position=rows(positions, on),
+                    power=rows(power, on),
+                    packed_direction=encode_octahedral(flown),
+                    packed_normal=_packed_normals(scene, met, flown),
+                    triangle=met.triangle,
                     path=path[on],
                     path_density=path_density[on],
                     kind=kind[on].astype(np.uint8),
@@ -198,13 +199,13 @@ def _trace_batch(
         if len(alive) == 0:
             break
         survival = survival[alive]
-        weight = scattered.weight[alive] / survival[:, None]
+        weight = rows(scattered.weight, alive) / survival[:, None]
         if region is not None:
             scattered, ratio = sent_home(scattered, positions, normals, region, of_paths)
             weight *= ratio[alive, None]
-        power = power[alive] * weight
+        power = rows(power, alive) * weight
         path, path_density = path[alive], path_density[alive] * survival
-        origins, directions = scattered.origins[alive], scattered.directions[alive]
+        origins, directions = rows(scattered.origins, alive), rows(scattered.directions, alive)
         came_from = scene.object_of_triangle[hits.triangle[alive]]
 
         # A caustic starts where photons find the light better, and ends after the first surface that scatters widely
@@ -214,4 +215,4 @@ def _trace_batch(
 
 
 def _packed_normals(scene: Scene, hits: Hits, directions: np.ndarray) -> np.ndarray:
-    return scene.packed_normals[hits.triangle, hits.back(directions).astype(np.int8)]
+    return rows(scene.packed_normals.reshape(-1, 2), 2 * hits.triangle + hits.back(directions))

@@ -84,16 +84,21 @@ def frame(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     Duff et al., "Building an Orthonormal Basis, Revisited", 2017.
     """
+    tangent, bitangent = _frame_columns(normal)
+    return np.stack(tangent, axis=1), np.stack(bitangent, axis=1)
+
+
+def _frame_columns(normal: np.ndarray) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
+    """The x, y and z of the tangents and bitangents, (n,) each."""
     x, y, z = normal.T
     sign = np.copysign(np.float32(1), z)
     a = -1 / (sign + z)
     b = x * y * a
-    tangent = np.stack([1 + sign * x * x * a, sign * b, -sign * x], axis=1)
-    bitangent = np.stack([b, sign + y * y * a, -y], axis=1)
-    return tangent, bitangent
+    return (1 + sign * x * x * a, sign * b, -sign * x), (b, sign + y * y * a, -y)
 
 
 def to_world(local: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Local directions (n, 3) turned so that +z is the normal (n, 3)."""
-    tangent, bitangent = frame(normal)
-    return local[:, :1] * tangent + local[:, 1:2] * bitangent + local[:, 2:] * normal
+    x, y, z = local.T
+    columns = zip(*_frame_columns(normal), normal.T, strict=True)
+    return np.stack([x * t + y * b + z * n for t, b, n in columns], axis=1)

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..sampling.octahedral import encode_octahedral
-from ..sampling.vectors import dot, largest
+from ..sampling.vectors import dot, largest, rows
 from .lights import Lights
 from .materials import Channel, Materials
 from .world import World
@@ -124,9 +124,13 @@ class Scene:
         """Octahedral codes of the normals of each triangle's front and back, (t, 2, 2) int16."""
         return np.stack([encode_octahedral(self.normals), encode_octahedral(-self.normals)], axis=1)
 
+    def corners(self, triangle: np.ndarray) -> np.ndarray:
+        """Corners of triangles, (n, 3, 3) float32, m."""
+        return rows(self.vertices, rows(self.triangles, triangle))
+
     def points(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Positions of barycentric coordinates (1−u−v, u, v) on triangles, (n, 3) float32."""
-        return interpolate(self.vertices[self.triangles[triangle]], u, v)
+        return interpolate(self.corners(triangle), u, v)
 
     def barycentrics(self, triangle: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Barycentric weights (u, v) of points on triangles, clipped to the triangles, (n,) float32 each."""
@@ -137,7 +141,7 @@ class Scene:
 
     def plane_coordinates(self, triangle: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Barycentric weights (u, v) of where points (n, 3) lie over the planes of triangles, (n,) float64 each."""
-        corners = self.vertices[self.triangles[triangle]].astype(np.float64)  # slivers need the digits
+        corners = self.corners(triangle).astype(np.float64)  # slivers need the digits
         e1, e2, p = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], positions - corners[:, 0]
         d11, d12, d22, p1, p2 = dot(e1, e1), dot(e1, e2), dot(e2, e2), dot(p, e1), dot(p, e2)
         scale = 1 / np.maximum(d11 * d22 - d12 * d12, 1e-300)
@@ -145,7 +149,7 @@ class Scene:
 
     def uvs(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Texture coordinates of barycentric coordinates (1−u−v, u, v) on triangles, (n, 2) float32."""
-        return interpolate(self.corner_uvs[triangle], u, v)
+        return interpolate(rows(self.corner_uvs, triangle), u, v)
 
     @cached_property
     def smooth(self) -> np.ndarray:
@@ -168,17 +172,18 @@ class Scene:
         if len(k) == 0:
             return normals
         shading = normals.copy()
-        smooth = interpolate(self.corner_normals[triangle[k]], u[k], v[k])
+        sides, triangle = rows(normals, k), triangle[k]
+        smooth = interpolate(rows(self.corner_normals, triangle), u[k], v[k])
         length = np.sqrt(dot(smooth, smooth))
-        back = dot(self.normals[triangle[k]], normals[k]) < 0
+        back = dot(rows(self.normals, triangle), sides) < 0
         smooth /= np.where(back, -length, length)[:, None] + np.float32(1e-20)
-        shading[k] = np.where((length > 1e-3)[:, None], smooth, normals[k])
+        shading[k] = np.where((length > 1e-3)[:, None], smooth, sides)
         return shading
 
     def look_up(self, channel: Channel, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """A channel of the materials at points on triangles, (n, 3) float32."""
         material = self.material_of_triangle[triangle]
-        values = channel.value[material]
+        values = rows(channel.value, material)
         if channel.textured:
             on = np.flatnonzero(channel.texture[material] >= 0)
             uv = self.uvs(triangle[on], u[on], v[on])
@@ -208,5 +213,9 @@ class Scene:
 
 def interpolate(corners: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Barycentric interpolation (1−u−v, u, v) of corner values (n, 3, d) to (n, d)."""
-    w = (1 - u - v)[:, None]
-    return w * corners[:, 0] + u[:, None] * corners[:, 1] + v[:, None] * corners[:, 2]
+    w = 1 - u - v
+    values = np.empty((len(corners), corners.shape[2]), np.result_type(corners, w))
+    for i in range(corners.shape[2]):  # by columns, of which NumPy makes few, long loops
+        a, b, c = corners[:, :, i].T
+        values[:, i] = w * a + u * b + v * c
+    return values

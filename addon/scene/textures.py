@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..sampling.vectors import rows
+
 
 @dataclass(frozen=True)
 class Textures:
@@ -40,4 +42,4 @@ class Textures:
         uv = np.where(self.extends[image, None], np.clip(uv, 0, 1), uv - np.floor(uv))
         x = np.minimum((uv[:, 0] * width).astype(np.int32), width - 1)
         y = np.minimum((uv[:, 1] * height).astype(np.int32), height - 1)
-        return self.pixels[self.offset[image] + y * width + x]
+        return rows(self.pixels, self.offset[image] + y * width + x)

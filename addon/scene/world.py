@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..sampling.inversion import Inversion
+from ..sampling.vectors import rows
 from ..sampling.warps import pdf_uniform_sphere, sample_uniform_sphere
 
 _TWO_PI = np.float32(2 * np.pi)
@@ -47,7 +48,7 @@ class World:
         """Radiance from unit directions (n, 3), (n, 3) or (1, 3) float32."""
         if self.image is None:
             return self.color[None]
-        return self.color * self.image[self._pixel(directions)]
+        return self.color * rows(self.image.reshape(-1, 3), self._pixel(directions))
 
     def sample(self, u: np.ndarray) -> np.ndarray:
         """Unit directions (n, 3) for points `u` (n, 2) of the unit square, more where the world is bright; see `pdf`.
@@ -57,9 +58,9 @@ class World:
         if self.image is None:
             return sample_uniform_sphere(u)
         height, width = self.image.shape[:2]
-        rows, columns, _ = self._distribution
-        row, within_row = rows.invert(0, u[:, 0])
-        column, within_column = columns.invert(row, u[:, 1])
+        of_rows, of_columns, _ = self._distribution
+        row, within_row = of_rows.invert(0, u[:, 0])
+        column, within_column = of_columns.invert(row, u[:, 1])
         edges = _heights(height)
         z = (edges[row] + within_row * (edges[row + 1] - edges[row])).astype(np.float32)
         azimuth = np.float32(np.pi) - _TWO_PI * ((column + within_column) / width).astype(np.float32)
@@ -70,16 +71,16 @@ class World:
         """Density of `sample` by solid angle, proportional to the mean radiance of a pixel's colours, (n,) float32."""
         if self.image is None:
             return np.full(len(directions), pdf_uniform_sphere(), np.float32)
-        return self._distribution[2][self._pixel(directions)]
+        return self._distribution[2].take(self._pixel(directions))
 
-    def _pixel(self, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Row and column of the pixel that unit directions look at."""
+    def _pixel(self, directions: np.ndarray) -> np.ndarray:
+        """Number of the pixel that unit directions look at, row by row."""
         assert self.image is not None
         height, width = self.image.shape[:2]
         u = np.float32(0.5) - np.arctan2(directions[:, 1], directions[:, 0]) / _TWO_PI
         v = np.arccos(np.clip(-directions[:, 2], -1, 1)) / np.float32(np.pi)
         row, column = (v * height).astype(np.int32), (u * width).astype(np.int32)
-        return np.minimum(row, height - 1), np.minimum(column, width - 1)
+        return np.minimum(row, height - 1) * width + np.minimum(column, width - 1)
 
     @cached_property
     def _distribution(self) -> tuple[Inversion, Inversion, np.ndarray]:
@@ -91,9 +92,9 @@ class World:
         of_row = weight.sum(axis=1)
         columns = np.cumsum(weight, axis=1) / np.maximum(of_row, 1e-300)[:, None]
         columns[:, -1] = 1
-        rows = np.cumsum(of_row) / max(of_row.sum(), 1e-300)
+        chances = np.cumsum(of_row) / max(of_row.sum(), 1e-300)
         density = (brightness / max(of_row.sum(), 1e-300)).astype(np.float32)
-        return Inversion(rows[None]), Inversion(columns), density
+        return Inversion(chances[None]), Inversion(columns), density
 
 
 def _heights(n_rows: int) -> np.ndarray:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..sampling.vectors import dot, largest
+from ..sampling.vectors import dot, largest, rows
 from ..scene import Scene
 from ..unrolling import unrolled
 from .protocol import Tracer
@@ -49,25 +49,26 @@ class CoincidentSurfaces:
         if len(k) == 0:
             return smothered
         x = self._scene.points(triangle[k], u[k], v[k])
+        columns = np.ascontiguousarray(x.T)
         point, nth = unrolled(self._n_partners[triangle[k]])
         partner = self._start[triangle[k]][point] + nth
 
         # Of the many partners that a ground has, few are near
         low, high = self._bounds
         for axis in range(3):
-            place = x[point, axis]
-            near = np.flatnonzero((place >= low[partner, axis]) & (place <= high[partner, axis]))
+            place = columns[axis][point]
+            near = np.flatnonzero((place >= low[axis][partner]) & (place <= high[axis][partner]))
             point, partner = point[near], partner[near]
-        smothered[k[point[_inside(self._scene, self._second[partner], x[point])]]] = True
+        smothered[k[point[_inside(self._scene, self._second[partner], rows(x, point))]]] = True
         return smothered
 
     @cached_property
-    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest coordinates of the triangles `_second`, and a little more, (p, 3) float32 each."""
-        corners = self._scene.vertices[self._scene.triangles[self._second]].astype(np.float64)
-        low, high = corners.min(axis=1), corners.max(axis=1)
-        margin = 4 * _ONE_PLACE * np.maximum(np.abs(corners).max(axis=(1, 2), initial=0)[:, None], 1e-6)
-        return (low - margin).astype(np.float32), (high + margin).astype(np.float32)
+    def _bounds(self) -> np.ndarray:
+        """Lowest and highest coordinates of the triangles `_second`, and a little more, (2, 3, p) float32."""
+        corners = self._scene.corners(self._second).astype(np.float64).transpose(1, 2, 0)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        margin = 4 * _ONE_PLACE * np.maximum(np.abs(corners).max(axis=(0, 1), initial=0), 1e-6)
+        return np.stack([low - margin, high + margin]).astype(np.float32)
 
     def _pairs(self, tracer: Tracer) -> tuple[np.ndarray, np.ndarray]:
         """Triangles that lie in one place, each pair both ways round, (p,) int32 each."""
@@ -95,7 +96,7 @@ class CoincidentSurfaces:
 def _inside(scene: Scene, triangle: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Whether points (n, 3) lie on triangles (n,), (n,) bool."""
     u, v = scene.plane_coordinates(triangle, x)
-    above = x - scene.vertices[scene.triangles[triangle, 0]].astype(np.float64)
-    height = np.abs(dot(above, scene.normals[triangle].astype(np.float64)))
+    above: np.ndarray = x - rows(scene.vertices, scene.triangles[triangle, 0]).astype(np.float64)
+    height = np.abs(dot(above, rows(scene.normals, triangle).astype(np.float64)))
     near = height <= _ONE_PLACE * np.maximum(largest(np.abs(x)), 1e-6)
     return near & (u >= 0) & (v >= 0) & (u + v <= 1)

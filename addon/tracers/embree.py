@@ -4,7 +4,7 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
-from ..sampling.vectors import dot
+from ..sampling.vectors import dot, rows
 from ..scene import Scene
 from .protocol import Hits, RayKind, tree_of_each_kind
 
@@ -62,7 +62,7 @@ class _Tree:
         triangle = primitive
         if self._triangle is not None:
             triangle = np.where(miss, np.int32(-1), self._triangle[primitive])
-        return Hits(triangle, distance, found["u"], found["v"], normals[triangle])
+        return Hits(triangle, distance, found["u"], found["v"], rows(normals, triangle))
 
     def occluded(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
         if self._empty or len(origins) == 0:

@@ -7,7 +7,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from ..sampling.vectors import dot
+from ..sampling.vectors import dot, rows
 from ..scene import SceneObjects
 
 Tree = TypeVar("Tree")
@@ -44,15 +44,15 @@ class Hits:
 
     def points(self, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Positions of the hits, and the unit normals of the sides that the rays came to, (n, 3) float32 each."""
-        normals = np.where(self.back(directions)[:, None], -self.normal, self.normal)
+        normals = np.where(self.back(directions), np.float32(-1), np.float32(1))[:, None] * self.normal
         return origins + self.distance[:, None] * directions, normals
 
     def where(self, chosen: np.ndarray) -> "Hits":
         """The hits of the rays that a mask or an index array chooses."""
-        tint = None if self.tint is None else self.tint[chosen]
-        return Hits(
-            self.triangle[chosen], self.distance[chosen], self.u[chosen], self.v[chosen], self.normal[chosen], tint
-        )
+        k = np.flatnonzero(chosen) if chosen.dtype == bool else chosen
+        tint = None if self.tint is None else rows(self.tint, k)
+        numbers = (self.triangle[k], self.distance[k], self.u[k], self.v[k])
+        return Hits(*numbers, rows(self.normal, k), tint)
 
     def with_tint(self) -> "Hits":
         """A copy that may be written to, with a tint: white where there was none."""
