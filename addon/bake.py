@@ -13,16 +13,18 @@ from .gather import (
     DirectLight,
     Effort,
     Estimate,
+    FinalGather,
     GatherRays,
     Irradiance,
+    PhotonDensity,
     Survey,
     build_radiance_cache,
-    density_estimate,
     direct_irradiance,
     direct_slope,
-    final_gather,
     photon_volume_irradiance,
+    search_radius,
     survey_surfaces,
+    thinned_density,
 )
 from .inspector import LIFT, Inspector
 from .parallel import Workers
@@ -197,10 +199,12 @@ class Solution:
 
     def _by_final_gather(self) -> tuple[Estimate, dict[str, int]]:
         """Photons and direct light make a radiance cache; rays from some receivers gather from it, for all."""
-        rays, caustics = self._must_gather(), self._caustics()
         effort = Effort(self.settings.n_gather_rays, self.settings.noise, self.deadline, self.settings.interpolate)
         extent = max(2 * region_of(self.receivers.position).radius, _LEAST_EXTENT)
-        gathered = final_gather(rays, self.receivers, effort, extent, self.tracer.surfaces, self.workers)
+        at, surfaces = self.receivers, self.tracer.surfaces
+        gather = FinalGather(self._must_gather(), at, effort, extent, surfaces, self.workers)
+        caustics = self._caustics(gather)
+        gathered = gather.finish()
         counts = {"gather_points": gathered.n_records, "gather_rays": gathered.n_rays}
         return _sum(gathered.light, counts, caustics)
 
@@ -230,33 +234,39 @@ class Solution:
         """Receivers gather the photons around them."""
         kind = self.photons.kind
         if self.receivers.takes_caustics is None:
-            scattered = self.photons.where(kind != PathKind.DIRECT)
-            return self._density(scattered, self.settings.n_nearest, self.receivers), {}
-        scattered = self.photons.where(kind == PathKind.INDIRECT)
-        return _sum(self._density(scattered, self.settings.n_nearest, self.receivers), {}, self._caustics())
+            of_all = self._density(self.photons.where(kind != PathKind.DIRECT), self.settings.n_nearest)
+            return of_all.at(self.receivers, self.workers)[0], {}
+        of_scattered = self._density(self.photons.where(kind == PathKind.INDIRECT), self.settings.n_nearest)
+        return _sum(of_scattered.at(self.receivers, self.workers)[0], {}, self._caustics())
 
     def _must_gather(self) -> GatherRays:
         assert self.rays is not None
         return self.rays
 
-    def _caustics(self) -> tuple[Estimate, int]:
-        """What lamps send over mirrors and glass, which photons find far better than rays do; and their number."""
+    def _caustics(self, gather: FinalGather | None = None) -> tuple[Estimate, int]:
+        """What lamps send over mirrors and glass, which photons find far better than rays do; and their number.
+
+        With a gather, most receivers take it from the records.
+        """
         focused = self.photons.where(self.photons.kind == PathKind.CAUSTIC)
         n_nearest = self.settings.n_nearest // _CAUSTIC_SHARE
-        n_focused = len(focused)
-        if n_focused < _LEAST_ESTIMATES * n_nearest:
-            focused = Photons.none()  # so few say nothing of where the light is, and cost much time
-        takers = self.receivers.takes_caustics
-        if takers is None or not takers.any():
-            focused = focused if takers is None else Photons.none()
-            return self._density(focused, n_nearest, self.receivers), n_focused
-        caustics = Estimate.dark(len(takers), self.receivers.directional)
-        caustics.put(takers, self._density(focused, n_nearest, self.receivers.where(takers)))
-        return caustics, n_focused
+        at, takers = self.receivers, self.receivers.takes_caustics
+        caustics = Estimate.dark(len(at), at.directional)
+        # So few say nothing of where the light is, and cost much time
+        if len(focused) < _LEAST_ESTIMATES * n_nearest or (takers is not None and not takers.any()):
+            return caustics, len(focused)
+        density = self._density(focused, n_nearest)
+        if takers is not None:
+            caustics.put(takers, density.at(at.where(takers), self.workers)[0])
+        elif gather is not None:
+            caustics = thinned_density(density, at, gather, self.workers)
+        else:
+            caustics = density.at(at, self.workers)[0]
+        return caustics, len(focused)
 
-    def _density(self, photons: Photons, n_nearest: int, receivers: Receivers) -> Estimate:
-        radius = self.settings.max_radius
-        return density_estimate(self.tracer, photons, receivers, n_nearest, radius, self.workers)
+    def _density(self, photons: Photons, n_nearest: int) -> PhotonDensity:
+        r_max = self.settings.max_radius or search_radius(photons, region_of(self.receivers.position), n_nearest)
+        return PhotonDensity(self.tracer, photons, n_nearest, r_max, self.workers)
 
 
 def _sum(light: Estimate, counts: dict[str, int], caustics: tuple[Estimate, int]) -> tuple[Estimate, dict[str, int]]:

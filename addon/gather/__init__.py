@@ -3,10 +3,10 @@
 from .build_cache import Survey, build_radiance_cache, survey_surfaces
 from .camera_gloss import camera_gloss, reflected_direct
 from .camera_highlights import reflected_highlights
-from .density import density_estimate
+from .density import PhotonDensity, search_radius
 from .direct_irradiance import direct_irradiance, direct_slope
 from .direct_light import DirectLight
-from .final import Effort, final_gather
+from .final import Effort, FinalGather, final_gather
 from .gather_rays import GatherRays
 from .glossy_light import glossy_radiance
 from .irradiance import Estimate, Irradiance
@@ -14,6 +14,7 @@ from .light_volume import Cascade
 from .photon_volumes import OF_SCATTERED, photon_volume_gloss, photon_volume_irradiance, scatter_light
 from .radiance_cache import RadianceCache
 from .screen_volume import screen_irradiance
+from .thinned_density import thinned_density
 from .upsampling import upsampled
 
 __all__ = [
@@ -22,13 +23,14 @@ __all__ = [
     "DirectLight",
     "Effort",
     "Estimate",
+    "FinalGather",
     "GatherRays",
     "Irradiance",
+    "PhotonDensity",
     "RadianceCache",
     "Survey",
     "build_radiance_cache",
     "camera_gloss",
-    "density_estimate",
     "direct_irradiance",
     "direct_slope",
     "final_gather",
@@ -39,6 +41,8 @@ __all__ = [
     "reflected_highlights",
     "scatter_light",
     "screen_irradiance",
+    "search_radius",
     "survey_surfaces",
+    "thinned_density",
     "upsampled",
 ]

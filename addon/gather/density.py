@@ -10,10 +10,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..parallel import Workers
-from ..photons import Photons, Sphere, region_of
+from ..photons import Photons, Sphere
 from ..receivers import Receivers
 from ..sampling.streams import below_one, sobol
-from ..sampling.vectors import dot
+from ..sampling.vectors import dot, rows
 from ..sampling.warps import frame, sample_uniform_disk
 from ..tracers import LightTracer, Tracer
 from .irradiance import Estimate
@@ -48,58 +48,65 @@ def search_radius(photons: Photons, region: Sphere, k: int) -> float:
     return float(np.sqrt(k * r_n**2 / (LOW_DENSITY * n)))
 
 
-def density_estimate(
-    light_tracer: LightTracer,
-    photons: Photons,
-    receivers: Receivers,
-    n_nearest: int,
-    max_radius: float,
-    workers: Workers,
-) -> Estimate:
-    """Irradiance E = Σ Φ / (s π r²), with s the share of the disc of radius r that is surface.
+class PhotonDensity:
+    """Tells the irradiance from the photons around receivers: E = Σ Φ / (s π r²).
 
-    With k photons found, the sum runs over the k − 1 nearest and r is the k-th's distance, which makes the mean exact
-    for evenly spread photons.
+    s is the share of the disc of radius r that is surface. With k photons found, the sum runs over the k − 1 nearest
+    and r is the k-th's distance, which makes the mean exact for evenly spread photons.
 
     Parameters
     ----------
     n_nearest : int
         k.
-    max_radius : float
-        m; 0 takes `search_radius`.
+    r_max : float, m
+        Farthest photon looked for: of `search_radius`.
     """
-    n = len(receivers)
-    estimates = Estimate.dark(n, receivers.directional)
-    if len(photons) == 0:
-        return estimates
-    tracer = light_tracer.surfaces
-    r_max = max_radius or search_radius(photons, region_of(receivers.position), n_nearest)
-    workers.progress.update("Sorting photons", 0.0)
-    tree = cKDTree(photons.position, balanced_tree=False)
-    photon_normals = photons.normal
-    directions = photons.direction if receivers.directional else None
 
-    def estimate(chunk: slice, _: np.random.Generator) -> Estimate:
-        normals = receivers.normal[chunk]
-        x, smothered = _on_surface(light_tracer, receivers.position[chunk], normals, float(SLICE * r_max))
-        within, r = _nearest_in_slice(tree, photons.position, photon_normals, x, normals, n_nearest, r_max)
+    def __init__(
+        self, light_tracer: LightTracer, photons: Photons, n_nearest: int, r_max: float, workers: Workers
+    ) -> None:
+        self._tracer, self._photons, self._k, self._r_max = light_tracer, photons, n_nearest, r_max
+        workers.progress.update("Sorting photons", 0.0)
+        self._tree = cKDTree(photons.position, balanced_tree=False)
+        self._normal = photons.normal
+
+    def at(self, receivers: Receivers, workers: Workers) -> tuple[Estimate, np.ndarray]:
+        """Estimates at n receivers, and the radius r of each, (n,) float32, m."""
+        estimates = Estimate.dark(len(receivers), receivers.directional)
+        radius = np.full(len(receivers), self._r_max, np.float32)
+        if len(self._photons) == 0:
+            return estimates, radius
+        flight = self._photons.direction if receivers.directional else None
+
+        def estimate(chunk: slice, _: np.random.Generator) -> tuple[Estimate, np.ndarray]:
+            return self._estimate(receivers.position[chunk], receivers.normal[chunk], flight)
+
+        size = max(1, _PAIRS // self._k)
+        for chunk, (found, r) in workers.chunks("Gathering photons", len(receivers), size, estimate, (_DENSITY,)):
+            estimates.put(chunk, found)
+            radius[chunk] = r
+        return estimates, radius
+
+    def _estimate(
+        self, position: np.ndarray, normals: np.ndarray, flight: np.ndarray | None
+    ) -> tuple[Estimate, np.ndarray]:
+        photons, tracer = self._photons, self._tracer.surfaces
+        x, smothered = _on_surface(self._tracer, position, normals, float(SLICE * self._r_max))
+        within, r = _nearest_in_slice(self._tree, photons.position, self._normal, x, normals, self._k, self._r_max)
         # What covers a receiver closer than the slice is thick has other photons on its far side
-        above = receivers.position[chunk] + (SLICE * r)[:, None] * normals
-        within[smothered | tracer.occluded(receivers.position[chunk], above)] = -1
+        above = position + (SLICE * r)[:, None] * normals
+        within[smothered | tracer.occluded(position, above)] = -1
         lit = np.flatnonzero((within >= 0).any(axis=1))
         share = np.ones(len(x), np.float32)
-        share[lit], blocked = surface_share(tracer, x[lit], normals[lit], r[lit])
+        share[lit], blocked = surface_share(tracer, rows(x, lit), rows(normals, lit), r[lit])
         behind = lit[blocked]
         within[behind] = _seen(tracer, photons.position, x[behind], normals[behind], within[behind], r[behind])
-        power = np.where((within >= 0)[..., None], photons.power[within], 0)
+        power = np.where((within >= 0)[..., None], rows(photons.power, within), 0)
         area = np.maximum(np.pi * r**2 * share, np.float32(1e-30))  # where photons lie on the very receiver
-        squares = (power.mean(axis=2) ** 2).sum(axis=1)
-        slope = None if directions is None else _slope(power, directions[within], normals, area)
-        return Estimate(power.sum(axis=1) / area[:, None], np.sqrt(squares) / area, slope)
-
-    for chunk, found in workers.chunks("Gathering photons", n, max(1, _PAIRS // n_nearest), estimate, (_DENSITY,)):
-        estimates.put(chunk, found)
-    return estimates
+        brightness = (power[..., 0] + power[..., 1] + power[..., 2]) / 3
+        squares = np.einsum("nk,nk->n", brightness, brightness)
+        slope = None if flight is None else _slope(power, rows(flight, within), normals, area)
+        return Estimate(np.einsum("nki->ni", power) / area[:, None], np.sqrt(squares) / area, slope), r
 
 
 def _slope(power: np.ndarray, flight: np.ndarray, normals: np.ndarray, area: np.ndarray) -> np.ndarray:
@@ -144,8 +151,8 @@ def _nearest_in_slice(
     index[~found] = 0
     # How far the sphere was looked through: to the last photon found, or all the way
     looked = np.where(found[:, -1], distance[:, -1], np.float32(r_max))
-    height = np.abs(np.einsum("nki,ni->nk", positions[index] - x[:, None], normals))
-    same_side = np.einsum("nki,ni->nk", photon_normals[index], normals) > SAME_SIDE
+    height = np.abs(np.einsum("nki,ni->nk", rows(positions, index) - x[:, None], normals))
+    same_side = np.einsum("nki,ni->nk", rows(photon_normals, index), normals) > SAME_SIDE
     rank = np.cumsum(found & same_side, axis=1)
     r = np.where(rank[:, -1] >= k, np.take_along_axis(distance, _first(rank >= k), 1)[:, 0], looked)
     in_slice = found & same_side & (distance < r[:, None]) & (height <= SLICE * r[:, None])
@@ -194,8 +201,8 @@ def _seen(
 ) -> np.ndarray:
     """`within` less the photons that something hides from their receiver, both raised to the top of the slice."""
     receiver, k = np.nonzero(within >= 0)
-    top = (SLICE * r[receiver])[:, None] * normals[receiver]
-    hidden = tracer.occluded(x[receiver] + top, positions[within[receiver, k]] + top)
+    top = (SLICE * r[receiver])[:, None] * rows(normals, receiver)
+    hidden = tracer.occluded(rows(x, receiver) + top, rows(positions, within[receiver, k]) + top)
     seen = within.copy()
     seen[receiver[hidden], k[hidden]] = -1
     return seen

@@ -43,7 +43,12 @@ class Gathered:
 def final_gather(
     rays: GatherRays, receivers: Receivers, effort: Effort, extent: float, tracer: Tracer, workers: Workers
 ) -> Gathered:
-    """Irradiance of receivers from rays into the cache.
+    """Irradiance of receivers from rays into the cache; see `FinalGather`."""
+    return FinalGather(rays, receivers, effort, extent, tracer, workers).finish()
+
+
+class FinalGather:
+    """A final gather whose records are placed, and may get more rays.
 
     Parameters
     ----------
@@ -51,28 +56,43 @@ def final_gather(
         Of most receivers; not 0.
     tracer : Tracer
         For whether receivers see records.
-    """
-    turns = Turns(workers)
-    maker = RecordMaker(rays, receivers, max(1, effort.n_rays // 2), turns)
-    records = Records.none(receivers.directional)
-    if effort.interpolate:
-        records = place_records(receivers, extent, effort.tolerance, maker, tracer, turns)
-        records, weights = look_up_all(records, receivers, extent, maker, tracer, turns)
-    around = None
-    if _FEW * len(receivers) <= len(records) or not effort.interpolate:
-        others = np.setdiff1d(np.arange(len(receivers)), records.receiver)
-        records = records.joined(maker.records(others, extent))
-        weights = Weights.identity(records.receiver)
-    else:
-        around = Neighbourhood(records, extent, tracer).of_records(np.arange(len(records)), turns.next())
 
-    records = _add_rays(records, weights, around, maker, effort)
-    turns.end(STAGE)
-    spread = Spread.of(records, around)
-    irradiance = np.maximum(weights.apply(spread.blended(records.irradiance, around)), 0).astype(np.float32)
-    slope = _slope(records, spread, around, weights) if receivers.directional else None
-    stderr = np.sqrt(spread.variance(records, weights)).astype(np.float32)
-    return Gathered(Estimate(irradiance, stderr, slope), len(records), int(records.n_rays.sum()))
+    Attributes
+    ----------
+    records : Records
+    weights : Weights
+        What each receiver takes from them.
+    """
+
+    def __init__(
+        self, rays: GatherRays, receivers: Receivers, effort: Effort, extent: float, tracer: Tracer, workers: Workers
+    ) -> None:
+        self._receivers, self._effort, self._turns = receivers, effort, Turns(workers)
+        self._maker = maker = RecordMaker(rays, receivers, max(1, effort.n_rays // 2), self._turns)
+        records = Records.none(receivers.directional)
+        if effort.interpolate:
+            records = place_records(receivers, extent, effort.tolerance, maker, tracer, self._turns)
+            records, weights = look_up_all(records, receivers, extent, maker, tracer, self._turns)
+        self._around: Weights | None = None
+        if _FEW * len(receivers) <= len(records) or not effort.interpolate:
+            others = np.setdiff1d(np.arange(len(receivers)), records.receiver)
+            records = records.joined(maker.records(others, extent))
+            weights = Weights.identity(records.receiver)
+        else:
+            near = Neighbourhood(records, extent, tracer)
+            self._around = near.of_records(np.arange(len(records)), self._turns.next())
+        self.records, self.weights = records, weights
+
+    def finish(self) -> Gathered:
+        """What the receivers gathered, after rays were added as the effort says."""
+        weights, around = self.weights, self._around
+        records = _add_rays(self.records, weights, around, self._maker, self._effort)
+        self._turns.end(STAGE)
+        spread = Spread.of(records, around)
+        irradiance = np.maximum(weights.apply(spread.blended(records.irradiance, around)), 0).astype(np.float32)
+        slope = _slope(records, spread, around, weights) if self._receivers.directional else None
+        stderr = np.sqrt(spread.variance(records, weights)).astype(np.float32)
+        return Gathered(Estimate(irradiance, stderr, slope), len(records), int(records.n_rays.sum()))
 
 
 def _slope(records: Records, spread: Spread, around: Weights | None, weights: Weights) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...parallel import Turns
 from ...receivers import Receivers
-from ...sampling.vectors import dot
+from ...sampling.vectors import dot, rows
 from ...scene.z_curve import z_curve
 from ..gather_rays import GatherRays
 from ..ray_directions import gather_directions, halfway_directions
@@ -158,7 +158,7 @@ class RecordMaker:
     def _gather(self, chosen: np.ndarray, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Radiance summed over each batch's rays (r, batches, 3), which are stratified; nearness (r,) and bend."""
         n, at = self.n_rays, self._receivers
-        origins, normals = np.repeat(at.position[chosen], n, 0), np.repeat(at.normal[chosen], n, 0)
+        origins, normals = np.repeat(rows(at.position, chosen), n, 0), np.repeat(rows(at.normal, chosen), n, 0)
         if at.directional:
             directions, weight = halfway_directions(normals, self.rays_a_batch, random)
             share = weight * dot(directions, normals)

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ...parallel import Workers
-from ...sampling.vectors import dot
+from ...parallel import Workers, slices
+from ...sampling.vectors import dot, rows
 from ...sampling.warps import frame
 from ...tracers import Tracer
 from .records import STAGE, Records
@@ -46,7 +46,11 @@ class Weights:
 
     def apply(self, values: np.ndarray) -> np.ndarray:
         """Weighted sums of the records' values (m, …), (n, …)."""
-        return np.einsum("nk,nk...->n...", self.weight, values[self.record])
+        sums = np.empty((len(self.record), *values.shape[1:]), np.result_type(self.weight, values))
+        for part in slices(len(sums), _CHUNK):
+            of_records = rows(values, self.record[part])
+            np.einsum("nk,nk...->n...", self.weight[part], of_records, out=sums[part])
+        return sums
 
     def square(self) -> "Weights":
         """Squared weights: what variances are summed with."""
@@ -117,10 +121,10 @@ class Neighbourhood:
         records, k = self.records, min(_N_NEIGHBOURS, len(self.records))
         _, near = self._tree.query(self._place(position, normal), k)
         near = near.reshape(len(position), k).astype(np.int32)
-        way = records.position[near] - position[:, None]
+        way = rows(records.position, near) - position[:, None]
         distance2 = np.einsum("nki,nki->nk", way, way)
         reach = np.float32(_REACH) * records.edge[near]
-        tilt = records.normal[near] - normal[:, None]
+        tilt = rows(records.normal, near) - normal[:, None]
         height = np.einsum("nki,ni->nk", way, normal)
         w = _bump(np.sqrt(distance2) / reach)
         w *= _bump(np.sqrt(np.einsum("nki,nki->nk", tilt, tilt)) / np.float32(_TILT))
@@ -138,11 +142,12 @@ class Neighbourhood:
         records, tracer = self.records, self._tracer
         i, j = np.nonzero(w > 0)
         k = near[i, j]
-        lift = self._lift / 2 * np.sqrt(dot(way[i, j], way[i, j]))[:, None]
-        middle = position[i] + way[i, j] / 2 + lift * (normal[i] + records.normal[k])
-        hidden = tracer.occluded(position[i], middle)
+        start, way = rows(position, i), rows(way.reshape(-1, 3), i * w.shape[1] + j)
+        lift = self._lift / 2 * np.sqrt(dot(way, way))[:, None]
+        middle = start + way / 2 + lift * (rows(normal, i) + rows(records.normal, k))
+        hidden = tracer.occluded(start, middle)
         seen = np.flatnonzero(~hidden)
-        hidden[seen] = tracer.occluded(records.position[k[seen]], middle[seen])
+        hidden[seen] = tracer.occluded(rows(records.position, k[seen]), rows(middle, seen))
         w[i[hidden], j[hidden]] = 0
 
 
@@ -158,15 +163,20 @@ def _linear(w: np.ndarray, way: np.ndarray, normal: np.ndarray, reach: np.ndarra
     S = Σ w (t − t̄)(t − t̄)ᵀ + ridge, with lengths in units of the root mean square reach.
     """
     tangent, bitangent = frame(normal)
-    unit = np.maximum(np.sqrt(dot(w, reach**2)), np.float32(1e-20))[:, None]
+    unit = np.maximum(np.sqrt(_sums(w, reach**2)), np.float32(1e-20))[:, None]
     way = np.where(w[..., None] > 0, way, 0) / unit[..., None]
     x, y = np.einsum("nki,ni->nk", way, tangent), np.einsum("nki,ni->nk", way, bitangent)
-    mean_x, mean_y = dot(w, x), dot(w, y)
+    mean_x, mean_y = _sums(w, x), _sums(w, y)
     x -= mean_x[:, None]
     y -= mean_y[:, None]
     ridge = np.float32(_RIDGE)
     wx, wy = w * x, w * y
-    xx, yy, xy = dot(wx, x) + ridge, dot(wy, y) + ridge, dot(wx, y)
+    xx, yy, xy = _sums(wx, x) + ridge, _sums(wy, y) + ridge, _sums(wx, y)
     determinant = xx * yy - xy * xy
     a, b = (yy * mean_x - xy * mean_y) / determinant, (xx * mean_y - xy * mean_x) / determinant
     return w - a[:, None] * wx - b[:, None] * wy
+
+
+def _sums(w: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Σ w x along rows of some length, (n,)."""
+    return np.einsum("nk,nk->n", w, x)
