@@ -40,7 +40,10 @@ def search_radius(photons: Photons, region: Sphere, k: int) -> float:
     """r_max = √(k rₙ² / (α n)), Eq. 3.7, with n the photons within the sphere of radius rₙ around the receivers, m.
 
     The π-engine takes the sphere around all photons, which a ground plane blows up; so do we if the first has none.
+    0 without photons.
     """
+    if len(photons) == 0:
+        return 0.0
     away = photons.position - region.centre
     n, r_n = int(np.count_nonzero(dot(away, away) <= region.radius**2)), region.radius
     if n == 0:
