@@ -147,8 +147,7 @@ class LightmapPoints:
         if self.target.settings.directional and irradiance.slope is not None:
             values = np.concatenate([values, irradiance.slope.reshape(-1, 9) / pi], axis=1)
         finished = finish_lightmaps(values, stderr, self.receivers, texels, options, workers)
-        covered = len(np.unique(np.stack([texels.image, texels.row, texels.column]), axis=1).T)
-        return Lightmaps(finished, self.target, covered)
+        return Lightmaps(finished, self.target, texels.n_covered)
 
 
 @dataclass(frozen=True)

@@ -62,6 +62,15 @@ class Texels:
     def __len__(self) -> int:
         return len(self.image)
 
+    @property
+    def n_covered(self) -> int:
+        """How many texels have receivers."""
+        heights, widths = np.array(self.sizes, np.int64).reshape(-1, 2).T
+        first = np.cumsum(heights * widths) - heights * widths
+        covered = np.zeros(int((heights * widths).sum()), bool)
+        covered[first[self.image] + self.row * widths[self.image] + self.column] = True
+        return int(np.count_nonzero(covered))
+
 
 def texel_receivers(
     meshes: Sequence[LightmapMesh],

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..sampling.vectors import dot, largest
+from ..sampling.vectors import dot, largest, rows
 from ..scene.scene import interpolate
 from .charts import Charts
 from .coverage import Fragments
@@ -57,7 +57,7 @@ class TexelPoints:
 
     def where(self, chosen: np.ndarray) -> "TexelPoints":
         """The points that a mask or an index array chooses."""
-        return TexelPoints(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
+        return TexelPoints(*(rows(getattr(self, name), chosen) for name in self.__dataclass_fields__))
 
     @staticmethod
     def join(parts: "list[TexelPoints]") -> "TexelPoints":
@@ -90,31 +90,31 @@ def points_of(
     share = np.bincount(group, fragments.area)
     sums = [np.bincount(group, fragments.area * fragments.middle[:, i]) for i in range(2)]
     mean = np.stack(sums, axis=1) / share[:, None]
-    depth = _barycentrics(corners[fragments.triangle], mean[group]).min(axis=1)
+    depth = np.minimum.reduce(_barycentrics(rows(corners, fragments.triangle), rows(mean, group)))
     order = np.lexsort([-depth, group])
     chosen = order[np.searchsorted(group[order], np.arange(len(share)))]
     triangle = fragments.triangle[chosen]
-    place = np.where((depth[chosen] >= -1e-9)[:, None], mean, fragments.middle[chosen])
+    place = np.where((depth[chosen] >= -1e-9)[:, None], mean, rows(fragments.middle, chosen))
     partly = np.flatnonzero(share < (1 - 1e-6) / n**2)
-    place[partly] = _pulled(corners[triangle[partly]], place[partly])
+    place[partly] = _pulled(rows(corners, triangle[partly]), rows(place, partly))
     across = _across(charts, corners)
     area = np.linalg.norm(np.cross(across[:, 0], across[:, 1]), axis=1)[fragments.triangle] * fragments.area
     radius = np.sqrt(np.bincount(group, area) / np.pi)
     position, normal = _on_surface(charts, corners, triangle, place, radius)
     points = TexelPoints(
-        texel[chosen], triangle, share, place, position, normal, across[triangle], radius.astype(np.float32)
+        texel[chosen], triangle, share, place, position, normal, rows(across, triangle), radius.astype(np.float32)
     )
     return points, group
 
 
-def _barycentrics(corners: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """Barycentric weights (n, 3) of places (n, 2) on triangles (n, 3, 2)."""
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    p = place - corners[:, 0]
-    area = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    u = (p[:, 0] * b[:, 1] - p[:, 1] * b[:, 0]) / area
-    v = (a[:, 0] * p[:, 1] - a[:, 1] * p[:, 0]) / area
-    return np.stack([1 - u - v, u, v], axis=1)
+def _barycentrics(corners: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Barycentric weights (n,) of places (n, 2) on triangles (n, 3, 2)."""
+    x, y = np.moveaxis(corners, 0, 2).swapaxes(0, 1)
+    ax, ay, bx, by = x[1] - x[0], y[1] - y[0], x[2] - x[0], y[2] - y[0]
+    px, py = place[:, 0] - x[0], place[:, 1] - y[0]
+    area = ax * by - ay * bx
+    u, v = (px * by - py * bx) / area, (ax * py - ay * px) / area
+    return 1 - u - v, u, v
 
 
 def _pulled(corners: np.ndarray, place: np.ndarray) -> np.ndarray:
@@ -138,12 +138,13 @@ def _on_surface(
     charts: Charts, corners: np.ndarray, triangle: np.ndarray, place: np.ndarray, radius: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lifted positions and unit shading normals of places (n, 2) on triangles, (n, 3) float32 each."""
-    _, u, v = _barycentrics(corners[triangle], place).T
-    corner = charts.positions[triangle].astype(np.float64)
-    position = interpolate(corner, u, v)
+    _, u, v = _barycentrics(rows(corners, triangle), place)
+    corner = charts.positions.astype(np.float64)
+    position = interpolate(rows(corner, triangle), u, v)
     flat = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     flat /= np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-30)
-    normal = interpolate(charts.normals[triangle].astype(np.float64), u, v)
+    flat = rows(flat, triangle)
+    normal = interpolate(rows(charts.normals.astype(np.float64), triangle), u, v)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = np.where(length > 1e-3, normal / np.maximum(length, 1e-30), flat)
     lift = np.maximum(LIFT * radius, LEAST_LIFT * largest(np.abs(position)))[:, None]

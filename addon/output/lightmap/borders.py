@@ -58,7 +58,8 @@ def with_borders(images: Sequence[TexelImage], seams: Seams) -> list[Bordered]:
     plane = _Plane.of(images)
     active = plane.outside | plane.off_centre
     looks = plane.seam_look_ups(seams)
-    active[np.unique(np.concatenate([look.indices for look in looks]))] = True
+    for look in looks:
+        active[look.indices] = True
     active &= plane.covered | plane.outside
     seam = SEAM * (looks[0] - looks[1])
     data_rows = np.flatnonzero(active & plane.covered)
