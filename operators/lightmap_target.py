@@ -140,11 +140,11 @@ class LightmapPoints:
 
         if not np.isfinite(irradiance.value).all():
             raise BakeError("The bake made values that are not finite, so nothing was written: please report this.")
-        pi = np.float32(np.pi)
-        options = FinishOptions(denoiser=self.target.settings.denoiser)
-        texels = self.texels
+        pi, settings, texels = np.float32(np.pi), self.target.settings, self.texels
+        smooth = settings.denoiser == "auto" and irradiance.interpolated
+        options = FinishOptions(denoiser="none" if smooth else settings.denoiser)
         values, stderr = irradiance.value / pi, irradiance.stderr / pi
-        if self.target.settings.directional and irradiance.slope is not None:
+        if settings.directional and irradiance.slope is not None:
             values = np.concatenate([values, irradiance.slope.reshape(-1, 9) / pi], axis=1)
         finished = finish_lightmaps(values, stderr, self.receivers, texels, options, workers)
         return Lightmaps(finished, self.target, texels.n_covered)

@@ -66,6 +66,11 @@ class Irradiance:
     slope: np.ndarray | None = None
 
     @property
+    def interpolated(self) -> bool:
+        """Whether most receivers took their light from others, so that noise is no finer than what light shows."""
+        return self.counts.get("gather_points", len(self.value)) < len(self.value)
+
+    @property
     def relative_noise(self) -> float:
         """Root mean square of the standard errors over the mean indirect irradiance; 0 where all is dark."""
         indirect = self.passes["indirect"]

@@ -159,7 +159,7 @@ def _edges_that_may_meet(edges: _Edges, edge: np.ndarray, position: np.ndarray) 
     from scipy.spatial import cKDTree  # here, since Blender's start imports this room and should not wait for SciPy
 
     spacing = float((edges.texel / _A_TEXEL).max())
-    distance, neighbour = cKDTree(position).query(position, _NEIGHBOURS, distance_upper_bound=spacing)
+    distance, neighbour = cKDTree(position).query(position, _NEIGHBOURS, distance_upper_bound=spacing, workers=-1)
     k, column = np.nonzero(np.isfinite(distance))
     a, b = edge[k], edge[neighbour[k, column]]
     low, high = np.minimum(a, b)[a != b], np.maximum(a, b)[a != b]

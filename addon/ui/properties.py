@@ -48,7 +48,7 @@ _CHOICE_WORDS = {
     "hdr": ("Radiance HDR", "8 bits a channel and a common exponent"),
     "rgbm": ("PNG RGBM", "8 bits a channel, times a factor in alpha: for engines and texture compression"),
     "rgbd": ("PNG RGBD", "8 bits a channel, over a divisor in alpha"),
-    "auto": ("Automatic", "OpenImageDenoise where the extension has it, otherwise our own"),
+    "auto": ("Automatic", "OpenImageDenoise where the extension has it; for interpolated lightmaps nothing"),
     "oidn": ("OpenImageDenoise", "Intel's filter; lightmaps chart by chart, so that nothing bleeds across"),
     "own": ("Own Filter", "Averages neighbours with the same light, place and direction"),
     "none": ("None", "Nothing: the noise stays, or the file's size"),
