@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..sampling.vectors import dot
+from ..sampling.vectors import dot, rows
 from ..tracers import Tracer
 from ..unrolling import unrolled
 from .charts import Charts
@@ -95,7 +95,7 @@ class _Edges:
 
     def folds(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """How far the surface turns from edges a to edges b, (n,) float64, radians."""
-        return np.pi - np.arccos(np.clip(dot(self.inwards[a], self.inwards[b]), -1, 1))
+        return np.pi - np.arccos(np.clip(dot(rows(self.inwards, a), rows(self.inwards, b)), -1, 1))
 
     def meet(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """Whether an end of one edge lies on the other, as it does where edges run along each other, (n,) bool."""
@@ -108,9 +108,11 @@ class _Edges:
 
     def nearest(self, edge: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How far along its edge the place next to each position (n, 3) lies, and their distance, (n,) each."""
-        start, way = self.position[edge, 0], self.position[edge, 1] - self.position[edge, 0]
+        start, end = np.moveaxis(rows(self.position, edge), 1, 0)
+        way = end - start
         along = np.clip(dot(position - start, way) / np.maximum(dot(way, way), 1e-30), 0, 1)
-        return along, np.linalg.norm(start + along[:, None] * way - position, axis=1)
+        off = start + along[:, None] * way - position
+        return along, np.sqrt(dot(off, off))
 
 
 def seams_of(charts: Charts, sizes: tuple[tuple[int, int], ...], tracer: Tracer | None = None) -> Seams:
@@ -177,9 +179,10 @@ def _parted(a: np.ndarray, b: np.ndarray, tracer: Tracer) -> np.ndarray:
 
 def _between(ends: np.ndarray, edge: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Values along edges, of values (e, 2, d) at their ends, (n, d)."""
-    return ends[edge, 0] + along[:, None] * (ends[edge, 1] - ends[edge, 0])
+    start, end = np.moveaxis(rows(ends, edge), 1, 0)
+    return start + along[:, None] * (end - start)
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
     """Vectors (n, d) of unit length."""
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-30)
+    return vectors / np.maximum(np.sqrt(dot(vectors, vectors)), 1e-30)[:, None]

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.ndimage import binary_dilation, distance_transform_edt
 from scipy.sparse import coo_array, csr_array, vstack
 
+from ...parallel import Workers
 from ...receivers import Seams
 from .texel_images import TexelImage
 
@@ -48,7 +49,7 @@ class Bordered:
     known: np.ndarray
 
 
-def with_borders(images: Sequence[TexelImage], seams: Seams) -> list[Bordered]:
+def with_borders(images: Sequence[TexelImage], seams: Seams, workers: Workers) -> list[Bordered]:
     """The images with the texels along the charts' borders fitted.
 
     A fitted value lies between 0 and twice the value of the nearest covered texel.
@@ -71,7 +72,7 @@ def with_borders(images: Sequence[TexelImage], seams: Seams) -> list[Bordered]:
     target = -(matrix @ fixed)
     target[: len(data_rows)] += plane.value[data_rows]
     system = matrix[:, unknowns]
-    solved = _least_squares(system, target, plane.value[unknowns])
+    solved = _least_squares(system, target, plane.value[unknowns], workers)
     value = plane.value.copy()
     twice = 2 * plane.value[unknowns]
     value[unknowns] = np.clip(solved, np.minimum(twice, 0), np.maximum(twice, 0))
@@ -187,27 +188,38 @@ def _columns(image: TexelImage) -> tuple[np.ndarray, ...]:
     return value.reshape(-1, value.shape[2]), chart, image.place.reshape(-1, 2), *masks
 
 
-def _least_squares(matrix: csr_array, target: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Values x (n, c) with least |matrix x − target|², the one near `start` where there are several.
-
-    By conjugate gradients (Hestenes and Stiefel 1952), preconditioned by the diagonal, for all columns at once; SciPy's
-    own takes one at a time, and many threads for each of its short sums.
-    """
+def _least_squares(matrix: csr_array, target: np.ndarray, start: np.ndarray, workers: Workers) -> np.ndarray:
+    """Values x (n, c) with least |matrix x − target|², the one near `start` where there are several."""
     normal = (matrix.T @ matrix).tocsr()
+    right = matrix.T @ target
+    columns = workers.map(lambda c: _conjugate_gradients(normal, right[:, c], start[:, c]), range(start.shape[1]))
+    return np.stack(list(columns), axis=1)
+
+
+def _conjugate_gradients(matrix: csr_array, right: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """Solve matrix x = right for x (n,), preconditioned by the diagonal (Hestenes and Stiefel 1952).
+
+    SciPy's own takes many threads for each of its short sums.
+    """
     x = start.astype(np.float64)
-    scale = 1 / np.maximum(normal.diagonal(), 1e-12)[:, None]
-    residual = matrix.T @ target - normal @ x
+    scale = 1 / np.maximum(matrix.diagonal(), 1e-12)
+    residual = right - matrix @ x
     step = scaled = scale * residual
-    size = np.einsum("nc,nc->c", residual, scaled)
-    enough = _TOLERANCE**2 * np.maximum(size, 1e-30)
+    size = _sum(residual, scaled)
+    enough = _TOLERANCE**2 * size
     for _ in range(_STEPS):
-        if (size <= enough).all():
+        if size <= enough:
             break
-        image = normal @ step
-        length = size / np.maximum(np.einsum("nc,nc->c", step, image), 1e-300)
+        image = matrix @ step
+        length = size / max(_sum(step, image), 1e-300)
         x += length * step
         residual -= length * image
         scaled = scale * residual
-        before, size = size, np.einsum("nc,nc->c", residual, scaled)
-        step = scaled + size / np.maximum(before, 1e-300) * step
+        before, size = size, _sum(residual, scaled)
+        step = scaled + size / before * step
     return x
+
+
+def _sum(a: np.ndarray, b: np.ndarray) -> float:
+    """Σ a b, by one thread."""
+    return float(np.einsum("n,n->", a, b))

@@ -80,7 +80,7 @@ def finish_lightmaps(
     progress = workers.progress
     progress.update(_STAGE, 0)
     seams = texels.seams if options.stitch else Seams.none()
-    bordered = with_borders(images, seams)
+    bordered = with_borders(images, seams, workers)
     progress.update(_STAGE, 0.7)
     return [
         Finished.of(dilated(image.value, image.known, options.padding), dilated(texels_of.normal, texels_of.covered))
