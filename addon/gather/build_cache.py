@@ -298,7 +298,7 @@ class _Points:
 def _points_on(scene: Scene, elements: SurfaceElements, side: np.ndarray, random: np.random.Generator) -> _Points:
     """A random point on each of `side`, off the surface."""
     triangle, u, v = elements.sample(side // 2, random.random((len(side), 3), dtype=np.float32))
-    normals = np.where((side % 2 == 0)[:, None], scene.normals[triangle], -scene.normals[triangle])
+    normals = np.where(side % 2 == 0, np.float32(1), np.float32(-1))[:, None] * rows(scene.normals, triangle)
     positions = scene.points(triangle, u, v)
     positions += scene.ray_offset(positions) * normals
     shading = scene.shading_normals(triangle, u, v, normals)

@@ -145,7 +145,7 @@ class DirectLight:
         estimates = unshadowed / np.maximum(chance, np.float32(1e-30))[:, None]
 
         # Keep one in proportion to its brightness
-        weights = (estimates @ np.full(3, 1 / 3, np.float32)).astype(np.float64).reshape(n, m)
+        weights = ((estimates[:, 0] + estimates[:, 1] + estimates[:, 2]) / 3).astype(np.float64).reshape(n, m)
         cumulative = np.cumsum(weights, axis=1)
         total = cumulative[:, -1]
         threshold = random.random(n) * total

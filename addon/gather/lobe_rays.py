@@ -13,7 +13,7 @@ from ..scene import Scene
 LEAST_RAYS = 2
 """Of a point: with fewer the error could not be told."""
 
-_CHUNK = 1 << 16  # rays
+_CHUNK = 1 << 18  # rays
 
 
 def ray_counts(scene: Scene, points: CameraPoints, point: np.ndarray, n_rays: int, least: int) -> np.ndarray:

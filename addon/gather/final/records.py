@@ -16,7 +16,8 @@ from ..turned_normals import slope_of_light
 N_BATCHES = 4
 STAGE = "Gathering light"
 _GATHER = 21  # stream of random numbers
-_CHUNK = 1 << 17
+_CHUNK = 1 << 16, 1 << 19  # least and most rays that fly together: of the many followed on, few are left at the end
+_CHUNKS = 8  # that there are at least, so that all threads have work
 _LEAST_DISTANCE = np.float32(1e-6)  # m
 _RAY_BYTES = 600  # a ray takes, with what it meets
 
@@ -137,7 +138,8 @@ class RecordMaker:
     def records(self, chosen: np.ndarray, edge: float) -> Records:
         """Records of receivers (m,) that stand for cells of an edge in m; receivers may come several times."""
         began = perf_counter()
-        size, key = max(1, _CHUNK // self.n_rays), (_GATHER, self._n_calls)
+        n_together = int(np.clip(len(chosen) * self.n_rays // _CHUNKS, *_CHUNK))
+        size, key = max(1, n_together // self.n_rays), (_GATHER, self._n_calls)
         self._n_calls += 1
         at, n = self._receivers, len(chosen)
         total, nearness, bend = np.zeros((n, N_BATCHES, 3)), np.zeros(n), _no_bend(n, at.directional)
