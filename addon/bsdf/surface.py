@@ -4,6 +4,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from ..sampling.vectors import rows
 from ..scene import Channel, Scene
 
 
@@ -37,11 +38,10 @@ class Surface:
         return len(self.roughness)
 
     def where(self, chosen: np.ndarray | slice) -> "Surface":
-        """The rows that `chosen` (indices, a mask or a slice) selects."""
+        """The points that `chosen` (indices, a mask or a slice) selects."""
         if isinstance(chosen, slice):
             return Surface(**{field.name: getattr(self, field.name)[chosen] for field in fields(self)})
-        rows = np.flatnonzero(chosen) if chosen.dtype == bool else chosen
-        return Surface(**{field.name: getattr(self, field.name).take(rows, axis=0) for field in fields(self)})
+        return Surface(**{field.name: rows(getattr(self, field.name), chosen) for field in fields(self)})
 
 
 def surface_at(scene: Scene, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, back: np.ndarray) -> Surface:

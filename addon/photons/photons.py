@@ -71,8 +71,7 @@ class Photons:
         """The photons that a mask, an index array or a slice chooses."""
         if isinstance(chosen, slice):
             return Photons(**{f.name: getattr(self, f.name)[chosen] for f in fields(self)})
-        k = np.flatnonzero(chosen) if chosen.dtype == bool else chosen
-        return Photons(**{f.name: rows(getattr(self, f.name), k) for f in fields(self)})
+        return Photons(**{f.name: rows(getattr(self, f.name), chosen) for f in fields(self)})
 
     @staticmethod
     def join(parts: "list[Photons]") -> "Photons":

@@ -16,7 +16,7 @@ from ..turned_normals import slope_of_light
 N_BATCHES = 4
 STAGE = "Gathering light"
 _GATHER = 21  # stream of random numbers
-_CHUNK = 1 << 16, 1 << 19  # least and most rays that fly together: of the many followed on, few are left at the end
+_CHUNK = 1 << 16, 1 << 18  # least and most rays that fly together: of the many followed on, few are left at the end
 _CHUNKS = 8  # that there are at least, so that all threads have work
 _LEAST_DISTANCE = np.float32(1e-6)  # m
 _RAY_BYTES = 600  # a ray takes, with what it meets
