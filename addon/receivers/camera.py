@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..sampling.vectors import dot
+from ..sampling.vectors import dot, rows
 from ..scene import Scene
 from ..tracers import Hits, LightTracer, RayKind
 from .lenses import Lens, Perspective
@@ -145,7 +145,8 @@ class SeenSurface:
 
     def where(self, chosen: np.ndarray) -> "SeenSurface":
         """The points that a mask or an index array chooses."""
-        return SeenSurface(hits=self.hits.where(chosen), **{name: getattr(self, name)[chosen] for name in _COLUMNS})
+        columns = {name: rows(getattr(self, name), chosen) for name in _COLUMNS}
+        return SeenSurface(hits=self.hits.where(chosen), **columns)
 
     def in_pixels(self, pixel: np.ndarray) -> "SeenSurface":
         """The same points in other pixels (p,)."""
@@ -174,7 +175,7 @@ def seen_surface(scene: Scene, tracer: LightTracer, camera: Camera) -> SeenSurfa
     rays = camera.rays(camera.middles())
     hits = first_hits(tracer, rays)
     k = np.flatnonzero(hits.hit)
-    hits, origins, directions = hits.where(k), rays.origins[k], rays.directions[k]
+    hits, origins, directions = hits.where(k), rows(rays.origins, k), rows(rays.directions, k)
     facing_area = camera.pixel_area(hits.points(origins, directions)[0])
     return surface_seen(scene, k, hits, origins, directions, facing_area)
 
@@ -185,7 +186,7 @@ def first_hits(tracer: LightTracer, rays: CameraRays) -> Hits:
     if len(hits.triangle) == 0:
         return hits
     k = np.flatnonzero(np.isfinite(rays.directions[:, 0]))
-    met = tracer.closest_hit(rays.origins[k], rays.directions[k], RayKind.CAMERA)
+    met = tracer.closest_hit(rows(rays.origins, k), rows(rays.directions, k), RayKind.CAMERA)
     if met.tint is not None:
         hits = hits.with_tint()
     near = np.flatnonzero(met.distance <= rays.length[k])

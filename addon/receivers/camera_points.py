@@ -6,7 +6,7 @@ import numpy as np
 
 from ..bsdf import base_share, surface_at
 from ..parallel import Workers
-from ..sampling.vectors import dot
+from ..sampling.vectors import dot, rows
 from ..scene import Scene
 from ..tracers import LightTracer
 from .camera import Camera, SeenSurface
@@ -149,13 +149,13 @@ class _Clusters:
 
     def where(self, chosen: np.ndarray) -> "_Clusters":
         """Those that a mask chooses."""
-        return _Clusters(self.seen.where(chosen), *(getattr(self, name)[chosen] for name in _COLUMNS))
+        return _Clusters(self.seen.where(chosen), *(rows(getattr(self, name), chosen) for name in _COLUMNS))
 
     def joined(self, others: "_Clusters") -> "_Clusters":
         """These and others, in the order of their pixels."""
         seen = SeenSurface.join([self.seen, others.seen])
         order = np.argsort(seen.pixel, kind="stable")
-        columns = (np.concatenate([getattr(self, name), getattr(others, name)])[order] for name in _COLUMNS)
+        columns = (rows(np.concatenate([getattr(self, name), getattr(others, name)]), order) for name in _COLUMNS)
         return _Clusters(seen.where(order), *columns)
 
 
@@ -196,10 +196,10 @@ def _leaders(scene: Scene, samples: CameraSamples) -> np.ndarray:
         pixel = seen.pixel[left]
         first = np.append(True, pixel[1:] != pixel[:-1])
         led = left[first][np.cumsum(first) - 1]
-        away = seen.position[left] - seen.position[led]
+        away = rows(seen.position, left) - rows(seen.position, led)
         alike = (objects[left] == objects[led]) & (followed[left] == followed[led])
-        alike &= dot(seen.shading_normal[left], seen.shading_normal[led]) > _ALIKE
-        alike &= np.abs(dot(away, seen.normal[led])) <= _OFF_PLANE * width[led]
+        alike &= dot(rows(seen.shading_normal, left), rows(seen.shading_normal, led)) > _ALIKE
+        alike &= np.abs(dot(away, rows(seen.normal, led))) <= _OFF_PLANE * width[led]
         alike &= dot(away, away) <= (_APART * width[led]) ** 2
         alike |= left == led
         leader[left[alike]] = led[alike]
@@ -215,8 +215,9 @@ def diffuse_colors(scene: Scene, seen: SeenSurface) -> tuple[np.ndarray, np.ndar
     k = np.flatnonzero(~scene.materials.matte[scene.material_of_triangle[hits.triangle]])
     if len(k):
         met = hits.where(k)
-        surface = surface_at(scene, met.triangle, met.u, met.v, met.back(seen.direction[k]))
-        cosine = np.abs(dot(seen.normal[k], seen.direction[k]))
+        flown = rows(seen.direction, k)
+        surface = surface_at(scene, met.triangle, met.u, met.v, met.back(flown))
+        cosine = np.abs(dot(rows(seen.normal, k), flown))
         diffuse[k] = surface.diffuse * base_share(surface, cosine)[:, None]
         translucent[k] = surface.translucent
     return diffuse, translucent

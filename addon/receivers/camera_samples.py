@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..sampling.sequences import r2_sequence
+from ..sampling.vectors import rows
 from ..scene import Scene
 from ..tracers import LightTracer
 from .camera import Camera, SeenSurface, first_hits, surface_seen
@@ -63,15 +64,16 @@ def camera_samples(
     n = len(pixel) * n_samples
     u = r2_sequence(np.arange(n_samples)) + random.random((len(pixel), 1, 2), dtype=np.float32)
     offsets = pixel_filter.offsets(u - np.floor(u)).reshape(n, 2)
-    rays = camera.rays(np.repeat(camera.middles()[pixel], n_samples, axis=0) + offsets)
+    rays = camera.rays(np.repeat(rows(camera.middles(), pixel), n_samples, axis=0) + offsets)
     hits = first_hits(tracer, rays)
     hit = np.flatnonzero(hits.hit)
-    position, normal = hits.where(hit).points(rays.origins[hit], rays.directions[hit])
+    met = hits.where(hit)
+    position, normal = met.points(rows(rays.origins, hit), rows(rays.directions, hit))
 
     depth = np.full(n, NOTHING)
     depth[hit] = camera.depth(position)
     normals = np.zeros((n, 3), np.float32)
-    normals[hit] = scene.shading_normals(hits.triangle[hit], hits.u[hit], hits.v[hit], normal)
+    normals[hit] = scene.shading_normals(met.triangle, met.u, met.v, normal)
     first_distance = np.where(hits.hit, hits.distance, np.float32(1))
     facing_area = np.zeros(n, np.float32)
     facing_area[hit] = camera.pixel_area(position)
@@ -82,13 +84,13 @@ def camera_samples(
     k = k[np.argsort(paths.sample[k], kind="stable")]
     sample = paths.sample[k]
     grown = (paths.distance[k] / first_distance[sample]) ** 2
-    ends = paths.hits.where(k), paths.origins[k], paths.directions[k]
+    ends = paths.hits.where(k), rows(paths.origins, k), rows(paths.directions, k)
     seen = surface_seen(scene, sample // n_samples, *ends, facing_area[sample] * grown)
     shape = (len(pixel), n_samples)
     return CameraSamples(
         seen=seen,
         share=paths.share[k],
-        throughput=paths.throughput[k],
+        throughput=rows(paths.throughput, k),
         n_followed=paths.n_followed[k],
         depth=depth.reshape(shape)[:, 0],
         normal=normals.reshape(*shape, 3).mean(axis=1),

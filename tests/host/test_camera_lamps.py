@@ -160,7 +160,7 @@ def test_rough_glass_shows_lamps_and_worlds(empty_scene, tmp_path, world):
     direct = combined(empty_scene, tmp_path / "direct.exr", samples=4, bounces=0)
     scene, tracer, points = points_seen(empty_scene, 4)
     solution = solve(scene, points.receivers(scene), settings_for("draft", n_photons=10_000), tracer.surfaces)
-    ours = points.picture(camera_gloss(scene, points, solution.rays, 64, Workers())[0])
+    ours = points.picture(camera_gloss(scene, points, solution.rays, 256, Workers())[0])
     theirs = full - direct
     blocks = tuple(picture.reshape(2, 16, 3, 16, 3).mean(axis=(1, 3)) for picture in (ours, theirs))
     assert blocks[0] == pytest.approx(blocks[1], rel=0.05, abs=0.05 * float(full.mean()))

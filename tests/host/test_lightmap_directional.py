@@ -47,7 +47,7 @@ def test_each_lightmap_has_four_more_files(empty_scene, tmp_path, file_format):
 def test_the_plain_lightmap_is_that_of_a_bake_without_directions(empty_scene, tmp_path):
     """Within the noise that each of both has: their rays are not the same ones."""
     add_room()
-    settings = settings_for("draft", n_photons=50_000, n_gather_rays=256, n_cache_elements=5000, n_threads=1)
+    settings = settings_for("draft", n_photons=50_000, n_gather_rays=2048, n_cache_elements=5000, n_threads=1)
     images = []
     for directional in (False, True):
         job = prepare(tmp_path, ["Floor"], density=4.0, denoiser="none", directional=directional)
