@@ -6,7 +6,7 @@ from .camera_highlights import reflected_highlights
 from .density import PhotonDensity, search_radius
 from .direct_irradiance import direct_irradiance, direct_slope
 from .direct_light import DirectLight
-from .final import Effort, FinalGather, final_gather
+from .final import Effort, FinalGather
 from .gather_rays import GatherRays
 from .glossy_light import glossy_radiance
 from .irradiance import Estimate, Irradiance
@@ -33,7 +33,6 @@ __all__ = [
     "camera_gloss",
     "direct_irradiance",
     "direct_slope",
-    "final_gather",
     "glossy_radiance",
     "photon_volume_gloss",
     "photon_volume_irradiance",

@@ -22,7 +22,7 @@ def caustic_makers(scene: Scene, largest_radius: float) -> Aim | None:
     triangles = np.flatnonzero(makes)
     if len(triangles) == 0:
         return None
-    corners = scene.vertices[scene.triangles[triangles]]
+    corners = scene.corners(triangles)
     objects, of_triangle = np.unique(scene.object_of_triangle[triangles], return_inverse=True)
     centre, radius = _balls(corners, of_triangle)
     small = np.flatnonzero((radius > 0) & (radius < largest_radius))

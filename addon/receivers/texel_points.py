@@ -109,7 +109,7 @@ def points_of(
 
 def _barycentrics(corners: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Barycentric weights (n,) of places (n, 2) on triangles (n, 3, 2)."""
-    x, y = np.moveaxis(corners, 0, 2).swapaxes(0, 1)
+    x, y = corners.transpose(2, 1, 0)
     ax, ay, bx, by = x[1] - x[0], y[1] - y[0], x[2] - x[0], y[2] - y[0]
     px, py = place[:, 0] - x[0], place[:, 1] - y[0]
     area = ax * by - ay * bx

@@ -49,7 +49,7 @@ def surface_points(scene: Scene, box: np.ndarray, spacing: float) -> Iterator[Su
     n_before = 0
     for start in range(0, scene.n_triangles, _CHUNK):
         triangle = np.arange(start, min(start + _CHUNK, scene.n_triangles), dtype=np.int32)
-        corners, triangle = _pieces(scene.vertices[scene.triangles[triangle]], triangle, box, _LONGEST * spacing)
+        corners, triangle = _pieces(scene.corners(triangle), triangle, box, _LONGEST * spacing)
         reached = np.cumsum(_areas(corners)) / spacing**2
         n = round(reached[-1]) if len(reached) else 0
         for k in (np.arange(i, min(i + _POINTS, n)) for i in range(0, n, _POINTS)):

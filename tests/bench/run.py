@@ -38,9 +38,9 @@ from photon_bake.addon.bake import bake
 from photon_bake.addon.gather import (
     DirectLight,
     Effort,
+    FinalGather,
     GatherRays,
     RadianceCache,
-    final_gather,
     gather_rays,
 )
 from photon_bake.addon.gather.elements import SurfaceCells, SurfaceElements
@@ -85,7 +85,7 @@ def path_traced(scene, probes, element, truth):
     with mock.patch.object(gather_rays, "_MAX_NEAR_HITS", 32):
         start = perf_counter()
         rays, effort = GatherRays(scene, tracer, direct, cache), Effort(2048, interpolate=False)
-        gathered = final_gather(rays, probes, effort, 2 * region.radius, tracer.surfaces, Workers())
+        gathered = FinalGather(rays, probes, effort, 2 * region.radius, tracer.surfaces, Workers()).finish()
     at_probe = gathered.light.irradiance[element].reshape(-1, 3, 3).mean(axis=1) / np.pi
     return f"{perf_counter() - start:.1f}", *figures(at_probe, truth)
 

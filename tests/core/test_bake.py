@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from photon_bake.addon.bake import bake, solve
 from photon_bake.addon.errors import BakeError, Cancelled
-from photon_bake.addon.gather import Effort, final_gather
+from photon_bake.addon.gather import Effort, FinalGather
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import region_of
 from photon_bake.addon.progress import Progress
@@ -143,7 +143,9 @@ def test_noise_is_what_the_bake_says_it_is():
     scene, at = box_with_lamp(0.5), receivers_in_box(100)
     solution = solve(scene, at, settings_for("draft", n_photons=200_000), EmbreeTracer(scene))
     extent, tracer = 2 * region_of(at.position).radius, solution.tracer.surfaces
-    runs = [final_gather(solution.rays, at, Effort(64), extent, tracer, Workers(seed)).light for seed in range(8)]
+    runs = [
+        FinalGather(solution.rays, at, Effort(64), extent, tracer, Workers(seed)).finish().light for seed in range(8)
+    ]
     scatter = np.sqrt(np.stack([run.irradiance.mean(1) for run in runs]).var(axis=0, ddof=1).mean())
     said = np.sqrt(np.mean([run.stderr**2 for run in runs]))
     assert 0.9 < scatter / said < 1.1

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from photon_bake.addon.bake import bake, solve
-from photon_bake.addon.gather import final_gather
+from photon_bake.addon.gather import FinalGather
 from photon_bake.addon.gather.final.cells import cell_keys, middles
 from photon_bake.addon.gather.final.effort import Effort, rays_for_budget, rays_for_noise
 from photon_bake.addon.gather.final.records import N_BATCHES, Records
@@ -158,7 +158,7 @@ def test_standard_error_is_calibrated_where_light_is_interpolated():
     extent, tracer = 2 * region_of(dense.position).radius, solution.tracer.surfaces
 
     def gathered(at, effort, seed):
-        light = final_gather(solution.rays, at, effort, extent, tracer, Workers(seed)).light
+        light = FinalGather(solution.rays, at, effort, extent, tracer, Workers(seed)).finish().light
         return light.irradiance.mean(axis=1), light.stderr
 
     truth, known = gathered(subset(dense, checked), Effort(4096, interpolate=False), 0)

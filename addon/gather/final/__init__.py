@@ -7,6 +7,6 @@ local fit of the records around them that they see (`weights`). Then rays go to 
 """
 
 from .effort import Effort
-from .gather import FinalGather, Gathered, final_gather
+from .gather import FinalGather, Gathered
 
-__all__ = ["Effort", "FinalGather", "Gathered", "final_gather"]
+__all__ = ["Effort", "FinalGather", "Gathered"]

@@ -40,13 +40,6 @@ class Gathered:
     n_rays: int
 
 
-def final_gather(
-    rays: GatherRays, receivers: Receivers, effort: Effort, extent: float, tracer: Tracer, workers: Workers
-) -> Gathered:
-    """Irradiance of receivers from rays into the cache; see `FinalGather`."""
-    return FinalGather(rays, receivers, effort, extent, tracer, workers).finish()
-
-
 class FinalGather:
     """A final gather whose records are placed, and may get more rays.
 

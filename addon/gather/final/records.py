@@ -16,8 +16,8 @@ from ..turned_normals import slope_of_light
 N_BATCHES = 4
 STAGE = "Gathering light"
 _GATHER = 21  # stream of random numbers
-_CHUNK = 1 << 16, 1 << 18  # least and most rays that fly together: of the many followed on, few are left at the end
-_CHUNKS = 8  # that there are at least, so that all threads have work
+_FEWEST, _MOST = 1 << 16, 1 << 18  # rays that fly together: of those that are followed on, few are left at the end
+_CHUNKS = 8  # that rays are cut into where they may, so that all threads have work
 _LEAST_DISTANCE = np.float32(1e-6)  # m
 _RAY_BYTES = 600  # a ray takes, with what it meets
 
@@ -138,7 +138,7 @@ class RecordMaker:
     def records(self, chosen: np.ndarray, edge: float) -> Records:
         """Records of receivers (m,) that stand for cells of an edge in m; receivers may come several times."""
         began = perf_counter()
-        n_together = int(np.clip(len(chosen) * self.n_rays // _CHUNKS, *_CHUNK))
+        n_together = int(np.clip(len(chosen) * self.n_rays // _CHUNKS, _FEWEST, _MOST))
         size, key = max(1, n_together // self.n_rays), (_GATHER, self._n_calls)
         self._n_calls += 1
         at, n = self._receivers, len(chosen)
