@@ -1,8 +1,8 @@
 """What the trial on public files wants to know of one, in a process of its own; see public_files.py.
 
-    look_at_file.py shown FILE ANSWER.json            the mesh objects with faces that renders show
-    look_at_file.py cycles FILE ANSWER.json           how long Cycles' bake of them takes, with 16 samples
-    look_at_file.py picture FILE PICTURE.png BAKED    Cycles' picture beside that of the baked file
+look_at_file.py shown FILE ANSWER.json            the mesh objects with faces that renders show
+look_at_file.py cycles FILE ANSWER.json           how long Cycles' bake of them takes, with 16 samples
+look_at_file.py picture FILE PICTURE.png BAKED    Cycles' picture beside that of the baked file
 """
 
 import json

@@ -133,9 +133,7 @@ def look(what, file, folder, limit):
     """What `look_at_file.py` says of a file."""
     answer = Path(folder) / f"{what}.json"
     try:
-        done = subprocess.run(
-            [sys.executable, LOOK, what, file, answer], capture_output=True, text=True, timeout=limit
-        )
+        done = subprocess.run([sys.executable, LOOK, what, file, answer], capture_output=True, text=True, timeout=limit)
     except subprocess.TimeoutExpired:
         return {f"{what}_message": f"It did not end in {limit:.0f} s."}
     return json.loads(answer.read_text()) if answer.exists() else {f"{what}_message": last_line(done.stderr)}
