@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ..addon.blender import extract_scene
+from ..addon.blender import SceneReading, in_render_graph, read_scene
 from ..addon.inspector import Inspector
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
@@ -84,8 +84,10 @@ class Target(Protocol):
 class Wanted(Protocol):
     """A target that was asked for."""
 
-    def read(self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]) -> Target:
-        """Read it out of Blender's data, for objects of some names or for all.
+    def read(
+        self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
+    ) -> Target:
+        """Read it out of a graph of a Blender scene, for objects of some names or for all.
 
         Raises
         ------
@@ -170,11 +172,14 @@ class BakeJob:
         """
         progress.update(READING, 0)
         warnings: list[str] = []
-        depsgraph = context.evaluated_depsgraph_get()
-        targets = [one.read(depsgraph, names, progress, warnings) for one in wanted]
-        depsgraph = context.evaluated_depsgraph_get()  # making UV maps may have left it behind
-        for_camera = any(isinstance(target, CameraTarget) for target in targets)
-        scene = extract_scene(depsgraph, warnings, light_group, for_camera)
+
+        def read(depsgraph: Any) -> tuple[list[Target], SceneReading]:
+            targets = [one.read(depsgraph, context.scene, names, progress, warnings) for one in wanted]
+            for_camera = any(isinstance(target, CameraTarget) for target in targets)
+            return targets, read_scene(depsgraph, warnings, light_group, for_camera)
+
+        targets, reading = in_render_graph(context.scene, context.view_layer, read)
+        scene = reading.scene(context.scene)
         progress.update(READING, 1)
         return cls(scene, targets, list(dict.fromkeys(warnings)), {"triangles": scene.n_triangles})
 

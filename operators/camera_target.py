@@ -45,9 +45,10 @@ class WantedCamera:
     settings: CameraSettings
     folder: Path
 
-    def read(self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]) -> "CameraTarget":
+    def read(
+        self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
+    ) -> "CameraTarget":
         """See `Wanted.read`."""
-        scene = depsgraph.scene.original
         camera = read_camera(scene, depsgraph, warnings)
         frame = scene.frame_current
         path = frame_path(self.folder, self.settings.file_name, frame)

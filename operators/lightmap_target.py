@@ -53,7 +53,7 @@ class WantedLightmaps:
     preview: Path | None = None
 
     def read(
-        self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]
+        self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
     ) -> "LightmapTarget":
         """See `Wanted.read`."""
         settings = self.settings

@@ -22,7 +22,9 @@ class WantedVertices:
 
     attribute: str = "Indirect"
 
-    def read(self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]) -> "VertexTarget":
+    def read(
+        self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
+    ) -> "VertexTarget":
         """See `Wanted.read`."""
         objects = bake_objects(depsgraph, names, warnings)
         check_color_attribute(objects, self.attribute)

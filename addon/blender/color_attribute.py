@@ -107,8 +107,6 @@ def check_editable(obj: "bpy.types.Object") -> None:
     BakeError
         If not, naming the object and what to do.
     """
-    if obj.mode == "EDIT" or obj.data.is_editmode:
-        raise BakeError(f"Object '{obj.name}' is in edit mode: leave edit mode to bake.")
     if not obj.data.is_editable:
         raise BakeError(
             f"The mesh of object '{obj.name}' is linked from another file and cannot be written: make it local "
@@ -130,6 +128,8 @@ def _object(target: AttributeTarget) -> "bpy.types.Object":
 def _check_unchanged(obj: "bpy.types.Object", target: AttributeTarget) -> None:
     """A bake takes its time, and the mesh may have been edited meanwhile."""
     mesh = obj.data
+    if mesh.is_editmode:
+        raise BakeError(f"Object '{obj.name}' is in edit mode: leave edit mode and bake again.")
     n = len(mesh.loops) if target.domain == "CORNER" else len(mesh.vertices)
     if mesh.name != target.mesh_name or n != len(target.receiver_of_element):
         raise BakeError(f"The mesh of object '{obj.name}' was changed during the bake: bake again.")

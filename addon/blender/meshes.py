@@ -58,6 +58,16 @@ class UVMaps:
         return self._read[name]
 
 
+def evaluated_mesh(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> "bpy.types.Mesh":
+    """The mesh of an evaluated mesh object with all its modifiers; lives no longer than the dependency graph.
+
+    In edit mode Blender evaluates what the mode shows, often without an array to read.
+    """
+    if not obj.data.is_editmode:
+        return obj.data
+    return obj.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph)
+
+
 def count_triangles(mesh: "bpy.types.Mesh") -> int:
     """Triangles that a mesh's faces are cut into, without cutting them: a face of n corners gives n − 2."""
     return len(mesh.loops) - 2 * len(mesh.polygons)

@@ -2,6 +2,7 @@
 
 import bpy
 import numpy as np
+from photon_bake.addon.blender import in_render_graph, read_scene
 
 
 def add_mesh(name, vertices, faces, material=None, smooth=False):
@@ -102,6 +103,16 @@ def set_world(color, strength=1.0):
     background.inputs["Color"].default_value = (*color, 1)
     background.inputs["Strength"].default_value = strength
     return background
+
+
+def extracted(warnings=None, **options):
+    """The scene as renders show it, as a `Scene`."""
+    return in_graph(lambda graph: read_scene(graph, warnings, **options)).scene(bpy.context.scene)
+
+
+def in_graph(work):
+    """What `work` makes of the graph that renders see."""
+    return in_render_graph(bpy.context.scene, bpy.context.view_layer, work)
 
 
 def depsgraph():

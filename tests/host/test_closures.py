@@ -3,7 +3,6 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import extract_scene
 from photon_bake.addon.blender.closures import BECKMANN_AS_GGX
 from photon_bake.addon.blender.node_math import mean_fresnel
 from photon_bake.tests.host import scenes
@@ -14,7 +13,7 @@ F0 = 0.04  # of glass at 1.5
 def read(material, warnings=None):
     """Its channels' values, and the other columns."""
     scenes.add_plane(material=material)
-    return extract_scene(scenes.depsgraph(), [] if warnings is None else warnings).materials
+    return scenes.extracted([] if warnings is None else warnings).materials
 
 
 def expect(materials, **values):
@@ -122,7 +121,7 @@ def test_thin_wall():
     for z, base in enumerate((1.0, 0.25)):
         material = principled(Base_Color=(base,) * 3, Transmission_Weight=1.0, Roughness=0.0, Thin_Wall=True)
         scenes.add_plane(material=material).location.z = z
-    materials = extract_scene(scenes.depsgraph()).materials
+    materials = scenes.extracted().materials
     passing = (1 - materials.coverage.value) * materials.tint.value
     np.testing.assert_allclose(passing[:, 0], [0.844, 0.175], atol=3e-3)
     np.testing.assert_allclose((materials.coverage.value * materials.f0.value)[:, 0], 0.156, atol=3e-3)
@@ -456,7 +455,7 @@ def test_channels_never_give_more_than_they_get():
             for name, v in zip(("Metallic", "Transmission_Weight", "Alpha"), rng.uniform(0, 1, 3), strict=True)
         }
         scenes.add_plane(material=principled(Base_Color=(1.0, 1.0, 1.0), **values)).location.z = i
-    materials = extract_scene(scenes.depsgraph()).materials
+    materials = scenes.extracted().materials
     diffuse, glass = materials.diffuse.value, materials.glass_transmission.value
     np.testing.assert_array_less(diffuse + glass + materials.f90.value, 2)
     metal = materials.f90.value - diffuse

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import cycles_bake, extract_scene
+from photon_bake.addon.blender import cycles_bake
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.test_extract_materials import quads
 
@@ -58,7 +58,7 @@ def emission_of_faces(scene):
 def assert_as_cycles(material, varied=True):
     """At each texel of a 4 × 4 picture."""
     obj = quads(material)
-    scene = extract_scene(scenes.depsgraph())
+    scene = scenes.extracted()
     assert not cycles_bake._baked
     ours = emission_of_faces(scene)
     cycles = emission_by_cycles(obj).reshape(-1, 4, 3).mean(1)
@@ -303,7 +303,7 @@ def test_interpolation_of_small_pictures(interpolation, extension):
     tree.links.new(uv.outputs[0], mapping.inputs["Vector"])
     tree.links.new(mapping.outputs[0], image.inputs["Vector"])
     obj = quads(material)
-    ours = emission_of_faces(extract_scene(scenes.depsgraph()))
+    ours = emission_of_faces(scenes.extracted())
     cycles = emission_by_cycles(obj).reshape(-1, 4, 3).mean(1)
     inside = slice(None) if extension != "CLIP" else (ours > 0).all(1)  # Cycles fades out a little outside
     np.testing.assert_allclose(ours[inside], cycles[inside], atol=0.02)
@@ -339,6 +339,6 @@ def test_pictures_that_share_no_grid_are_baked(difference):
         tree.links.new(mapping.outputs[0], other.inputs["Vector"])
     obj = quads(material)
     warnings = []
-    ours = emission_of_faces(extract_scene(scenes.depsgraph(), warnings))
+    ours = emission_of_faces(scenes.extracted(warnings))
     np.testing.assert_allclose(ours, emission_by_cycles(obj).reshape(-1, 4, 3).mean(1), atol=5e-3)
     assert not warnings

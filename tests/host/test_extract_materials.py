@@ -3,7 +3,6 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import extract_scene
 from photon_bake.addon.blender.images import MAX_SIDE, _reduce
 from photon_bake.addon.errors import BakeError
 from photon_bake.tests.host import scenes
@@ -13,7 +12,7 @@ CHECK[..., 3] = 1
 
 
 def extract(warnings=None):
-    return extract_scene(scenes.depsgraph(), warnings)
+    return scenes.extracted(warnings)
 
 
 def quads(obj_material, n=4):

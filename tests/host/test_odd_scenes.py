@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from photon_bake.addon.bake import bake
-from photon_bake.addon.blender import bake_objects, extract_scene, receiver_meshes
+from photon_bake.addon.blender import bake_objects, receiver_meshes
 from photon_bake.addon.errors import BakeError
 from photon_bake.addon.receivers import vertex_receivers
 from photon_bake.addon.settings import BakeSettings
@@ -299,7 +299,6 @@ def build(odd):
 def light_of(odd):
     """The light of an odd scene at the lowest quality."""
     objects = build(odd)
-    depsgraph = scenes.depsgraph()
     names = [obj.name for obj in objects[: odd.targets]] or None
     settings = BakeSettings(
         gather=odd.gather,
@@ -311,8 +310,8 @@ def light_of(odd):
         add_direct=odd.add_direct,
         n_threads=1,
     )
-    receivers = vertex_receivers(receiver_meshes(bake_objects(depsgraph, names), depsgraph))
-    scene = extract_scene(depsgraph)
+    meshes = scenes.in_graph(lambda graph: receiver_meshes(bake_objects(graph, names), graph))
+    receivers, scene = vertex_receivers(meshes), scenes.extracted()
     return bake(scene, receivers, settings, EmbreeTracer(scene))
 
 

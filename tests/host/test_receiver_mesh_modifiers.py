@@ -30,7 +30,7 @@ def scrambled_grid(flat=True, n=5):
 
 
 def receiver(obj):
-    (mesh,) = receiver_meshes([obj], scenes.depsgraph())
+    (mesh,) = scenes.in_graph(lambda graph: receiver_meshes([obj], graph))
     return mesh
 
 
