@@ -92,7 +92,7 @@ def read_scene(
         material_of_triangle=placed.material_of_triangle,
         object_of_triangle=placed.object_of_triangle,
         materials=materials.materials(),
-        objects=_objects(found.sources, left, light_group, for_camera),
+        objects=_objects(found.sources, left, depsgraph.view_layer, light_group, for_camera),
         lights=Lights.join(found.lights) if found.lights else Lights.none(),
         world=World.constant(0),
     )
@@ -317,8 +317,16 @@ class _Reader:
         return uvs
 
 
-def _objects(sources: list[_Source], left: np.ndarray, light_group: str, for_camera: bool) -> SceneObjects:
+def _objects(
+    sources: list[_Source],
+    left: np.ndarray,
+    view_layer: "bpy.types.ViewLayer",
+    light_group: str,
+    for_camera: bool,
+) -> SceneObjects:
     """The instances that are left of the sources'."""
+    placed_by = [by for source in sources for by in source.placed_by]
+    held_out = [for_camera and by[0].holdout_get(view_layer=view_layer) for by in placed_by]
     names = [name for source in sources for name in source.names]
     rays = np.array([mask for source in sources for mask in source.rays], np.int64)[left]
     seen = {name: (rays >> bit & 1).astype(bool) for bit, name in enumerate(RAYS)}
@@ -329,5 +337,6 @@ def _objects(sources: list[_Source], left: np.ndarray, light_group: str, for_cam
         seen_in_gloss=seen["glossy"],
         seen_through_glass=seen["transmission"],
         seen_by_camera=seen["camera" if for_camera else "diffuse"],
-        emits=np.array([in_light_group(*by, light_group) for source in sources for by in source.placed_by], bool)[left],
+        emits=np.array([in_light_group(*by, light_group) for by in placed_by], bool)[left],
+        held_out=np.array(held_out, bool)[left],
     )

@@ -49,6 +49,7 @@ def in_render_graph(
     errors: list[BaseException] = []
 
     def read(depsgraph: "bpy.types.Depsgraph") -> None:
+        shown.render.engine = engine  # which `work` may ask for
         try:
             results.append(work(depsgraph))
         except BaseException as error:  # Blender would print it and go on
