@@ -48,8 +48,8 @@ class SceneObjects:
     @staticmethod
     def seen_by_all(names: tuple[str, ...]) -> "SceneObjects":
         """Objects that all rays see."""
-        n = len(names)
-        return SceneObjects(names, *(np.ones(n, bool) for _ in range(6)), held_out=np.zeros(n, bool))
+        *seen, out = np.repeat([[True]] * 6 + [[False]], len(names), axis=1)
+        return SceneObjects(names, *seen, held_out=out)
 
 
 @dataclass(frozen=True)

@@ -137,7 +137,7 @@ def test_other_modifiers_are_refused(kind, settings):
     modifier = add_modifier(obj, kind, settings)
     with pytest.raises(BakeError, match=f"'Grid'.*'{modifier.name}'.*apply"):
         receiver(obj)
-    modifier.show_viewport = False
+    modifier.show_render = False
     assert receiver(obj).positions.shape == (25, 3)
 
 
