@@ -48,8 +48,8 @@ class SceneObjects:
     @staticmethod
     def seen_by_all(names: tuple[str, ...]) -> "SceneObjects":
         """Objects that all rays see."""
-        *seen, out = np.repeat([[True]] * 6 + [[False]], len(names), axis=1)
-        return SceneObjects(names, *seen, held_out=out)
+        a, b, c, d, e, f = np.ones((6, len(names)), bool)
+        return SceneObjects(names, a, b, c, d, e, f, held_out=np.zeros(len(names), bool))
 
 
 @dataclass(frozen=True)
