@@ -1,6 +1,7 @@
 """The command: ``blender -b scene.blend -c photon_bake [options]``."""
 
 import atexit
+import re
 import sys
 from contextlib import suppress
 from dataclasses import asdict
@@ -35,8 +36,9 @@ def run(arguments: list[str]) -> int:
     int
         The exit status: 0 done, 1 failed, 2 bad usage, 130 cancelled.
     """
+    unopened = "" if bpy.data.filepath else named_file(sys.argv)
     try:
-        options = parse(arguments, bpy.data.filepath)
+        options = parse(arguments, bpy.data.filepath or unopened)
     except SystemExit as end:
         return int(end.code or 0)
     line = ProgressLine(sys.stderr)
@@ -45,6 +47,8 @@ def run(arguments: list[str]) -> int:
     started = perf_counter()
     try:
         with ctrl_c_cancels(progress):
+            if unopened:  # Blender goes on with a scene of its own
+                raise BakeError(_why_unopened(unopened))
             _bake(options, progress, report)
         status = DONE
     except Cancelled:
@@ -54,6 +58,21 @@ def run(arguments: list[str]) -> int:
     line.clear()
     report.total_seconds = perf_counter() - started
     return _end(report, progress, options, status)
+
+
+def named_file(arguments: list[str]) -> str:
+    """The last .blend file before the command in Blender's own arguments; empty where there is none."""
+    for i in range(1, len(arguments)):
+        if arguments[i] == COMMAND and arguments[i - 1] in ("-c", "--command"):
+            files = [one for one in arguments[: i - 1] if re.search(r"\.blend\d*$", one, re.IGNORECASE)]
+            return files[-1] if files else ""
+    return ""
+
+
+def _why_unopened(path: str) -> str:
+    if not Path(path).is_file():
+        return f"There is no file {path}: check the path."
+    return f"{path} cannot be opened by Blender {bpy.app.version_string}: check that it is a .blend file, and whole."
 
 
 def _bake(options: Options, progress: Progress, report: Report) -> None:
