@@ -3,6 +3,7 @@
 import atexit
 import re
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -12,9 +13,9 @@ from typing import Any
 import bpy
 
 from ..addon.errors import BakeError, Cancelled
-from ..addon.output import Report, atomic_path, check_writable, peak_memory_mb
+from ..addon.output import Report, atomic_path, check_writable, hushed, peak_memory_mb
 from ..addon.progress import Progress
-from ..addon.ui.state import duration
+from ..addon.ui.state import duration, shares_of
 from .bake_indirect import describe
 from .bake_job import BakeJob, Wanted
 from .camera_target import WantedCamera
@@ -41,7 +42,8 @@ def run(arguments: list[str]) -> int:
         options = parse(arguments, bpy.data.filepath or unopened)
     except SystemExit as end:
         return int(end.code or 0)
-    line = ProgressLine(sys.stderr)
+    shares = shares_of(options.settings.gather, options.targets)
+    line = ProgressLine(sys.stderr, shares, len(options.frames or [0]))
     progress = Progress(line)
     report = _begin(options)
     started = perf_counter()
@@ -49,7 +51,7 @@ def run(arguments: list[str]) -> int:
         with ctrl_c_cancels(progress):
             if unopened:  # Blender goes on with a scene of its own
                 raise BakeError(_why_unopened(unopened))
-            _bake(options, progress, report)
+            _bake(options, progress, report, line.next_time)
         status = DONE
     except Cancelled:
         report.status, report.message, status = "cancelled", "Cancelled; nothing was changed.", CANCELLED
@@ -75,7 +77,7 @@ def _why_unopened(path: str) -> str:
     return f"{path} cannot be opened by Blender {bpy.app.version_string}: check that it is a .blend file, and whole."
 
 
-def _bake(options: Options, progress: Progress, report: Report) -> None:
+def _bake(options: Options, progress: Progress, report: Report, baked: Callable[[], None]) -> None:
     for path in (options.save, options.report):
         if path is not None:
             check_writable(path)
@@ -86,6 +88,7 @@ def _bake(options: Options, progress: Progress, report: Report) -> None:
             if frame != scene.frame_current:
                 scene.frame_set(frame)
             _bake_frame(options, progress, report)
+            baked()
     finally:
         if scene.frame_current != current:
             scene.frame_set(current)
@@ -100,7 +103,8 @@ def _bake(options: Options, progress: Progress, report: Report) -> None:
 
 def _bake_frame(options: Options, progress: Progress, report: Report) -> None:
     """Bake what is asked for in the current frame; the report has the files of all frames, and else the last one's."""
-    job = BakeJob.prepare(bpy.context, _wanted(options), progress, options.objects, options.light_group)
+    with hushed(1):  # Cycles' log, where it evaluates nodes
+        job = BakeJob.prepare(bpy.context, _wanted(options), progress, options.objects, options.light_group)
     earlier = report.warnings
     report.warnings = job.warnings
     solved = job.solve(options.settings, progress)
@@ -129,7 +133,7 @@ def _save(path: Path) -> None:
     """Save the open file as `path`, whole or not at all, and go on with the open one."""
     loaded = Path(bpy.data.filepath)
     compress = loaded.is_file() and loaded.read_bytes()[:7] != b"BLENDER"
-    with atomic_path(path) as temporary:
+    with atomic_path(path) as temporary, hushed(1):  # Blender says that it saved the temporary file
         bpy.ops.wm.save_as_mainfile(
             filepath=str(temporary), copy=True, relative_remap=True, compress=compress, check_existing=False
         )

@@ -1,16 +1,13 @@
 """OpenEXR files."""
 
-import os
-import sys
-from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Collection, Mapping
 from pathlib import Path
-from tempfile import TemporaryFile
 
 import numpy as np
 
 from ..camera_settings import Compression
 from .files import whole_file
+from .hush import hushed
 
 _LARGEST_HALF = 65504.0
 
@@ -58,29 +55,16 @@ def write_exr(
     with (
         whole_file(path) as file,
         OpenEXR.File(header, {name: pixels(name, v) for name, v in channels.items()}) as exr,
-        _without_noise_of_an_older_library(),
+        hushed(2, _is_of_an_older_library),
     ):
         exr.write(file)
 
 
-@contextmanager
-def _without_noise_of_an_older_library() -> Iterator[None]:
-    """Keep off stderr what OpenEXR says where two of its versions meet; all else goes there when the block ends.
+def _is_of_an_older_library(line: bytes) -> bool:
+    """Whether OpenEXR printed a line because two of its versions meet.
 
     On Linux a Blender that is linked to OpenEXR has its symbols before those of the wheel, which therefore calls the
     C functions of Blender's version. Versions before 3.5 refuse compression levels for the wheel's temporary context
     and print that; the levels keep their defaults, which are what the wheel asks for, so the pixels are the same.
     """
-    if sys.platform != "linux":
-        yield
-        return
-    with TemporaryFile() as said:
-        stderr = os.dup(2)
-        os.dup2(said.fileno(), 2)
-        try:
-            yield
-        finally:
-            os.dup2(stderr, 2)
-            os.close(stderr)
-            said.seek(0)
-            os.write(2, b"".join(line for line in said if not line.startswith(b"<compression>: (EXR_ERR_ARGUMENT_OUT")))
+    return line.startswith(b"<compression>: (EXR_ERR_ARGUMENT_OUT_OF_RANGE)")
