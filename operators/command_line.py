@@ -1,7 +1,9 @@
 """The command: ``blender -b scene.blend -c photon_bake [options]``."""
 
 import atexit
+import re
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
@@ -11,9 +13,9 @@ from typing import Any
 import bpy
 
 from ..addon.errors import BakeError, Cancelled
-from ..addon.output import Report, atomic_path, check_writable, peak_memory_mb
+from ..addon.output import Report, atomic_path, check_writable, hushed, peak_memory_mb
 from ..addon.progress import Progress
-from ..addon.ui.state import duration
+from ..addon.ui.state import duration, shares_of
 from .bake_indirect import describe
 from .bake_job import BakeJob, Wanted
 from .camera_target import WantedCamera
@@ -35,17 +37,21 @@ def run(arguments: list[str]) -> int:
     int
         The exit status: 0 done, 1 failed, 2 bad usage, 130 cancelled.
     """
+    unopened = "" if bpy.data.filepath else named_file(sys.argv)
     try:
-        options = parse(arguments, bpy.data.filepath)
+        options = parse(arguments, bpy.data.filepath or unopened)
     except SystemExit as end:
         return int(end.code or 0)
-    line = ProgressLine(sys.stderr)
+    shares = shares_of(options.settings.gather, options.targets)
+    line = ProgressLine(sys.stderr, shares, len(options.frames or [0]))
     progress = Progress(line)
     report = _begin(options)
     started = perf_counter()
     try:
         with ctrl_c_cancels(progress):
-            _bake(options, progress, report)
+            if unopened:  # Blender goes on with a scene of its own
+                raise BakeError(_why_unopened(unopened))
+            _bake(options, progress, report, line.next_time)
         status = DONE
     except Cancelled:
         report.status, report.message, status = "cancelled", "Cancelled; nothing was changed.", CANCELLED
@@ -56,7 +62,22 @@ def run(arguments: list[str]) -> int:
     return _end(report, progress, options, status)
 
 
-def _bake(options: Options, progress: Progress, report: Report) -> None:
+def named_file(arguments: list[str]) -> str:
+    """The last .blend file before the command in Blender's own arguments; empty where there is none."""
+    for i in range(1, len(arguments)):
+        if arguments[i] == COMMAND and arguments[i - 1] in ("-c", "--command"):
+            files = [one for one in arguments[: i - 1] if re.search(r"\.blend\d*$", one, re.IGNORECASE)]
+            return files[-1] if files else ""
+    return ""
+
+
+def _why_unopened(path: str) -> str:
+    if not Path(path).is_file():
+        return f"There is no file {path}: check the path."
+    return f"{path} cannot be opened by Blender {bpy.app.version_string}: check that it is a .blend file, and whole."
+
+
+def _bake(options: Options, progress: Progress, report: Report, baked: Callable[[], None]) -> None:
     for path in (options.save, options.report):
         if path is not None:
             check_writable(path)
@@ -67,6 +88,7 @@ def _bake(options: Options, progress: Progress, report: Report) -> None:
             if frame != scene.frame_current:
                 scene.frame_set(frame)
             _bake_frame(options, progress, report)
+            baked()
     finally:
         if scene.frame_current != current:
             scene.frame_set(current)
@@ -81,7 +103,8 @@ def _bake(options: Options, progress: Progress, report: Report) -> None:
 
 def _bake_frame(options: Options, progress: Progress, report: Report) -> None:
     """Bake what is asked for in the current frame; the report has the files of all frames, and else the last one's."""
-    job = BakeJob.prepare(bpy.context, _wanted(options), progress, options.objects, options.light_group)
+    with hushed(1):  # Cycles' log, where it evaluates nodes
+        job = BakeJob.prepare(bpy.context, _wanted(options), progress, options.objects, options.light_group)
     earlier = report.warnings
     report.warnings = job.warnings
     solved = job.solve(options.settings, progress)
@@ -110,7 +133,7 @@ def _save(path: Path) -> None:
     """Save the open file as `path`, whole or not at all, and go on with the open one."""
     loaded = Path(bpy.data.filepath)
     compress = loaded.is_file() and loaded.read_bytes()[:7] != b"BLENDER"
-    with atomic_path(path) as temporary:
+    with atomic_path(path) as temporary, hushed(1):  # Blender says that it saved the temporary file
         bpy.ops.wm.save_as_mainfile(
             filepath=str(temporary), copy=True, relative_remap=True, compress=compress, check_existing=False
         )

@@ -88,9 +88,7 @@ class BakeState:
     def start(self, gather: Gather, targets: Collection[str] = ()) -> Progress:
         """Forget the last bake, and follow a new one through the progress returned."""
         self._forget()
-        self._shares = dict(STAGE_SHARES[gather])
-        for target, shares in (("lightmap", LIGHTMAP_SHARES), ("camera", CAMERA_SHARES)):
-            self._shares |= shares if target in targets else {}
+        self._shares = shares_of(gather, targets)
         self.progress = Progress(self._listen)
         return self.progress
 
@@ -120,6 +118,14 @@ class BakeState:
         self.stage = stage
         self._done[stage] = fraction
         self.fraction = share_done(self._shares, self._done)
+
+
+def shares_of(gather: Gather, targets: Collection[str]) -> dict[str, float]:
+    """The stages' shares of a bake to some targets."""
+    shares = dict(STAGE_SHARES[gather])
+    for target, added in (("lightmap", LIGHTMAP_SHARES), ("camera", CAMERA_SHARES)):
+        shares |= added if target in targets else {}
+    return shares
 
 
 def share_done(shares: dict[str, float], done: dict[str, float]) -> float:

@@ -180,6 +180,22 @@ def test_a_wrong_light_group_fails_with_a_sentence(capfd):
     assert "no light group 'Key'" in said and "Traceback" not in said
 
 
+@pytest.mark.parametrize(
+    ("name", "says"), [("missing.blend", "There is no file"), ("broken.blend", "cannot be opened by Blender")]
+)
+def test_a_named_file_that_is_not_open_is_not_replaced_by_blenders_own_scene(name, says, tmp_path, capfd, monkeypatch):
+    """Blender goes on with its factory scene where the file of its command line cannot be opened."""
+    (tmp_path / "broken.blend").write_text("no blend")
+    blender = ["blender", "-b", str(tmp_path / "other.blend"), str(tmp_path / name), "-y"]
+    monkeypatch.setattr("sys.argv", [*blender, "-c", "photon_bake", *QUICK])
+    report = tmp_path / "r.json"
+    assert run([*QUICK, "--save", "--report", str(report)]) == 1
+    assert says in (said := capfd.readouterr().err) and str(tmp_path / name) in said and len(said.splitlines()) == 1
+    assert json.loads(report.read_text())["status"] == "failed" and not has_light("Box")
+    monkeypatch.setattr("sys.argv", ["blender", "-b", "--python", "scene.py", "--command", "photon_bake", *QUICK])
+    assert run(QUICK) == 0
+
+
 @pytest.mark.parametrize("option", ["--save", "--report"])
 def test_an_unwritable_place_is_found_before_the_bake(tmp_path, option, capfd, monkeypatch):
     monkeypatch.setattr(BakeJob, "solve", lambda *_: pytest.fail("it baked"))
