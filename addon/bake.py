@@ -72,7 +72,7 @@ def bake(
     Raises
     ------
     BakeError
-        If nothing in the scene gives light.
+        If the gather that the settings choose cannot light the receivers.
     Cancelled
         If `progress` was cancelled.
     """
@@ -129,7 +129,9 @@ def solve(
     inspector.see("photons", lambda: (photons.position + LIFT * region.radius * photons.normal, photons.power))
     direct = DirectLight(scene, light_tracer, sources)
     deadline = started + settings.time if settings.time else np.inf
-    return Solution(scene, receivers, settings, light_tracer, photons, direct, survey, workers, inspector, deadline)
+    return Solution(
+        scene, receivers, settings, light_tracer, photons, not sources, direct, survey, workers, inspector, deadline
+    )
 
 
 def _check(receivers: Receivers, settings: BakeSettings) -> None:
@@ -148,6 +150,8 @@ class Solution:
     ----------
     receivers : Receivers
         That it was solved for.
+    dark : bool
+        Nothing in the scene gives light.
     direct : DirectLight
     survey : Survey or None
         Of the surfaces that gather rays see; None where no rays are sent.
@@ -160,6 +164,7 @@ class Solution:
     settings: BakeSettings
     tracer: LightTracer
     photons: Photons
+    dark: bool
     direct: DirectLight
     survey: Survey | None
     workers: Workers

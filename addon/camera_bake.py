@@ -48,8 +48,6 @@ def bake_camera(
 
     Raises
     ------
-    BakeError
-        If nothing in the scene gives light.
     Cancelled
         If `progress` was cancelled.
     """

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 N_LIGHT_RAYS = 1000
 """That are followed to see which surfaces cube maps are to show."""
 
+NO_LIGHT = (
+    "Nothing in the scene gives light, so what was baked is black: add a lamp, an emissive material or a world color."
+)
 READING, WRITING = "Reading the scene", "Writing the light"
 
 
@@ -203,6 +206,8 @@ class BakeJob:
         solution = None
         if len(receivers):
             solution = solve(self.scene, receivers, settings, tracer, progress, inspector, maps, started)
+            if solution.dark:
+                self.warnings.append(NO_LIGHT)
             points = [one.lit_by(solution, workers) for one in points]
         light = solution.irradiance() if solution else no_light()
         ends = np.cumsum([len(one.receivers) for one in points])
@@ -218,13 +223,15 @@ class BakeJob:
 
     def _take_cube_maps(
         self, tracer: Tracer, receivers: Receivers, settings: BakeSettings, workers: Workers, inspector: Inspector
-    ) -> Tracer:
-        """A tracer through cube maps around the receivers, which `tracer` takes."""
+    ) -> Tracer | None:
+        """A tracer through cube maps around the receivers, which `tracer` takes; None where nothing gives light."""
         from ..addon.photons import emitted_rays, light_sources, region_of
         from ..addon.tracers.multi_image import LightRays, MultiImageTracer, lit_region
 
         region = lit_region(receivers.position)
         sources = light_sources(self.scene, region_of(receivers.position))
+        if not sources:
+            return None
         rays = emitted_rays(sources, N_LIGHT_RAYS, settings.seed)
         light = LightRays(np.concatenate([r.origins for r in rays]), np.concatenate([r.directions for r in rays]))
         images = MultiImageTracer.build(

@@ -1,6 +1,5 @@
 """All that emits photons in a scene."""
 
-from ..errors import BakeError
 from ..scene import LightKind, Scene
 from .caustic_makers import caustic_makers
 from .distant_sources import SunSource, WorldSource
@@ -17,13 +16,7 @@ everywhere, far less.
 
 
 def light_sources(scene: Scene, region: Sphere) -> list[Source]:
-    """All sources of a scene that emit anything, the receivers being in `region`, aimed at what makes caustics.
-
-    Raises
-    ------
-    BakeError
-        If nothing emits light.
-    """
+    """All sources of a scene that emit anything, the receivers being in `region`, aimed at what makes caustics."""
     lights, whole = scene.lights, bounding_sphere(scene)
     sources: list[Source] = []
     for lamp, kind in enumerate(lights.kind):
@@ -41,6 +34,4 @@ def light_sources(scene: Scene, region: Sphere) -> list[Source]:
         aim = far if isinstance(source, SunSource | WorldSource) else near
         if aim and source.sampled_directly:
             source.aim_at(aim)
-    if not sources:
-        raise BakeError("There is no light in the scene: add a lamp, an emissive material or a world colour.")
     return sources

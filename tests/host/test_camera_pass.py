@@ -84,6 +84,19 @@ def test_a_holdout_is_a_hole(empty_scene, tmp_path):
     np.testing.assert_allclose(cut[~hole].mean(), whole[~hole].mean(), rtol=0.2)
 
 
+@pytest.mark.parametrize("tracer", ["embree", "multi_image"])
+def test_where_nothing_gives_light_all_is_black(empty_scene, tmp_path, capfd, tracer):
+    """As renders are there; a file that renders bakes."""
+    build_room(empty_scene, (12, 8))
+    bpy.data.objects.remove(bpy.data.objects["Lamp"])
+    maps = ["--target", "lightmap", "--size", "32", "--denoise", "none"]
+    assert bake(tmp_path, "--target", "vertex", *maps, "--tracer", tracer, "--maps", "1") == 0
+    assert "warning: Nothing in the scene gives light" in capfd.readouterr().err
+    assert not channels(tmp_path / "indirect_0001.exr")["Indirect.G"].any()
+    light = bpy.data.objects["Floor"].data.attributes["Indirect"].data
+    assert {tuple(one.color[:3]) for one in light} == {(0.0, 0.0, 0.0)}
+
+
 def test_frames_of_an_animation(empty_scene, tmp_path):
     """The lamp goes out: each file has its frame's light, and the scene is at its own frame afterwards."""
     build_room(empty_scene, (12, 8))

@@ -1,0 +1,233 @@
+"""A trial on .blend files that other people made and published: does each bake, whole, and how long does it take?
+
+    python tests/bench/public_files.py FOLDER                        all of tests/bench/public_files.tsv, and the table
+    python tests/bench/public_files.py FOLDER --only room            those whose repository or path has "room" in it
+    python tests/bench/public_files.py FOLDER --pictures build/files Cycles' picture of each beside one of its bake
+    python tests/bench/public_files.py A.blend B.blend               any other files
+
+FOLDER holds a clone of each repository of the list, as OWNER/NAME. The files were chosen by what they hold (five mesh
+objects and two materials at least; rooms, levels and assets first, then files with missing images, objects left in edit
+mode, particles, instances, drivers and many kinds of modifiers), before any was baked. None is part of this project.
+
+Every file is baked by the command, at draft, onto vertices, in a process of its own that has --limit seconds; nothing
+is saved over it. A second process asks Blender, by a render of its own, which mesh objects with faces renders show.
+Where the bake took over 60 s, a third one bakes the same meshes by Cycles with 16 samples. Results are kept in a JSON
+file as they come, so that a trial goes on where it was stopped; --anew forgets them. The table goes to
+docs/public_files.md.
+"""
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from time import perf_counter
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+LIST = HERE / "public_files.tsv"
+TABLE = ROOT / "docs" / "public_files.md"
+STAND_IN = ROOT / "tools" / "blender_stand_in.py"
+LOOK = HERE / "look_at_file.py"
+
+LONG = 60  # s, over which Cycles' own bake is asked how long it takes
+TIMED_OUT = "timed out"
+HEAD = ["Repository", "File", "Blender", "Meshes", "With light", "Points", "Read, s", "All, s", "Cycles, s", "MB", ""]
+
+
+def main():
+    options = parse()
+    files = listed(options.files, options.only)
+    kept = Path(options.results)
+    results = {} if options.anew or not kept.exists() else json.loads(kept.read_text())
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    for number, (repository, path, file) in enumerate(files, 1):
+        key = f"{repository}/{path}"
+        if key in results:
+            continue
+        results[key] = {"repository": repository, "path": path, **trial(file, options)}
+        kept.write_text(json.dumps(results, indent=1) + "\n")
+        print(f"{number}/{len(files)} {key}: {in_a_line(results[key])}", flush=True)
+    rows = [results[f"{repository}/{path}"] for repository, path, _ in files]
+    print(summary(rows))
+    if options.table:
+        Path(options.table).write_text(page(rows))
+
+
+def parse():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="+", metavar="FOLDER|FILE", help="where the clones are, or .blend files")
+    parser.add_argument("--only", default="", metavar="TEXT", help="files of the list with this in their name")
+    parser.add_argument("--limit", type=float, default=240, metavar="SECONDS", help="for one bake; default %(default)s")
+    parser.add_argument("--results", default=str(ROOT / "build" / "public_files.json"), metavar="FILE.json")
+    parser.add_argument("--anew", action="store_true", help="forget earlier results")
+    parser.add_argument("--pictures", metavar="DIR", help="render each file and its bake, small")
+    parser.add_argument("--table", metavar="FILE.md", help=f"the page; for the whole list default {TABLE.name}")
+    options = parser.parse_args()
+    whole = not options.only and all(Path(file).is_dir() for file in options.files)
+    options.table = options.table or (TABLE if whole else None)
+    return options
+
+
+def listed(given, only):
+    """Repository, path and file of all that is asked for."""
+    files = [("", file, Path(file)) for file in given if not Path(file).is_dir()]
+    for folder in (Path(file) for file in given if Path(file).is_dir()):
+        for line in LIST.read_text().splitlines()[1:]:
+            repository, path = line.split("\t")
+            if only.lower() in f"{repository}/{path}".lower():
+                files.append((repository, path, folder / repository / path))
+    return files
+
+
+def trial(file, options):
+    """What became of one file."""
+    if not file.is_file():
+        return {"status": None, "message": f"{file} is not there."}
+    with tempfile.TemporaryDirectory() as folder:
+        found = look("shown", file, folder, options.limit)
+        result = found | bake(file, Path(folder), options)
+        if "shown" in found and result["status"] == 0:
+            lit = set(result.pop("objects"))
+            result["unlit"] = sorted(set(found["shown"]) - lit)
+        result["n_shown"] = len(result.pop("shown", ()))
+        if result["seconds"] > LONG or result["status"] == TIMED_OUT:
+            result |= look("cycles", file, folder, 4 * options.limit)
+    return result
+
+
+def bake(file, folder, options):
+    """Bake a file by the command; what its report says, and its end."""
+    report, arguments = folder / "report.json", []
+    if options.pictures:
+        saved = folder / "baked.blend"
+        arguments = ["--direct", "--save", saved]
+    command = [sys.executable, STAND_IN, "-b", file, "-c", "photon_bake", "--quality", "draft", "--report", report]
+    started = perf_counter()
+    try:
+        done = subprocess.run([*command, *arguments], capture_output=True, text=True, timeout=options.limit)
+    except subprocess.TimeoutExpired:
+        seconds = perf_counter() - started
+        return {"status": TIMED_OUT, "seconds": seconds, "message": f"It did not end in {options.limit:.0f} s."}
+    result = {"status": done.returncode, "seconds": perf_counter() - started}
+    if not report.exists():
+        return result | {"message": last_line(done.stderr)}
+    said = json.loads(report.read_text())
+    if options.pictures and done.returncode == 0:
+        pictures(file, saved, Path(options.pictures), options.limit)
+    return result | {
+        "message": said["message"],
+        "warnings": said["warnings"],
+        "objects": said["objects"],
+        "receivers": said["counts"].get("receivers", 0),
+        "triangles": said["counts"].get("triangles", 0),
+        "read_seconds": said["stage_seconds"].get("Reading the scene"),
+        "bake_seconds": said["total_seconds"],
+        "memory_mb": said["peak_memory_mb"],
+        "traceback": done.stderr if "Traceback" in done.stderr else "",
+    }
+
+
+def look(what, file, folder, limit):
+    """What `look_at_file.py` says of a file."""
+    answer = Path(folder) / f"{what}.json"
+    try:
+        done = subprocess.run([sys.executable, LOOK, what, file, answer], capture_output=True, text=True, timeout=limit)
+    except subprocess.TimeoutExpired:
+        return {f"{what}_message": f"It did not end in {limit:.0f} s."}
+    return json.loads(answer.read_text()) if answer.exists() else {f"{what}_message": last_line(done.stderr)}
+
+
+def pictures(file, saved, folder, limit):
+    """Cycles' picture of a file, and one in which its light is what the bake says, beside each other."""
+    folder.mkdir(parents=True, exist_ok=True)
+    picture = folder / f"{file.parent.name}-{file.stem}.png".replace(" ", "_")
+    subprocess.run([sys.executable, LOOK, "picture", file, picture, saved], capture_output=True, timeout=4 * limit)
+
+
+def last_line(text):
+    """The last line of a program's output."""
+    lines = [line for line in text.splitlines() if line.strip()]
+    return lines[-1] if lines else ""
+
+
+def in_a_line(result):
+    """A result, for the console."""
+    unlit = f", without light: {', '.join(result['unlit'])}" if result.get("unlit") else ""
+    return f"{result['status']} in {result.get('seconds', 0):.1f} s: {result['message']}{unlit}"
+
+
+def is_whole(row):
+    """Whether a file ended well, with light for every mesh that renders show."""
+    return row["status"] == 0 and not row.get("unlit")
+
+
+def is_slow(row):
+    """Whether a file took over a minute, and longer than Cycles' bake of it."""
+    return row.get("seconds", 0) > max(LONG, row.get("cycles_seconds") or 0)
+
+
+def summary(rows):
+    """The trial in a sentence."""
+    whole, ended = sum(map(is_whole, rows)), sum(row["status"] == 0 for row in rows)
+    slow, unlit = sum(map(is_slow, rows)), sum(len(row.get("unlit", ())) for row in rows)
+    return (
+        f"Of {len(rows)} files {ended} end with status 0, {whole} of them with light on every mesh that renders show "
+        f"({unlit} meshes of the others get none); {slow} take over {LONG} s and longer than Cycles' bake with 16 "
+        f"samples."
+    )
+
+
+def page(rows):
+    """The trial as a page of the docs."""
+    lines = [
+        "# Files by other people",
+        "",
+        f"{summary(rows)} Made by `python tests/bench/public_files.py FOLDER`, whose docstring says how the files were "
+        "chosen and what is measured: baked at draft onto vertices by the command, each in a process of its own on two "
+        "cores, from public repositories, none of them part of this project. *Meshes* are the mesh objects with faces "
+        "that a render shows; *Blender* is the version that saved the file; *All* is the whole command with Blender's "
+        f"start; *Cycles* is its own bake of the same meshes with 16 samples, taken where ours took over {LONG} s.",
+        "",
+        "| " + " | ".join(HEAD) + " |",
+        "|" + "|".join(["---"] * 3 + ["--:"] * 7 + ["---"]) + "|",
+    ]
+    return "\n".join([*lines, *map(table_row, rows)]) + "\n"
+
+
+def table_row(row):
+    """A result as a row of the table."""
+    n_lit = row["n_shown"] - len(row.get("unlit", ())) if row["status"] == 0 else 0
+    cells = [
+        row["repository"],
+        row["path"],
+        row.get("version", ""),
+        str(row.get("n_shown", "")),
+        str(n_lit),
+        f"{row.get('receivers', 0):,}",
+        figure(row.get("read_seconds")),
+        figure(row.get("seconds")),
+        figure(row.get("cycles_seconds")),
+        f"{row['memory_mb']:.0f}" if row.get("memory_mb") else "",
+        outcome(row),
+    ]
+    return "| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |"
+
+
+def outcome(row):
+    """What a row says last."""
+    if row["status"] != 0:
+        return row["message"]
+    without = f"without light: {', '.join(row['unlit'])}" if row.get("unlit") else "whole"
+    n = len(row["warnings"])
+    return without + (f"; {n} warning{'s' if n > 1 else ''}" if n else "")
+
+
+def figure(seconds):
+    """Seconds, for the table."""
+    return "" if seconds is None else f"{seconds:.1f}"
+
+
+if __name__ == "__main__":
+    main()
