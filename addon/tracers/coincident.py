@@ -43,11 +43,51 @@ class CoincidentSurfaces:
         return counts
 
     def smother(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Whether another surface lies where points of triangles are, (n,) bool; not for triangle −1."""
+        """Whether light can leave points of triangles past none of the surfaces there, (n,) bool; not for triangle −1.
+
+        See-through surfaces smother nothing: `leave` says what they do.
+        """
         smothered = np.zeros(len(triangle), bool)
+        point, partner = self._partners_at(triangle, u, v)
+        see_through = self._scene.materials.see_through[self._scene.material_of_triangle[partner]]
+        smothered[point[~see_through]] = True
+        return smothered
+
+    def leave(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Share of light that passes the other surfaces where points of triangles are, (n, 3) float32."""
+        scene = self._scene
+        passes = np.ones((len(triangle), 3), np.float32)
+        point, partner = self._partners_at(triangle, u, v)
+        at = partner, *scene.barycentrics(partner, scene.points(triangle[point], u[point], v[point]))
+        share = scene.look_up(scene.materials.tint, *at) * (1 - scene.look_up(scene.materials.coverage, *at))
+        np.multiply.at(passes, point, share)
+        return passes
+
+    def following(
+        self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, first: np.ndarray, seen: np.ndarray
+    ) -> np.ndarray:
+        """The triangle in the same place that comes after each, (n,) int32: in the order of their numbers, round to
+        those that a ray met `first` (n,); −1 after the last.
+
+        Parameters
+        ----------
+        seen : (o,) bool
+            Objects that count.
+        """
+        n = self._scene.n_triangles
+        turns = np.zeros(len(triangle), np.int32)
+        turns[:] = np.where(first == triangle, n, (first - triangle) % n)
+        point, partner = self._partners_at(triangle, u, v)
+        k = np.flatnonzero(seen[self._scene.object_of_triangle[partner]])
+        np.minimum.at(turns, point[k], (partner[k] - triangle[point[k]]) % n)
+        met = (triangle + turns) % n
+        return np.where((triangle >= 0) & (met != first), met, -1).astype(np.int32)
+
+    def _partners_at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Other triangles that points of triangles (n,) lie on: index of the point and triangle of each, (p,) each."""
         k = np.flatnonzero(self._n_partners[triangle])
         if len(k) == 0:
-            return smothered
+            return np.zeros(0, np.int64), np.zeros(0, np.int32)
         x = self._scene.points(triangle[k], u[k], v[k])
         columns = np.ascontiguousarray(x.T)
         point, nth = unrolled(self._n_partners[triangle[k]])
@@ -59,8 +99,9 @@ class CoincidentSurfaces:
             place = columns[axis][point]
             near = np.flatnonzero((place >= low[axis][partner]) & (place <= high[axis][partner]))
             point, partner = point[near], partner[near]
-        smothered[k[point[_inside(self._scene, self._second[partner], rows(x, point))]]] = True
-        return smothered
+        partner = self._second[partner]
+        on = np.flatnonzero(_inside(self._scene, partner, rows(x, point)))
+        return k[point[on]], partner[on]
 
     @cached_property
     def _bounds(self) -> np.ndarray:
