@@ -53,7 +53,7 @@ def bake_camera(
     Cancelled
         If `progress` was cancelled.
     """
-    workers = Workers(settings.seed, settings.n_threads, progress or Progress())
+    workers = Workers(settings.seed, settings.n_threads, progress or Progress(), settings.memory)
     light_tracer = LightTracer(scene, tracer)
     seen = seen_surface(scene, light_tracer, camera)
     if len(seen) == 0:

@@ -188,7 +188,7 @@ class BakeJob:
         from ..addon.bake import no_light, solve  # here, as Blender's start should not wait for SciPy
 
         inspector, started = inspector or Inspector(), perf_counter()
-        workers = Workers(settings.seed, settings.n_threads, progress)
+        workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
         tracer = make_tracer(self.scene, self.warnings)
         points = [target.points(self.scene, tracer, workers, self.warnings) for target in self.targets]
         receivers = _joined([one.receivers for one in points])
@@ -201,7 +201,7 @@ class BakeJob:
             points = [one.lit_by(solution, workers) for one in points]
         light = solution.irradiance() if solution else no_light()
         ends = np.cumsum([len(one.receivers) for one in points])
-        parts = [_part(light, slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
+        parts = [light.where(slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
         return Solved(light, [one.finish(part, workers) for one, part in zip(points, parts, strict=True)])
 
     def write(self, solved: Solved, progress: Progress) -> None:
@@ -250,13 +250,6 @@ def _joined(parts: list[Receivers]) -> Receivers:
         ones = [np.ones(len(part), bool) if part.takes_caustics is None else part.takes_caustics for part in parts]
         takes = np.concatenate(ones)
     return Receivers(position, normal, footprint, tuple(targets), takes, any(part.directional for part in parts))
-
-
-def _part(light: "Irradiance", rows: slice) -> "Irradiance":
-    """The light of some receivers."""
-    passes = {name: values[rows] for name, values in light.passes.items()}
-    slope = None if light.slope is None else light.slope[rows]
-    return replace(light, value=light.value[rows], stderr=light.stderr[rows], passes=passes, slope=slope)
 
 
 def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:

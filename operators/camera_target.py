@@ -128,7 +128,7 @@ class SeenPoints:
         if settings.pass_denoiser == "oidn" or (settings.pass_denoiser == "auto" and has_oidn()):
             workers.progress.update(FILTERING, 0)
             smooth = solved_by is not None and solved_by.smooth
-            passes = denoised(passes, diffuse=settings.pass_denoiser == "oidn" or not smooth)
+            passes = denoised(passes, settings.pass_denoiser == "oidn" or not smooth, workers.memory)
             workers.progress.update(FILTERING, 1)
         made_with = asdict(solved_by) if solved_by else {}
         return CameraPicture(passes, self.target, len(self.points), made_with)

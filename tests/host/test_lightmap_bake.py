@@ -92,8 +92,8 @@ def test_interpolated_light_is_not_filtered_by_itself(tmp_path):
     noisy = np.random.default_rng(0).uniform(1, 2, (n, 3)).astype(np.float32)
 
     def finished(denoiser, n_records):
-        counts = {"gather_points": n_records}
-        light = Irradiance(noisy, np.full(n, 0.3, np.float32), {"indirect": noisy}, counts)
+        passes, gathered = {"indirect": noisy}, np.arange(n) < n_records
+        light = Irradiance(noisy, np.full(n, 0.3, np.float32), passes, {}, gathered=gathered)
         of = replace(points.target, settings=replace(points.target.settings, denoiser=denoiser))
         return replace(points, target=of).finish(light, Workers()).images[0]
 

@@ -13,7 +13,7 @@ from photon_bake.addon.settings import CHOICES, BakeSettings, settings_for
 from photon_bake.addon.ui.state import STAGE_SHARES, bake_state, share_done
 from photon_bake.operators.bake_indirect import Solver
 from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.vertex_target import WantedVertices
+from photon_bake.operators.vertex_target import VertexPoints, WantedVertices
 
 from .scenes import add_cube, add_lamp, add_plane
 
@@ -177,6 +177,19 @@ def test_a_thread_solves_and_can_be_stopped(room):
     stopped.join()
     with pytest.raises(Cancelled):
         stopped.solved()
+
+
+def test_all_of_a_bake_keeps_to_the_memory(room, monkeypatch):
+    given = []
+
+    def finish(points, irradiance, workers):
+        given.append(workers.memory)
+
+    monkeypatch.setattr(VertexPoints, "finish", finish)
+    room.memory = 321
+    bake = BakeJob.prepare(bpy.context, [WantedVertices()], Progress())
+    bake.solve(room.settings(), Progress())
+    assert given == [321]
 
 
 def test_a_mesh_edited_meanwhile_is_refused(room):
