@@ -111,8 +111,8 @@ def solve(
     workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
     region = region_of(receivers.position)
     sources = light_sources(scene, region)
-    light_tracer = LightTracer(scene, tracer)
-    of_photons = LightTracer(scene, photon_tracer) if photon_tracer else light_tracer
+    light_tracer = LightTracer(scene, tracer, progress)
+    of_photons = LightTracer(scene, photon_tracer, progress) if photon_tracer else light_tracer
 
     # See where gather rays end, so that photons go there
     survey, guided, home = None, sources, region

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ..addon.blender import extract_scene
+from ..addon.blender import READING, extract_scene
 from ..addon.inspector import Inspector
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 N_LIGHT_RAYS = 1000
 """That are followed to see which surfaces cube maps are to show."""
 
-READING, WRITING = "Reading the scene", "Writing the light"
+WRITING = "Writing the light"
 
 
 class Product(Protocol):
@@ -174,7 +174,7 @@ class BakeJob:
         targets = [one.read(depsgraph, names, progress, warnings) for one in wanted]
         depsgraph = context.evaluated_depsgraph_get()  # making UV maps may have left it behind
         for_camera = any(isinstance(target, CameraTarget) for target in targets)
-        scene = extract_scene(depsgraph, warnings, light_group, for_camera)
+        scene = extract_scene(depsgraph, warnings, light_group, for_camera, progress)
         progress.update(READING, 1)
         return cls(scene, targets, list(dict.fromkeys(warnings)), {"triangles": scene.n_triangles})
 

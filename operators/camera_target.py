@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ..addon.gather import Irradiance
     from ..addon.receivers import CameraPoints
 
-FILTERING = "Denoising"
+FILTERING = "Denoising the pass"
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,8 @@ class CameraTarget:
         from ..addon.tracers import LightTracer
 
         n_samples = self.settings.n_pixel_samples
-        points = camera_points(scene, LightTracer(scene, tracer), self.camera, self.pixel_filter, n_samples, workers)
+        light_tracer = LightTracer(scene, tracer, workers.progress)
+        points = camera_points(scene, light_tracer, self.camera, self.pixel_filter, n_samples, workers)
         if len(points) == 0:
             warnings.append("The camera sees no surface, so its pass is empty.")
         return SeenPoints(points, points.receivers(scene), scene, self, warnings)

@@ -10,9 +10,11 @@ from .bvh_tracer import BVHTracer
 from .camera import read_camera
 from .color_attribute import check_color_attribute, write_color_attribute
 from .extract import extract_scene
+from .materials import READING
 from .vertex_meshes import receiver_meshes
 
 __all__ = [
+    "READING",
     "BVHTracer",
     "bake_objects",
     "check_color_attribute",

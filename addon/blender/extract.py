@@ -8,10 +8,11 @@ import bpy
 import numpy as np
 
 from ..errors import BakeError
+from ..progress import Progress
 from ..scene import Lights, Scene, SceneObjects
 from .lamps import in_light_group, read_lamp
 from .light_links import Placed, link_lights
-from .materials import MaterialTable
+from .materials import READING, MaterialTable
 from .meshes import LocalMesh, count_triangles, read_mesh, used_slots
 from .placing import Model, Models, PlacedMeshes
 from .visibility import (
@@ -28,6 +29,10 @@ from .visibility import (
 from .warn import Warnings
 from .world import read_world
 
+_ROWS = 256  # of instances, between two looks at the progress
+_WALKED, _PLACED = 0.3, 0.6
+"""Parts of the stage after which all is found, and all placed: the rest are materials that Cycles evaluates."""
+
 BATCH = 500_000
 """Triangles that are placed together, unless one instance alone has more; bounds the memory for what is in between."""
 
@@ -37,6 +42,7 @@ def extract_scene(
     warnings: list[str] | None = None,
     light_group: str = "",
     for_camera: bool = False,
+    progress: Progress | None = None,
 ) -> Scene:
     """Everything that light meets in the scene of an evaluated dependency graph, in world space.
 
@@ -54,6 +60,7 @@ def extract_scene(
         The light group of the view layer that alone gives light; empty for all light.
     for_camera : bool
         Whether objects that only the camera sees are read too.
+    progress : Progress, optional
 
     Returns
     -------
@@ -65,19 +72,21 @@ def extract_scene(
     BakeError
         If an object is in edit mode or has coordinates that are not finite, an image file is missing, or there is no
         such light group.
+    Cancelled
+        If `progress` was cancelled.
     """
-    warn = Warnings(warnings)
+    warn, progress = Warnings(warnings), progress or Progress()
     _check_light_group(depsgraph.view_layer, light_group)
     visibility = RenderVisibility(depsgraph.view_layer)
     if depsgraph.mode == "VIEWPORT":
         visibility.warn_of_missing(depsgraph.view_layer, warn)
     materials = MaterialTable(warn)
     found = _Found(visibility, materials, depsgraph.view_layer.material_override, light_group, for_camera, warn)
-    found.walk(depsgraph)
+    found.walk(depsgraph, progress)
     if depsgraph.mode == "VIEWPORT":
         warn_of_modifiers(found.shown, depsgraph.scene, warn)
     warn_of_hair(found.hairy, warn)
-    placed = _place(found.sources, _matrices(depsgraph), materials)
+    placed = _place(found.sources, _matrices(depsgraph), materials, progress.part(_WALKED, _PLACED))
     left = placed.drop_degenerate()
     objects = [placed_by for source in found.sources for placed_by in source.placed_by]
     scene = Scene(
@@ -87,7 +96,7 @@ def extract_scene(
         corner_uvs=placed.corner_uvs,
         material_of_triangle=placed.material_of_triangle,
         object_of_triangle=placed.object_of_triangle,
-        materials=materials.materials(),
+        materials=materials.materials(progress.part(_PLACED, 1)),
         objects=_objects(found.sources, left, light_group, for_camera),
         lights=Lights.join(found.lights) if found.lights else Lights.none(),
         world=read_world(depsgraph, warn, light_group),
@@ -185,9 +194,12 @@ class _Found:
         unread = {look.visibility.original for look in self._looks.values() if look.shown and look.kind in NOT_READ}
         return [obj for obj in self.shown if obj in unread or has_hair(obj)]
 
-    def walk(self, depsgraph: "bpy.types.Depsgraph") -> None:
+    def walk(self, depsgraph: "bpy.types.Depsgraph", progress: Progress) -> None:
         """Find all there is."""
+        n = len(depsgraph.object_instances)
         for row, instance in enumerate(depsgraph.object_instances):
+            if row % _ROWS == 0:
+                progress.update(READING, _WALKED * row / n)
             obj = instance.object
             key = (obj.original, obj.data)
             look = self._looks.get(key)
@@ -254,7 +266,7 @@ def _matrices(depsgraph: "bpy.types.Depsgraph") -> np.ndarray:
     return columns.transpose(0, 2, 1)
 
 
-def _place(sources: list[_Source], matrices: np.ndarray, materials: MaterialTable) -> PlacedMeshes:
+def _place(sources: list[_Source], matrices: np.ndarray, materials: MaterialTable, progress: Progress) -> PlacedMeshes:
     """All instances of all sources; they become objects in the sources' order."""
     n_copies = np.array([len(source.rows) for source in sources], np.int64)
     n_vertices = np.array([len(source.mesh.vertices) for source in sources], np.int64)
@@ -265,6 +277,7 @@ def _place(sources: list[_Source], matrices: np.ndarray, materials: MaterialTabl
     names = [name for source in sources for name in source.names]
     reader = _Reader(materials)
     for batch in _batches(n_triangles[of_copy]):
+        progress.update(READING, batch.start / len(of_copy))
         used, of_used = np.unique(of_copy[batch], return_inverse=True)
         models = Models([reader.model(sources[source]) for source in used])
         placed.add(models, of_used, matrices[rows[batch]], names[batch])

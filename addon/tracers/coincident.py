@@ -8,11 +8,15 @@ from functools import cached_property
 
 import numpy as np
 
+from ..parallel import slices
+from ..progress import Progress
 from ..sampling.vectors import dot, largest, rows
 from ..scene import Scene
 from ..unrolling import unrolled
 from .protocol import Tracer
 
+_STAGE = "Looking for surfaces in one place"
+_CHUNK = 1 << 16
 _MAX_TRIANGLES = 1 << 20  # looked at, the largest first
 _ONE_PLACE = 2.0**-21
 """How far apart surfaces may be, over their coordinates: about what float32 cannot tell apart."""
@@ -24,9 +28,9 @@ class CoincidentSurfaces:
     Triangles are paired by short rays through their middles; whether a point of one lies on another is then exact.
     """
 
-    def __init__(self, scene: Scene, tracer: Tracer) -> None:
+    def __init__(self, scene: Scene, tracer: Tracer, progress: Progress) -> None:
         self._scene = scene
-        first, second = self._pairs(tracer)
+        first, second = self._pairs(tracer, progress)
         order = np.argsort(first, kind="stable")
         self._second = second[order]
         self._start = np.searchsorted(first[order], np.arange(scene.n_triangles + 2))
@@ -111,27 +115,36 @@ class CoincidentSurfaces:
         margin = 4 * _ONE_PLACE * np.maximum(np.abs(corners).max(axis=(0, 1), initial=0), 1e-6)
         return np.stack([low - margin, high + margin]).astype(np.float32)
 
-    def _pairs(self, tracer: Tracer) -> tuple[np.ndarray, np.ndarray]:
+    def _pairs(self, tracer: Tracer, progress: Progress) -> tuple[np.ndarray, np.ndarray]:
         """Triangles that lie in one place, each pair both ways round, (p,) int32 each."""
         scene = self._scene
         looked_at = np.arange(scene.n_triangles)
         if len(looked_at) > _MAX_TRIANGLES:
             looked_at = np.argpartition(-scene.areas, _MAX_TRIANGLES)[:_MAX_TRIANGLES]
-        middle = np.full(len(looked_at), np.float32(1 / 3))
-        x, normals = scene.points(looked_at, middle, middle), scene.normals[looked_at]
-        gap = 4 * scene.ray_offset(x)
-        pairs = []
-        for side in (np.float32(1), np.float32(-1)):
-            hits = tracer.closest_hit(x + side * gap * normals, -side * normals, 2 * gap[:, 0])
-            k = np.flatnonzero(hits.hit & (hits.triangle != looked_at))
-            other = hits.triangle[k]
-            flat = np.abs(dot(scene.normals[other], normals[k])) > 1 - 1e-6
-            k, other = k[flat], other[flat]
-            k, other = (a[_inside(scene, other, x[k])] for a in (k, other))
-            pairs.append(np.stack([looked_at[k], other], axis=1))
+        pairs = [np.zeros((0, 2), np.int32)]
+        for chunk in slices(len(looked_at), _CHUNK):
+            progress.update(_STAGE, chunk.start / len(looked_at))
+            pairs += _met_beside(scene, tracer, looked_at[chunk])
         found = np.concatenate(pairs).astype(np.int32)
         both = np.unique(np.concatenate([found, found[:, ::-1]]), axis=0)
         return both[:, 0], both[:, 1]
+
+
+def _met_beside(scene: Scene, tracer: Tracer, triangle: np.ndarray) -> list[np.ndarray]:
+    """Pairs of triangles and those that lie where their middles are, (p, 2) each: by a ray from either side."""
+    middle = np.full(len(triangle), np.float32(1 / 3))
+    x, normals = scene.points(triangle, middle, middle), scene.normals[triangle]
+    gap = 4 * scene.ray_offset(x)
+    pairs = []
+    for side in (np.float32(1), np.float32(-1)):
+        hits = tracer.closest_hit(x + side * gap * normals, -side * normals, 2 * gap[:, 0])
+        k = np.flatnonzero(hits.hit & (hits.triangle != triangle))
+        other = hits.triangle[k]
+        flat = np.abs(dot(scene.normals[other], normals[k])) > 1 - 1e-6
+        k, other = k[flat], other[flat]
+        k, other = (a[_inside(scene, other, x[k])] for a in (k, other))
+        pairs.append(np.stack([triangle[k], other], axis=1))
+    return pairs
 
 
 def _inside(scene: Scene, triangle: np.ndarray, x: np.ndarray) -> np.ndarray:

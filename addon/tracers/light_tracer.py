@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..progress import Progress
 from ..sampling.vectors import rows
 from ..scene import Scene
 from .coincident import CoincidentSurfaces
@@ -26,6 +27,8 @@ class LightTracer:
     ----------
     scene : Scene
     tracer : Tracer
+    progress : Progress, optional
+        Of the search for surfaces in one place.
 
     Attributes
     ----------
@@ -33,12 +36,12 @@ class LightTracer:
         `tracer`: where any surface is, see-through or not.
     """
 
-    def __init__(self, scene: Scene, tracer: Tracer) -> None:
+    def __init__(self, scene: Scene, tracer: Tracer, progress: Progress | None = None) -> None:
         self._scene, self.surfaces = scene, tracer
         # One more entry for triangle −1
         self._see_through = np.append(scene.materials.see_through[scene.material_of_triangle], False)
         self._any_see_through = bool(self._see_through.any())
-        self._coincident = CoincidentSurfaces(scene, tracer)
+        self._coincident = CoincidentSurfaces(scene, tracer, progress or Progress())
         self._tints = self._any_see_through or self._coincident.any
         objects = scene.objects
         self._kinds_differ = not (

@@ -49,7 +49,12 @@ STAGE_SHARES: dict[Gather, dict[str, float]] = {
 LIGHTMAP_SHARES = {"Unwrapping": 1, "Placing texels": 1, "Denoising": 2, "Finishing lightmaps": 1}
 """The same for what lightmaps add to it."""
 
-CAMERA_SHARES = {"Looking through the camera": 2, "Following gloss": 2, "Lighting mirrors": 0.5, "Denoising": 2}
+CAMERA_SHARES = {
+    "Looking through the camera": 2,
+    "Following gloss": 2,
+    "Lighting mirrors": 0.5,
+    "Denoising the pass": 2,
+}
 """The same for what a camera's pass adds to it."""
 
 
@@ -119,7 +124,7 @@ class BakeState:
     def _listen(self, stage: str, fraction: float) -> None:
         self.stage = stage
         self._done[stage] = fraction
-        self.fraction = share_done(self._shares, self._done)
+        self.fraction = max(self.fraction, share_done(self._shares, self._done))
 
 
 def share_done(shares: dict[str, float], done: dict[str, float]) -> float:
