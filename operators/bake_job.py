@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ..addon.blender import SceneReading, in_render_graph, read_scene
+from ..addon.blender import READING, SceneReading, in_render_graph, read_scene
 from ..addon.inspector import Inspector
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
@@ -28,7 +28,7 @@ N_LIGHT_RAYS = 1000
 NO_LIGHT = (
     "Nothing in the scene gives light, so what was baked is black: add a lamp, an emissive material or a world color."
 )
-READING, WRITING = "Reading the scene", "Writing the light"
+WRITING = "Writing the light"
 
 
 class Product(Protocol):
@@ -179,7 +179,7 @@ class BakeJob:
         def read(depsgraph: Any) -> tuple[list[Target], SceneReading]:
             targets = [one.read(depsgraph, context.scene, names, progress, warnings) for one in wanted]
             for_camera = any(isinstance(target, CameraTarget) for target in targets)
-            return targets, read_scene(depsgraph, warnings, light_group, for_camera)
+            return targets, read_scene(depsgraph, warnings, light_group, for_camera, progress)
 
         targets, reading = in_render_graph(context.scene, context.view_layer, read)
         scene = reading.scene(context.scene)
@@ -196,7 +196,7 @@ class BakeJob:
         from ..addon.bake import no_light, solve  # here, as Blender's start should not wait for SciPy
 
         inspector, started = inspector or Inspector(), perf_counter()
-        workers = Workers(settings.seed, settings.n_threads, progress)
+        workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
         tracer = make_tracer(self.scene, self.warnings)
         points = [target.points(self.scene, tracer, workers, self.warnings) for target in self.targets]
         receivers = _joined([one.receivers for one in points])
@@ -211,7 +211,7 @@ class BakeJob:
             points = [one.lit_by(solution, workers) for one in points]
         light = solution.irradiance() if solution else no_light()
         ends = np.cumsum([len(one.receivers) for one in points])
-        parts = [_part(light, slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
+        parts = [light.where(slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
         return Solved(light, [one.finish(part, workers) for one, part in zip(points, parts, strict=True)])
 
     def write(self, solved: Solved, progress: Progress) -> None:
@@ -262,13 +262,6 @@ def _joined(parts: list[Receivers]) -> Receivers:
         ones = [np.ones(len(part), bool) if part.takes_caustics is None else part.takes_caustics for part in parts]
         takes = np.concatenate(ones)
     return Receivers(position, normal, footprint, tuple(targets), takes, any(part.directional for part in parts))
-
-
-def _part(light: "Irradiance", rows: slice) -> "Irradiance":
-    """The light of some receivers."""
-    passes = {name: values[rows] for name, values in light.passes.items()}
-    slope = None if light.slope is None else light.slope[rows]
-    return replace(light, value=light.value[rows], stderr=light.stderr[rows], passes=passes, slope=slope)
 
 
 def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:

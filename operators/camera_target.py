@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from ..addon.gather import Irradiance
     from ..addon.receivers import CameraPoints
 
-FILTERING = "Denoising"
+FILTERING = "Denoising the pass"
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,8 @@ class CameraTarget:
         from ..addon.tracers import LightTracer
 
         n_samples = self.settings.n_pixel_samples
-        points = camera_points(scene, LightTracer(scene, tracer), self.camera, self.pixel_filter, n_samples, workers)
+        light_tracer = LightTracer(scene, tracer, workers.progress)
+        points = camera_points(scene, light_tracer, self.camera, self.pixel_filter, n_samples, workers)
         if len(points) == 0:
             warnings.append("The camera sees no surface, so its pass is empty.")
         return SeenPoints(points, points.receivers(scene), scene, self, warnings)
@@ -129,7 +130,7 @@ class SeenPoints:
         if settings.pass_denoiser == "oidn" or (settings.pass_denoiser == "auto" and has_oidn()):
             workers.progress.update(FILTERING, 0)
             smooth = solved_by is not None and solved_by.smooth
-            passes = denoised(passes, diffuse=settings.pass_denoiser == "oidn" or not smooth)
+            passes = denoised(passes, settings.pass_denoiser == "oidn" or not smooth, workers.memory)
             workers.progress.update(FILTERING, 1)
         made_with = asdict(solved_by) if solved_by else {}
         return CameraPicture(passes, self.target, len(self.points), made_with)

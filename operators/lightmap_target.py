@@ -64,8 +64,8 @@ class WantedLightmaps:
         _check_paths([path for of_image in paths for path in of_image.values()], self.folder)
         if self.preview is not None:
             check_writable(self.preview)
-        meshes = lightmap_meshes(objects, depsgraph, layout)
-        check_uv(meshes, layout.sizes, layout.uv_map)
+        meshes = lightmap_meshes(objects, depsgraph, layout, progress)
+        check_uv(meshes, layout.sizes, layout.uv_map, progress)
         return LightmapTarget(meshes, layout, settings, paths, self.preview)
 
     def _paths(self, layout: Layout) -> list[dict[str, Path]]:

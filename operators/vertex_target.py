@@ -28,7 +28,7 @@ class WantedVertices:
         """See `Wanted.read`."""
         objects = bake_objects(depsgraph, names, warnings)
         check_color_attribute(objects, self.attribute)
-        return VertexTarget(receiver_meshes(objects, depsgraph), self.attribute)
+        return VertexTarget(receiver_meshes(objects, depsgraph, progress), self.attribute)
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,12 @@ from .bvh_tracer import BVHTracer
 from .camera import read_camera
 from .color_attribute import check_color_attribute, write_color_attribute
 from .extract import SceneReading, extract_scene, read_scene
+from .materials import READING
 from .render_graph import in_render_graph
 from .vertex_meshes import receiver_meshes
 
 __all__ = [
+    "READING",
     "BVHTracer",
     "SceneReading",
     "bake_objects",

@@ -9,16 +9,21 @@ import bpy
 import numpy as np
 
 from ..errors import BakeError
+from ..progress import Progress
 from ..scene import Lights, Scene, SceneObjects, World
 from .lamps import in_light_group, read_lamp
 from .light_links import Placed, link_lights
-from .materials import MaterialTable
+from .materials import READING, MaterialTable
 from .meshes import LocalMesh, count_triangles, evaluated_mesh, read_mesh, used_slots
 from .placing import Model, Models, PlacedMeshes
 from .render_graph import is_stand_in
 from .visibility import ALL_RAYS, LIGHT_RAYS, NOT_READ, RAYS, has_hair, rays_that_see, warn_of_hair
 from .warn import Warnings
 from .world import WorldReading, read_world
+
+_ROWS = 256  # of instances, between two looks at the progress
+_WALKED, _PLACED = 0.3, 0.6
+"""Parts of the stage after which all is found, and all placed: the rest are materials that Cycles evaluates."""
 
 BATCH = 500_000
 """Triangles that are placed together, unless one instance alone has more; bounds the memory for what is in between."""
@@ -47,6 +52,7 @@ def read_scene(
     warnings: list[str] | None = None,
     light_group: str = "",
     for_camera: bool = False,
+    progress: Progress | None = None,
 ) -> SceneReading:
     """Everything that light meets in the scene of an evaluated dependency graph, in world space.
 
@@ -63,6 +69,7 @@ def read_scene(
         The light group of the view layer that alone gives light; empty for all light.
     for_camera : bool
         Whether objects that only the camera sees are read too.
+    progress : Progress, optional
 
     Returns
     -------
@@ -74,14 +81,16 @@ def read_scene(
     BakeError
         If an object has coordinates that are not finite, an image file is missing, or there is no
         such light group.
+    Cancelled
+        If `progress` was cancelled.
     """
-    warn = Warnings(warnings)
+    warn, progress = Warnings(warnings), progress or Progress()
     _check_light_group(depsgraph.view_layer, light_group)
     materials = MaterialTable(warn)
     found = _Found(depsgraph, materials, light_group, for_camera, warn)
-    found.walk()
+    found.walk(progress)
     warn_of_hair(found.hairy, warn)
-    placed = _place(found.sources, _matrices(depsgraph), materials)
+    placed = _place(found.sources, _matrices(depsgraph), materials, progress.part(_WALKED, _PLACED))
     left = placed.drop_degenerate()
     objects = [placed_by for source in found.sources for placed_by in source.placed_by]
     scene = Scene(
@@ -91,7 +100,7 @@ def read_scene(
         corner_uvs=placed.corner_uvs,
         material_of_triangle=placed.material_of_triangle,
         object_of_triangle=placed.object_of_triangle,
-        materials=materials.materials(),
+        materials=materials.materials(progress.part(_PLACED, 1)),
         objects=_objects(found.sources, left, depsgraph.view_layer, light_group, for_camera),
         lights=Lights.join(found.lights) if found.lights else Lights.none(),
         world=World.constant(0),
@@ -190,9 +199,12 @@ class _Found:
         looks = [look for look in self._looks.values() if look]
         return list(dict.fromkeys(one.original for one in looks if one.kind in NOT_READ or has_hair(one.original)))
 
-    def walk(self) -> None:
+    def walk(self, progress: Progress) -> None:
         """Find all there is."""
+        n = len(self._depsgraph.object_instances)
         for row, instance in enumerate(self._depsgraph.object_instances):
+            if row % _ROWS == 0:
+                progress.update(READING, _WALKED * row / n)
             if not instance.show_self:
                 continue
             look = self._look(instance.object)
@@ -261,7 +273,7 @@ def _matrices(depsgraph: "bpy.types.Depsgraph") -> np.ndarray:
     return columns.transpose(0, 2, 1)
 
 
-def _place(sources: list[_Source], matrices: np.ndarray, materials: MaterialTable) -> PlacedMeshes:
+def _place(sources: list[_Source], matrices: np.ndarray, materials: MaterialTable, progress: Progress) -> PlacedMeshes:
     """All instances of all sources; they become objects in the sources' order."""
     n_copies = np.array([len(source.rows) for source in sources], np.int64)
     n_vertices = np.array([len(source.mesh.vertices) for source in sources], np.int64)
@@ -272,6 +284,7 @@ def _place(sources: list[_Source], matrices: np.ndarray, materials: MaterialTabl
     names = [name for source in sources for name in source.names]
     reader = _Reader(materials)
     for batch in _batches(n_triangles[of_copy]):
+        progress.update(READING, batch.start / len(of_copy))
         used, of_used = np.unique(of_copy[batch], return_inverse=True)
         models = Models([reader.model(sources[source]) for source in used])
         placed.add(models, of_used, matrices[rows[batch]], names[batch])

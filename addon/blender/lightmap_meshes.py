@@ -5,6 +5,7 @@ import numpy as np
 
 from ..errors import BakeError
 from ..lightmap_settings import MADE_UV_MAP
+from ..progress import Progress
 from ..receivers import LightmapMesh
 from .color_attribute import check_editable
 from .lightmap_layout import Layout
@@ -43,7 +44,10 @@ def check_lightmap_object(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgra
 
 
 def lightmap_meshes(
-    objects: "list[bpy.types.Object]", depsgraph: "bpy.types.Depsgraph", layout: Layout
+    objects: "list[bpy.types.Object]",
+    depsgraph: "bpy.types.Depsgraph",
+    layout: Layout,
+    progress: Progress | None = None,
 ) -> list[LightmapMesh]:
     """The triangles of objects, as modifiers make them, in their lightmaps.
 
@@ -57,6 +61,8 @@ def lightmap_meshes(
     uvs = _through_modifiers(changed, layout)
     meshes = []
     for obj, place in zip(objects, layout.places, strict=True):
+        if progress is not None:
+            progress.check()
         mesh = read_mesh(evaluated[obj])
         if obj in uvs:
             uv = uvs[obj]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from ..progress import Progress
 from ..scene import Channel, Materials
 from .atlas import make_atlas
 from .closures import Closure, combine, read_closures
@@ -19,6 +20,8 @@ from .shortcomings import shortcomings
 from .temporary import CyclesError
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of, interpolated
 from .warn import Warnings
+
+READING = "Reading the scene"
 
 DEFAULT_GREY = 0.8
 """Cycles' albedo where there is no material."""
@@ -133,9 +136,12 @@ class MaterialTable:
         entry = self._entries[index]
         return entry.coordinates if isinstance(entry, _Pending) or entry.textures else None
 
-    def materials(self) -> Materials:
+    def materials(self, progress: Progress) -> Materials:
         """All materials, in columns. Comes last: it bakes what has to be baked."""
-        rows = [entry.surface() if isinstance(entry, _Pending) else entry for entry in self._entries]
+        rows = []
+        for number, entry in enumerate(self._entries):
+            progress.update(READING, number / len(self._entries))
+            rows.append(entry.surface() if isinstance(entry, _Pending) else entry)
         self._entries = list(rows)
         return Materials.of(
             len(rows),

@@ -17,6 +17,7 @@ import bpy
 import numpy as np
 
 from ..errors import BakeError
+from ..progress import Progress
 from ..receivers import ReceiverMesh
 from .color_attribute import check_editable
 from .meshes import attribute, evaluated_mesh
@@ -87,7 +88,9 @@ SAME_VERTICES_NODES = {
 """Geometry nodes that do the same; 'Smooth by Angle' is made of them."""
 
 
-def receiver_meshes(objects: "list[bpy.types.Object]", depsgraph: "bpy.types.Depsgraph") -> list[ReceiverMesh]:
+def receiver_meshes(
+    objects: "list[bpy.types.Object]", depsgraph: "bpy.types.Depsgraph", progress: Progress | None = None
+) -> list[ReceiverMesh]:
     """The meshes that values are wanted for.
 
     Parameters
@@ -101,7 +104,12 @@ def receiver_meshes(objects: "list[bpy.types.Object]", depsgraph: "bpy.types.Dep
     BakeError
         If one of them cannot be baked to, naming it and what to do.
     """
-    return [receiver_mesh(obj, depsgraph) for obj in objects]
+    meshes = []
+    for obj in objects:
+        if progress is not None:
+            progress.check()
+        meshes.append(receiver_mesh(obj, depsgraph))
+    return meshes
 
 
 def receiver_mesh(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> ReceiverMesh:

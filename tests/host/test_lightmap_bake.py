@@ -7,6 +7,7 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
+from photon_bake.addon.camera_settings import CameraSettings
 from photon_bake.addon.errors import BakeError, Cancelled
 from photon_bake.addon.gather import Irradiance
 from photon_bake.addon.lightmap_settings import LightmapSettings
@@ -14,12 +15,14 @@ from photon_bake.addon.output.lightmap import FileFormat
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.tracers.embree import EmbreeTracer
-from photon_bake.addon.ui.state import LIGHTMAP_SHARES, STAGE_SHARES, bake_state, share_done
+from photon_bake.addon.ui.state import CAMERA_SHARES, LIGHTMAP_SHARES, STAGE_SHARES, bake_state, share_done
 from photon_bake.operators.bake_job import BakeJob
+from photon_bake.operators.camera_target import WantedCamera
 from photon_bake.operators.command_line import run
 from photon_bake.operators.lightmap_target import WantedLightmaps
 from photon_bake.operators.vertex_target import WantedVertices
 
+from .camera_scenes import add_camera
 from .lightmap_scenes import QUICK, add_room, bake, pixels_of, prepare, uv_of
 from .scenes import add_cube, add_plane
 
@@ -92,8 +95,8 @@ def test_interpolated_light_is_not_filtered_by_itself(tmp_path):
     noisy = np.random.default_rng(0).uniform(1, 2, (n, 3)).astype(np.float32)
 
     def finished(denoiser, n_records):
-        counts = {"gather_points": n_records}
-        light = Irradiance(noisy, np.full(n, 0.3, np.float32), {"indirect": noisy}, counts)
+        passes, gathered = {"indirect": noisy}, np.arange(n) < n_records
+        light = Irradiance(noisy, np.full(n, 0.3, np.float32), passes, {}, gathered=gathered)
         of = replace(points.target, settings=replace(points.target.settings, denoiser=denoiser))
         return replace(points, target=of).finish(light, Workers()).images[0]
 
@@ -279,6 +282,25 @@ def test_the_progress_bar_knows_the_stages_of_lightmaps(tmp_path):
     wanted = WantedLightmaps(LightmapSettings(density=4.0), tmp_path, "scene")
     BakeJob.prepare(bpy.context, [wanted], progress).solve(QUICK, progress)
     assert set(LIGHTMAP_SHARES) <= set(shown) and done == sorted(done)
+
+
+def test_the_progress_of_several_targets_never_falls(tmp_path):
+    """Of targets that both are denoised, and lightmaps that are looked around more than once."""
+    bpy.context.scene.render.resolution_x, bpy.context.scene.render.resolution_y = 24, 16
+    add_camera(bpy.context.scene, (0, -8, 2))
+    shown, done, shares = {}, [], STAGE_SHARES["final"] | LIGHTMAP_SHARES | CAMERA_SHARES
+    assert len(shares) == len(STAGE_SHARES["final"]) + len(LIGHTMAP_SHARES) + len(CAMERA_SHARES)
+
+    def listen(stage, fraction):
+        assert fraction >= shown.get(stage, 0) or stage not in shares, stage
+        shown[stage] = fraction
+        done.append(share_done(shares, shown))
+
+    progress = Progress(listen)
+    settings = LightmapSettings(density=4.0, denoiser="own")
+    wanted = WantedLightmaps(settings, tmp_path, "scene"), WantedCamera(CameraSettings(), tmp_path), WantedVertices()
+    BakeJob.prepare(bpy.context, wanted, progress).solve(QUICK, progress)
+    assert {"Denoising", "Denoising the pass"} <= set(shown) and done == sorted(done)
 
 
 def test_the_command_bakes_both_targets(tmp_path, capfd):

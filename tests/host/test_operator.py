@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 from photon_bake.addon.errors import BakeError, Cancelled
 from photon_bake.addon.inspector import Inspector
+from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.settings import CHOICES, BakeSettings, settings_for
 from photon_bake.addon.ui.state import STAGE_SHARES, bake_state, share_done
 from photon_bake.operators.bake_indirect import Solver
 from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.vertex_target import WantedVertices
+from photon_bake.operators.lightmap_target import WantedLightmaps
+from photon_bake.operators.vertex_target import VertexPoints, WantedVertices
 
-from .scenes import add_cube, add_lamp, add_plane
+from .scenes import add_cube, add_lamp, add_material, add_plane
 
 GATHERS = [gather for gather in CHOICES["gather"] if gather != "photon_volumes"]  # which is a camera's alone
 
@@ -140,6 +142,34 @@ def test_a_cancelled_bake_changes_nothing(room, monkeypatch):
     assert light_of("Box") is None and not bake_state.running and not bake_state.error
 
 
+def test_reading_can_be_cancelled_at_any_time(room, tmp_path):
+    """Many instances, many meshes, materials: each is a step after which the reading may be told to stop."""
+    data = bpy.data.objects["Box"].data
+    for i in range(300):
+        bpy.context.scene.collection.objects.link(bpy.data.objects.new(f"Box {i}", data))
+    for i in range(5):
+        add_plane(f"Plane {i}", material=add_material(f"Material {i}")[0])
+    asked = []
+
+    class CancelsAfter(Progress):
+        def check(self):
+            asked.append(1)
+            if len(asked) > times:
+                self.cancel()
+            super().check()
+
+    wanted, names = [WantedLightmaps(LightmapSettings(density=1.0), tmp_path, "scene"), WantedVertices()], ["Floor"]
+    names += [f"Plane {i}" for i in range(5)]
+    times = 10_000
+    BakeJob.prepare(bpy.context, wanted, CancelsAfter(), names)
+    assert len(asked) > 25
+    for times in range(0, len(asked), 3):
+        asked.clear()
+        with pytest.raises(Cancelled):
+            BakeJob.prepare(bpy.context, wanted, CancelsAfter(), names)
+        assert len(asked) == times + 1
+
+
 def test_a_fault_of_ours_is_told_and_leaves_nothing_running(room, monkeypatch, capfd):
     def solve(self, settings, progress, inspector):
         raise ZeroDivisionError("by zero")
@@ -177,6 +207,19 @@ def test_a_thread_solves_and_can_be_stopped(room):
     stopped.join()
     with pytest.raises(Cancelled):
         stopped.solved()
+
+
+def test_all_of_a_bake_keeps_to_the_memory(room, monkeypatch):
+    given = []
+
+    def finish(points, irradiance, workers):
+        given.append(workers.memory)
+
+    monkeypatch.setattr(VertexPoints, "finish", finish)
+    room.memory = 321
+    bake = BakeJob.prepare(bpy.context, [WantedVertices()], Progress())
+    bake.solve(room.settings(), Progress())
+    assert given == [321]
 
 
 def test_a_mesh_edited_meanwhile_is_refused(room):
