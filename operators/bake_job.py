@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from ..addon.blender import extract_scene
+from ..addon.errors import Advice
 from ..addon.inspector import Inspector
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
@@ -266,6 +267,7 @@ def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:
     except ImportError:
         from ..addon.blender import BVHTracer
 
-        warnings.append("embreex is not installed, so Blender's slower BVH traces rays: install the extension's zip.")
+        slow = "embreex is not installed, so Blender's slower BVH traces rays: install the extension's zip."
+        warnings.append(Advice(slow))
         return BVHTracer(scene)
     return EmbreeTracer(scene)

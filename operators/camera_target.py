@@ -10,7 +10,7 @@ import numpy as np
 
 from ..addon.blender.camera import read_camera, read_frame, read_pixel_filter
 from ..addon.camera_settings import CameraSettings
-from ..addon.errors import BakeError
+from ..addon.errors import Advice, BakeError
 from ..addon.output import check_writable
 from ..addon.output.camera import CameraPass, PictureFrame, denoised, frame_path, write_camera_pass
 from ..addon.output.oidn import has_oidn
@@ -93,7 +93,7 @@ class CameraTarget:
         n_samples = self.settings.n_pixel_samples
         points = camera_points(scene, LightTracer(scene, tracer), self.camera, self.pixel_filter, n_samples, workers)
         if len(points) == 0:
-            warnings.append("The camera sees no surface, so its pass is empty.")
+            warnings.append(Advice("The camera sees no surface, so its pass is empty."))
         return SeenPoints(points, points.receivers(scene), scene, self, warnings)
 
 

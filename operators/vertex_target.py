@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..addon.blender import bake_objects, check_color_attribute, receiver_meshes, write_color_attribute
+from ..addon.errors import Advice
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
 from ..addon.receivers import ReceiverMesh, Receivers, vertex_receivers
@@ -92,7 +93,7 @@ def too_coarse(receivers: Receivers) -> list[str]:
         return []
     widest = region_of(receivers.position).radius
     return [
-        f"Object '{target.object_name}' has too few vertices for its size to show light: subdivide it."
+        Advice(f"Object '{target.object_name}' has too few vertices for its size to show light: subdivide it.")
         for target in receivers.targets
         if (receivers.footprint[target.receiver_of_element[target.receiver_of_element >= 0]] > widest).any()
     ]

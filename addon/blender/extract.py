@@ -13,6 +13,7 @@ from .lamps import in_light_group, read_lamp
 from .light_links import Placed, link_lights
 from .materials import MaterialTable
 from .meshes import LocalMesh, count_triangles, read_mesh, used_slots
+from .missing_files import warn_of_missing_files
 from .placing import Model, Models, PlacedMeshes
 from .visibility import (
     ALL_RAYS,
@@ -63,8 +64,7 @@ def extract_scene(
     Raises
     ------
     BakeError
-        If an object is in edit mode or has coordinates that are not finite, an image file is missing, or there is no
-        such light group.
+        If an object is in edit mode or has coordinates that are not finite, or there is no such light group.
     """
     warn = Warnings(warnings)
     _check_light_group(depsgraph.view_layer, light_group)
@@ -92,6 +92,7 @@ def extract_scene(
         lights=Lights.join(found.lights) if found.lights else Lights.none(),
         world=read_world(depsgraph, warn, light_group),
     )
+    warn_of_missing_files(depsgraph, visibility, materials.readable_images, warn)
     return link_lights(scene, found.lamps, list(compress(objects, left)), warn)
 
 
