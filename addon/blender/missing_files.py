@@ -1,4 +1,4 @@
-"""Files that the shown part of a scene wants and that are not there: a render goes on without them, and so does a bake."""
+"""Files that what is shown wants and that are not there: a render goes on without them, and so does a bake."""
 
 import re
 from collections import defaultdict
