@@ -7,6 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
+from tempfile import mkdtemp
 from time import perf_counter
 from typing import Any
 
@@ -51,8 +52,9 @@ def run(arguments: list[str]) -> int:
         with ctrl_c_cancels(progress):
             if unopened:  # Blender goes on with a scene of its own
                 raise BakeError(_why_unopened(unopened))
-            _bake(options, progress, report, line.next_time)
-        status = DONE
+            failures = _bake(options, progress, report, line.next_time)
+        status = FAILED if failures else DONE
+        report.message = " ".join(failures)
     except Cancelled:
         report.status, report.message, status = "cancelled", "Cancelled; nothing was changed.", CANCELLED
     except Exception as error:
@@ -77,43 +79,59 @@ def _why_unopened(path: str) -> str:
     return f"{path} cannot be opened by Blender {bpy.app.version_string}: check that it is a .blend file, and whole."
 
 
-def _bake(options: Options, progress: Progress, report: Report, baked: Callable[[], None]) -> None:
+def _bake(options: Options, progress: Progress, report: Report, baked: Callable[[], None]) -> list[str]:
+    """Bake and save; returns sentences about what could not be written where something else was."""
     for path in (options.save, options.report):
         if path is not None:
             check_writable(path)
+    failures: list[str] = []
     scene = bpy.context.scene
     current = scene.frame_current
     try:
         for frame in options.frames or [current]:
             if frame != scene.frame_current:
                 scene.frame_set(frame)
-            _bake_frame(options, progress, report)
+            failures += _bake_frame(options, progress, report)
             baked()
     finally:
         if scene.frame_current != current:
             scene.frame_set(current)
     if options.save is not None:
         progress.update(SAVING, 0)
-        _save(options.save)
-        report.saved = str(options.save)
+        saved, failure = _save_somewhere(options.save)
+        report.saved = str(saved) if saved else ""
+        failures += failure
         with suppress(Cancelled):  # too late: it is saved
             progress.update(SAVING, 1)
-    report.status = "done"
+    report.status = "failed" if failures else "done"
+    return failures
 
 
-def _bake_frame(options: Options, progress: Progress, report: Report) -> None:
-    """Bake what is asked for in the current frame; the report has the files of all frames, and else the last one's."""
-    with hushed(1):  # Cycles' log, where it evaluates nodes
-        job = BakeJob.prepare(bpy.context, _wanted(options), progress, options.objects, options.light_group)
-    earlier = report.warnings
-    report.warnings = job.warnings
-    solved = job.solve(options.settings, progress)
-    job.write(solved, progress)
-    report.warnings = list(dict.fromkeys([*earlier, *job.warnings]))
+def _bake_frame(options: Options, progress: Progress, report: Report) -> list[str]:
+    """Bake what is asked for in the current frame; the report has the files of all frames, and else the last one's.
+
+    Returns
+    -------
+    list of str
+        Sentences about what could not be written.
+    """
+    wanted, named = _wanted(options), (options.objects, options.light_group)
+    earlier, job = report.warnings, None
+    try:
+        with hushed(1):  # Cycles' log, where it evaluates nodes
+            job = BakeJob.prepare(bpy.context, wanted, progress, *named, options.strict)
+        job.check_strict()
+        if not report.files:
+            job.check_space(len(options.frames or [0]), options.save)
+        solved = job.solve(options.settings, progress)
+        written = job.write(solved, progress)
+    finally:
+        report.warnings = list(dict.fromkeys([*earlier, *(job.warnings if job else [])]))
     report.objects = job.object_names
-    report.files += [str(path) for path in solved.files]
+    report.files += [str(path) for path in written.files]
     report.counts = {**job.counts, **solved.counts}
     report.relative_noise = solved.irradiance.relative_noise
+    return written.failures
 
 
 def _wanted(options: Options) -> list[Wanted]:
@@ -129,6 +147,30 @@ def _wanted(options: Options) -> list[Wanted]:
     return wanted
 
 
+def _save_somewhere(path: Path) -> tuple[Path | None, list[str]]:
+    """Save the open file as `path`, or where that fails for temporary files: light that took hours is not lost.
+
+    Returns
+    -------
+    Path or None
+        Where it is saved.
+    list of str
+        A sentence if that is not `path`.
+    """
+    try:
+        _save(path)
+    except (OSError, RuntimeError, BakeError) as error:
+        reason = getattr(error, "strerror", None) or str(error).strip()
+    else:
+        return path, []
+    refuge = Path(mkdtemp(prefix="photon_bake_"), path.name)
+    try:
+        _save(refuge)
+    except (OSError, RuntimeError, BakeError):
+        return None, [f"{path} could not be saved ({reason}), nor {refuge}: make room and bake again."]
+    return refuge, [f"{path} could not be saved ({reason}); the baked file is {refuge}: move it."]
+
+
 def _save(path: Path) -> None:
     """Save the open file as `path`, whole or not at all, and go on with the open one."""
     loaded = Path(bpy.data.filepath)
@@ -138,7 +180,7 @@ def _save(path: Path) -> None:
             filepath=str(temporary), copy=True, relative_remap=True, compress=compress, check_existing=False
         )
         if not temporary.is_file():
-            raise BakeError(f"{path} could not be saved; is the disk full?")
+            raise BakeError("is the disk full?")
 
 
 def _begin(options: Options) -> Report:
@@ -157,8 +199,8 @@ def _end(report: Report, progress: Progress, options: Options, status: int) -> i
     """Say how it went, and write the report."""
     report.stage_seconds = progress.stage_seconds
     report.peak_memory_mb = peak_memory_mb()
-    if report.status == "done":
-        report.message = _summary(report)
+    if report.counts:
+        report.message = f"{_summary(report)} {report.message}".strip()
     for warning in report.warnings:
         say(f"warning: {warning}")
     say(report.message)

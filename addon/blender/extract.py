@@ -15,6 +15,7 @@ from .lamps import in_light_group, read_lamp
 from .light_links import Placed, link_lights
 from .materials import READING, MaterialTable
 from .meshes import LocalMesh, count_triangles, evaluated_mesh, read_mesh, used_slots
+from .missing_files import warn_of_missing_files
 from .placing import Model, Models, PlacedMeshes
 from .render_graph import is_stand_in
 from .visibility import ALL_RAYS, LIGHT_RAYS, NOT_READ, RAYS, has_hair, rays_that_see, warn_of_hair
@@ -79,8 +80,7 @@ def read_scene(
     Raises
     ------
     BakeError
-        If an object has coordinates that are not finite, an image file is missing, or there is no
-        such light group.
+        If an object has coordinates that are not finite, or there is no such light group.
     Cancelled
         If `progress` was cancelled.
     """
@@ -105,6 +105,7 @@ def read_scene(
         lights=Lights.join(found.lights) if found.lights else Lights.none(),
         world=World.constant(0),
     )
+    warn_of_missing_files(depsgraph, materials.readable_images, warn)
     scene = link_lights(scene, found.lamps, list(compress(objects, left)), warn)
     return SceneReading(scene, read_world(depsgraph, light_group), warn)
 

@@ -6,11 +6,13 @@ from hashlib import blake2b
 import bpy
 import numpy as np
 
-from ..errors import BakeError
 from ..scene import Textures
 
 MAX_SIDE = 1024
 """Longest side of an image in texels; longer ones are reduced by box averaging, which bounds memory to 16 MiB each."""
+
+MISSING = np.array([[[1, 0, 1, 1]]], np.float32)
+"""What Cycles shows of an image that cannot be read: opaque magenta, whatever the image's settings."""
 
 N_HELD = 8
 """How many pictures are held in case that another material reads them too."""
@@ -22,34 +24,37 @@ class ImageTable:
 
     Light that has bounced off a picture is blurred over a whole hemisphere, so the reduction to `MAX_SIDE` costs no
     visible accuracy.
+
+    Attributes
+    ----------
+    readable : dict of int to bool
+        By the `session_uid` of each image that was asked for: whether its pixels could be read.
     """
 
+    readable: dict[int, bool] = field(default_factory=dict)
     _read: dict[tuple[int, bool], np.ndarray] = field(default_factory=dict)
     _index: dict[tuple[bytes, bool], int] = field(default_factory=dict)
     _textures: list[np.ndarray] = field(default_factory=list)
     _extends: list[bool] = field(default_factory=list)
 
-    def read(self, image: "bpy.types.Image", material_name: str, alpha_is_used: bool) -> np.ndarray:
+    def read(self, image: "bpy.types.Image", alpha_is_used: bool) -> np.ndarray:
         """Pixels of an image from the bottom left, (height, width, 4) float32, scene-linear colour and alpha.
+
+        `MISSING` where it cannot be read.
 
         Parameters
         ----------
         image : bpy.types.Image
-        material_name : str
-            Who reads it, for messages.
         alpha_is_used : bool
             Whether something reads the image node's Alpha; Cycles takes transparent texels for black otherwise.
-
-        Raises
-        ------
-        BakeError
-            If its file cannot be read.
         """
         key = (image.as_pointer(), alpha_is_used)
         if key not in self._read:
             if len(self._read) >= N_HELD:
                 self._read.pop(next(iter(self._read)))
-            self._read[key] = _linear_pixels(image, material_name, alpha_is_used)
+            pixels = _raw_pixels(image)
+            self.readable[image.session_uid] = pixels is not None
+            self._read[key] = MISSING if pixels is None else _linear_pixels(pixels, image, alpha_is_used)
         return self._read[key]
 
     def add(self, texture: np.ndarray, extends: bool) -> int:
@@ -67,8 +72,7 @@ class ImageTable:
         return Textures.pack(self._textures, self._extends)
 
 
-def _linear_pixels(image: "bpy.types.Image", material_name: str, alpha_is_used: bool) -> np.ndarray:
-    pixels = _raw_pixels(image, material_name)
+def _linear_pixels(pixels: np.ndarray, image: "bpy.types.Image", alpha_is_used: bool) -> np.ndarray:
     channels = pixels.shape[2]
     color = pixels[..., :3] if channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
     has_alpha = channels == 4 and image.alpha_mode != "NONE"
@@ -87,16 +91,13 @@ def _linear_pixels(image: "bpy.types.Image", material_name: str, alpha_is_used: 
     return np.nan_to_num(_reduce(linear), posinf=0.0)
 
 
-def _raw_pixels(image: "bpy.types.Image", material_name: str) -> np.ndarray:
-    """Pixels of an image as Blender holds them, (height, width, channels) float32."""
+def _raw_pixels(image: "bpy.types.Image") -> np.ndarray | None:
+    """Pixels of an image as Blender holds them, (height, width, channels) float32; None where it has none."""
     was_loaded = image.has_data
     width, height = image.size
     pixels = np.empty(width * height * image.channels, np.float32)
     if not len(pixels) or len(image.pixels) != len(pixels):
-        raise BakeError(
-            f"Image '{image.name}' of material '{material_name}' cannot be read from "
-            f"'{bpy.path.abspath(image.filepath)}': restore the file, or point the image to where it is."
-        )
+        return None
     image.pixels.foreach_get(pixels)
     if image.source == "FILE" and not was_loaded:
         image.buffers_free()  # as it was before: pixels that nothing else shows need no memory

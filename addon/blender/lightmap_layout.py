@@ -7,7 +7,7 @@ from math import sqrt
 import bpy
 import numpy as np
 
-from ..errors import BakeError
+from ..errors import Advice, BakeError
 from ..lightmap_settings import LARGEST_SIZE, MADE_UV_MAP, LightmapSettings
 from ..progress import Progress
 from .lightmap_charts import Faces, areas
@@ -238,7 +238,7 @@ def _side(pieces: Sequence[Piece], density: float) -> float:
 
 
 def _limited(whose: str, needed: str, density: float, settings: LightmapSettings) -> str:
-    return (
+    return Advice(
         f"The lightmap of {whose} has {density:.3g} texels a metre instead of {settings.density:g}, for which it would "
         f"have to be {needed} texels wide: raise Max Size, or lower Density."
     )

@@ -136,6 +136,11 @@ class MaterialTable:
         entry = self._entries[index]
         return entry.coordinates if isinstance(entry, _Pending) or entry.textures else None
 
+    @property
+    def readable_images(self) -> dict[int, bool]:
+        """See `ImageTable.readable`."""
+        return self._images.readable
+
     def materials(self, progress: Progress) -> Materials:
         """All materials, in columns. Comes last: it bakes what has to be baked."""
         rows = []
@@ -214,7 +219,7 @@ class _Reader:
         depends.append(image)
         if _key(image) not in self.pictures:
             coordinates = coordinates_of(image)
-            pixels = self.images.read(node.image, self.name, node.outputs["Alpha"].is_linked)
+            pixels = self.images.read(node.image, node.outputs["Alpha"].is_linked)
             pixels = interpolated(pixels, node.interpolation, node.extension)
             self.pictures[_key(image)] = Picture(pixels, node.extension, coordinates)
         return np.full((1, 1, 4), 0.5, np.float32)

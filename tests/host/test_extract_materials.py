@@ -4,7 +4,6 @@ import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.blender.images import MAX_SIDE, _reduce
-from photon_bake.addon.errors import BakeError
 from photon_bake.tests.host import scenes
 
 CHECK = np.random.default_rng(3).uniform(0.1, 1, (2, 2, 4))
@@ -214,19 +213,6 @@ def test_material_override():
     bpy.context.view_layer.material_override = red
     scenes.add_cube()
     assert extract().materials.names == ("Red",)
-
-
-def test_missing_image_file(tmp_path):
-    material, surface = scenes.add_material("Wall")
-    node = material.node_tree.nodes.new("ShaderNodeTexImage")
-    node.image = bpy.data.images.new("Bricks", 4, 4)
-    node.image.source, node.image.filepath = "FILE", str(tmp_path / "bricks.png")
-    material.node_tree.links.new(node.outputs["Color"], surface.inputs["Base Color"])
-    cube = scenes.add_cube(material=material)
-    with pytest.raises(BakeError, match=r"'Bricks'.*'Wall'.*bricks\.png"):
-        extract()
-    cube.data.materials.clear()
-    extract()  # a material that nothing uses is not read
 
 
 def test_image_file_is_read_and_its_memory_given_back(tmp_path):

@@ -6,7 +6,7 @@ from dataclasses import fields
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.errors import BakeError, Cancelled
+from photon_bake.addon.errors import BakeError, Cancelled, kind_of
 from photon_bake.addon.inspector import Inspector
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.progress import Progress
@@ -222,14 +222,98 @@ def test_all_of_a_bake_keeps_to_the_memory(room, monkeypatch):
     assert given == [321]
 
 
-def test_a_mesh_edited_meanwhile_is_refused(room):
+def test_a_mesh_edited_meanwhile_is_left_out_alone(room):
     progress = Progress()
     bake = BakeJob.prepare(bpy.context, [WantedVertices()], progress)
     light = bake.solve(room.settings(), progress)
     bpy.data.objects["Floor"].data.vertices.add(1)
-    with pytest.raises(BakeError, match="Floor"):
-        bake.write(light, progress)
-    assert light_of("Box") is None
+    bpy.data.objects["Lamp"].location.x += 1
+    bpy.context.view_layer.update()
+    assert bake.write(light, progress).failures == []
+    assert light_of("Floor") is None and light_of("Box")[:, :3].max() > 0
+    moved, changed = (warning for warning in bake.warnings if kind_of(warning) == "difference")
+    assert "'Floor' got no light, since its mesh was changed" in changed
+    assert "Light is that of where object 'Lamp' stood" in moved
+
+
+def test_undo_and_other_names_are_harmless(room):
+    """Undo makes all data-blocks anew; here a renamed object stands for that, and a name that another one took."""
+    progress = Progress()
+    bake = BakeJob.prepare(bpy.context, [WantedVertices()], progress)
+    light = bake.solve(room.settings(), progress)
+    bpy.data.objects["Floor"].name = "Ground"
+    add_cube("Floor")
+    bake.write(light, progress)
+    assert light_of("Ground") is not None and light_of("Floor") is None
+    assert not any(kind_of(warning) == "difference" for warning in bake.warnings)
+
+
+class Broken:
+    """A product that cannot be written."""
+
+    files, counts = [], {}
+
+    def concerns(self):
+        return []
+
+    def write(self):
+        raise BakeError("The disk is full.")
+
+
+def test_one_of_two_outputs_that_fails_is_said_and_the_other_is_written(room, monkeypatch):
+    solve = BakeJob.solve
+    monkeypatch.setattr(BakeJob, "solve", lambda *at: with_broken(solve(*at)))
+    with pytest.raises(RuntimeError, match=r"The disk is full\. The rest was written\."):
+        bpy.ops.photon_bake.bake_indirect()
+    assert light_of("Box")[:, :3].max() > 0 and "points in" in bake_state.result
+    assert bake_state.error == "The disk is full." and not bake_state.running
+
+
+def with_broken(solved):
+    solved.products.insert(0, Broken())
+    return solved
+
+
+def test_strict_writes_nothing_where_light_differs(room):
+    room.strict = True
+    add_cube("Twin").location.x = 3
+    bpy.data.objects["Twin"].data = bpy.data.objects["Box"].data
+    with pytest.raises(RuntimeError, match=r"Strict, so nothing was written.*shared by"):
+        bpy.ops.photon_bake.bake_indirect()
+    assert light_of("Floor") is None and bake_state.error
+    room.strict = False
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
+
+
+def test_strict_allows_advice(room):
+    room.strict = True
+    add_lamp("AREA", "Flat", scale=(0, 0, 0))
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
+    assert any("no area" in warning for warning in bake_state.warnings)
+
+
+def test_strict_is_found_before_the_work(room, monkeypatch):
+    room.strict = True
+    bpy.data.objects["Box"].modifiers.new("Bevel", "BEVEL")
+    image = bpy.data.images.new("Gone", 2, 2)
+    image.source, image.filepath = "FILE", "//gone.png"
+    material, surface = add_material("Paper")
+    node = material.node_tree.nodes.new("ShaderNodeTexImage")
+    node.image = image
+    material.node_tree.links.new(node.outputs[0], surface.inputs[0])
+    bpy.data.objects["Floor"].data.materials.append(material)
+    monkeypatch.setattr(BakeJob, "solve", lambda *_: pytest.fail("it baked"))
+    with pytest.raises(RuntimeError, match="Strict, so nothing was written"):
+        bpy.ops.photon_bake.bake_indirect()
+
+
+def test_selected_only_says_nothing_of_a_camera(room, tmp_path):
+    bpy.ops.object.camera_add(location=(0, -8, 3), rotation=(1.2, 0, 0))
+    bpy.context.scene.camera = bpy.context.object
+    bpy.context.scene.render.resolution_x = bpy.context.scene.render.resolution_y = 8
+    room.selected_only, room.targets, room.camera.folder = True, {"camera"}, str(tmp_path)
+    bpy.ops.object.select_all(action="DESELECT")
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
 
 
 def test_properties_are_the_engines_knobs(empty_scene):
