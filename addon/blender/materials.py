@@ -17,7 +17,7 @@ from .meshes import attribute
 from .nodes import Place, output_node, source, uses_nodes
 from .shortcomings import shortcomings
 from .temporary import CyclesError
-from .texture_grid import Coordinates, Grid, Picture, coordinates_of, interpolated
+from .texture_grid import Coordinates, Grid, Picture, coordinates_of
 from .warn import Warnings
 
 DEFAULT_GREY = 0.8
@@ -95,7 +95,7 @@ class MaterialTable:
     def __init__(self, warnings: Warnings) -> None:
         self._warnings = warnings
         self._images = ImageTable()
-        self._readers: dict[str, _Reader] = {}
+        self._readers: dict[int, _Reader] = {}
         self._index: dict[tuple, int] = {}
         self._entries: list[Surface | _Pending] = []
 
@@ -110,11 +110,11 @@ class MaterialTable:
             Evaluated mesh object (of an instance, the instanced one) that the material is on. Without it nothing is
             baked.
         """
-        name = repr(material.original) if material else ""
-        if name not in self._readers:
-            self._readers[name] = _Reader(material, self._images, self._warnings)
-        reader = self._readers[name]
-        key = (name, *reader.appearance(obj)) if reader.needs_bake and obj else (name,)
+        identity = material.original.session_uid if material else 0  # a local and a linked one may share a name
+        if identity not in self._readers:
+            self._readers[identity] = _Reader(material, self._images, self._warnings)
+        reader = self._readers[identity]
+        key = (identity, *reader.appearance(obj)) if reader.needs_bake and obj else (identity,)
         if key not in self._index:
             self._index[key] = len(self._entries)
             self._entries.append(reader.pending(obj) if len(key) > 1 else reader.surface())
@@ -200,8 +200,8 @@ class _Reader:
         depends.append(image)
         if _key(image) not in self.pictures:
             coordinates = coordinates_of(image)
-            pixels = self.images.read(node.image, self.name, node.outputs["Alpha"].is_linked)
-            pixels = interpolated(pixels, node.interpolation, node.extension)
+            alpha_is_used = node.outputs["Alpha"].is_linked
+            pixels = self.images.read(node.image, self.name, alpha_is_used, node.interpolation, node.extension)
             self.pictures[_key(image)] = Picture(pixels, node.extension, coordinates)
         return np.full((1, 1, 4), 0.5, np.float32)
 
@@ -250,7 +250,7 @@ class _Reader:
         """Equal for objects on which the material looks the same."""
         assert self.material is not None
         sees = sees_object(self.material.node_tree)
-        return obj.data.as_pointer(), obj.original.name_full if sees else ""
+        return obj.data.as_pointer(), obj.original.session_uid if sees else 0
 
     def pending(self, obj: "bpy.types.Object") -> "_Pending | Surface":
         """The material on an object, to be baked later."""
