@@ -36,8 +36,10 @@ def write_color_attribute(
 ) -> list[str]:
     """Write E / π to a FLOAT_COLOR attribute of each target's mesh, and make it the active colour.
 
-    An attribute of that name is replaced where its domain or type differ. A mesh that several targets share gets the
-    mean of their values. Objects that can take their light no more are left out.
+    The color that renders fall back on, which a Color Attribute node without a name reads, stays what it was, even
+    where there was none: otherwise the light would change the materials that it was baked with. An attribute of that
+    name is replaced where its domain or type differ. A mesh that several targets share gets the mean of their values.
+    Objects that can take their light no more are left out.
 
     Parameters
     ----------
@@ -154,6 +156,7 @@ def _values(colors: np.ndarray, target: AttributeTarget, mesh: "bpy.types.Mesh",
 
 
 def _write(mesh: "bpy.types.Mesh", name: str, domain: str, rgba: np.ndarray) -> None:
+    rendered = mesh.attributes.default_color_name
     attribute = mesh.attributes.get(name)
     if attribute is not None and (attribute.data_type, attribute.domain) != ("FLOAT_COLOR", domain):
         mesh.attributes.remove(attribute)
@@ -161,9 +164,8 @@ def _write(mesh: "bpy.types.Mesh", name: str, domain: str, rgba: np.ndarray) -> 
     if attribute is None:
         attribute = mesh.attributes.new(name, "FLOAT_COLOR", domain)
     attribute.data.foreach_set("color", np.ascontiguousarray(rgba, np.float32).ravel())
-    index = mesh.color_attributes.find(name)
-    mesh.color_attributes.active_color_index = index
-    mesh.color_attributes.render_color_index = index
+    mesh.attributes.active_color_name = name
+    mesh.attributes.default_color_name = rendered
     mesh.update()
 
 

@@ -18,7 +18,7 @@ from .meshes import attribute
 from .nodes import Place, output_node, source, uses_nodes
 from .shortcomings import shortcomings
 from .temporary import CyclesError
-from .texture_grid import Coordinates, Grid, Picture, coordinates_of, interpolated
+from .texture_grid import Coordinates, Grid, Picture, coordinates_of
 from .warn import Warnings
 
 READING = "Reading the scene"
@@ -98,7 +98,7 @@ class MaterialTable:
     def __init__(self, warnings: Warnings) -> None:
         self._warnings = warnings
         self._images = ImageTable()
-        self._readers: dict[str, _Reader] = {}
+        self._readers: dict[int, _Reader] = {}
         self._index: dict[tuple, int] = {}
         self._entries: list[Surface | _Pending] = []
 
@@ -120,12 +120,12 @@ class MaterialTable:
         mesh : bpy.types.Mesh, optional
             Of that object, with its modifiers.
         """
-        name = repr(material.original) if material else ""
-        if name not in self._readers:
-            self._readers[name] = _Reader(material, self._images, self._warnings)
-        reader = self._readers[name]
+        identity = material.original.session_uid if material else 0  # a local and a linked one may share a name
+        if identity not in self._readers:
+            self._readers[identity] = _Reader(material, self._images, self._warnings)
+        reader = self._readers[identity]
         baked = reader.needs_bake and obj is not None and mesh is not None
-        key = (name, *reader.appearance(obj, mesh)) if baked else (name,)
+        key = (identity, *reader.appearance(obj, mesh)) if baked else (identity,)
         if key not in self._index:
             self._index[key] = len(self._entries)
             self._entries.append(reader.pending(obj, mesh) if baked else reader.surface())
@@ -219,8 +219,8 @@ class _Reader:
         depends.append(image)
         if _key(image) not in self.pictures:
             coordinates = coordinates_of(image)
-            pixels = self.images.read(node.image, node.outputs["Alpha"].is_linked)
-            pixels = interpolated(pixels, node.interpolation, node.extension)
+            alpha_is_used = node.outputs["Alpha"].is_linked
+            pixels = self.images.read(node.image, alpha_is_used, node.interpolation, node.extension)
             self.pictures[_key(image)] = Picture(pixels, node.extension, coordinates)
         return np.full((1, 1, 4), 0.5, np.float32)
 
@@ -269,7 +269,7 @@ class _Reader:
         """Equal for objects on which the material looks the same."""
         assert self.material is not None
         sees = sees_object(self.material.node_tree)
-        return mesh.as_pointer(), obj.original.name_full if sees else ""
+        return mesh.as_pointer(), obj.original.session_uid if sees else 0
 
     def pending(self, obj: "bpy.types.Object", mesh: "bpy.types.Mesh") -> "_Pending | Surface":
         """The material on an object, to be baked later."""

@@ -75,12 +75,12 @@ def _own_values(surface: Place) -> np.ndarray:
     node = surface.origin.socket.node
     if node.type != "BACKGROUND":
         return np.zeros(3)
-    return np.maximum(np.array(node.inputs["Color"].default_value[:3]) * node.inputs["Strength"].default_value, 0)
+    return np.array(node.inputs["Color"].default_value[:3]) * node.inputs["Strength"].default_value
 
 
 def _compact(picture: np.ndarray) -> World:
     """A world of one colour where a picture has only one."""
-    if np.ptp(picture, axis=(0, 1)).max() <= 1e-5 * picture.max():
+    if np.ptp(picture, axis=(0, 1)).max() <= 1e-5 * np.abs(picture).max():
         return World.constant(picture[0, 0])
     return World(np.ones(3, np.float32), picture)
 

@@ -44,7 +44,7 @@ def near_corners(scene, inset=1e-3):
 
 
 def data_blocks():
-    kinds = ("meshes", "materials", "objects", "scenes", "images", "node_groups", "worlds", "collections")
+    kinds = ("meshes", "materials", "objects", "scenes", "images", "node_groups", "worlds", "collections", "shape_keys")
     return {kind: sorted(one.name_full for one in getattr(bpy.data, kind)) for kind in kinds}
 
 
@@ -243,6 +243,30 @@ def test_evaluated_meshes(modifier):
     flat = np.abs(scene.normals[:, 2]) > 0.5  # not the thin rims
     expected = np.broadcast_to(np.clip(generated, 0, 1), (scene.n_triangles, 3))
     np.testing.assert_allclose(scene.albedo(triangle, third, third)[flat], expected[flat], atol=0.01)
+
+
+@pytest.mark.parametrize("modifier", ["", "SUBSURF", "ARMATURE"])
+def test_shape_keys(modifier, tmp_path):
+    """The mesh is baked in its shape; no key stays behind, which would keep the file from being saved."""
+    material, _, _ = procedural("ShaderNodeTexGradient")
+    node = material.node_tree.nodes.new("ShaderNodeTexCoord")
+    material.node_tree.links.new(node.outputs["Object"], material.node_tree.nodes["Gradient Texture"].inputs["Vector"])
+    obj = tiles(material, 4)
+    obj.shape_key_add(name="Basis")
+    key = obj.shape_key_add(name="Aside")
+    for point in key.data:
+        point.co.x = point.co.x / 4 + 0.5
+    key.value = 1
+    if modifier:
+        obj.modifiers.new("M", modifier)
+    before = data_blocks()
+    scene = scenes.extracted()
+    assert data_blocks() == before
+    triangle, third = np.arange(scene.n_triangles), np.full(scene.n_triangles, 1 / 3, np.float32)
+    x = scene.points(triangle, third, third)[:, :1]
+    assert 0.2 < x.min() < 0.35 and 0.65 < x.max() < 0.8
+    np.testing.assert_allclose(scene.albedo(triangle, third, third), np.repeat(x, 3, axis=1), atol=0.01)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"), copy=True)
 
 
 def test_curves_and_instances(monkeypatch):

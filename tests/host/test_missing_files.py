@@ -6,7 +6,6 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import extract_scene
 from photon_bake.addon.blender.missing_files import sequence_frame
 from photon_bake.addon.errors import kind_of
 
@@ -31,7 +30,7 @@ def image_at(path, source="FILE"):
 
 def extracted():
     warnings = []
-    return extract_scene(scenes.depsgraph(), warnings), warnings
+    return scenes.extracted(warnings), warnings
 
 
 def diffuse(scene):

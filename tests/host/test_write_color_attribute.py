@@ -56,8 +56,19 @@ def test_written_and_active(domain):
     np.testing.assert_array_equal(rgba[:, 3], 1)
     colors = obj.data.color_attributes
     assert colors.active_color.name == "Indirect"
-    assert colors[colors.render_color_index].name == "Indirect"
     assert "Other" in colors
+
+
+@pytest.mark.parametrize("there", ["", "Paint"])
+def test_color_that_renders_fall_back_on_stays(there):
+    obj = scenes.add_cube()
+    if there:
+        obj.data.color_attributes.new(there, "FLOAT_COLOR", "CORNER")
+    for domain in ("POINT", "CORNER"):  # the second replaces the first's attribute
+        receivers = receivers_for((obj, domain))
+        write_color_attribute(values(len(receivers)), receivers, "Indirect")
+        assert obj.data.attributes.default_color_name == there
+        assert obj.data.color_attributes.active_color.name == "Indirect"
 
 
 def test_element_without_receiver_is_black():
