@@ -2,7 +2,7 @@
 
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from shutil import get_terminal_size
 from time import perf_counter
@@ -38,7 +38,7 @@ class ProgressLine:
         Of who speaks, before each line.
     """
 
-    def __init__(self, stream: TextIO, shares: dict[str, float], n_times: int = 1, name: str = COMMAND) -> None:
+    def __init__(self, stream: TextIO, shares: Mapping[str, float], n_times: int = 1, name: str = COMMAND) -> None:
         self._stream, self._shares, self._n_times, self._name = stream, shares, n_times, name
         self._tty = stream.isatty()
         self._done: dict[str, float] = {}

@@ -1,6 +1,6 @@
 """The bake that runs, or the last one, as the panel shows it. Never saved with the file."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from time import perf_counter
 
 from ..progress import Progress
@@ -128,7 +128,7 @@ def shares_of(gather: Gather, targets: Collection[str]) -> dict[str, float]:
     return shares
 
 
-def share_done(shares: dict[str, float], done: dict[str, float]) -> float:
+def share_done(shares: Mapping[str, float], done: Mapping[str, float]) -> float:
     """Fraction of the whole bake that is done, from its stages' shares and the fractions that they are done to."""
     return sum(share * done.get(stage, 0.0) for stage, share in shares.items()) / sum(shares.values())
 

@@ -227,3 +227,8 @@ def test_a_failed_save_leaves_the_file_as_it_was(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr("photon_bake.addon.output.files.os.replace", lambda *_: (_ for _ in ()).throw(OSError("full")))
     assert run([*QUICK, "--save"]) == 1
     assert blend.read_bytes() == before and [p.name for p in tmp_path.iterdir()] == ["scene.blend"]
+
+
+def test_a_time_that_cannot_hold_is_said(tmp_path, capfd):
+    assert run([*QUICK, "--time", "0.001"]) == 0
+    assert "instead of the 0.001 s" in capfd.readouterr().err
