@@ -20,6 +20,7 @@ from ..addon.receivers import AttributeTarget, Receivers
 from ..addon.scene import Scene
 from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
+from ..addon.ui.state import duration
 from .camera_target import CameraTarget
 from .written import Written
 
@@ -33,6 +34,9 @@ N_LIGHT_RAYS = 1000
 NO_LIGHT = (
     "Nothing in the scene gives light, so what was baked is black: add a lamp, an emissive material or a world color."
 )
+_LATE = 1.5
+"""Times the time that was asked for, from which on a bake says that it took longer."""
+
 WRITING = "Writing the light"
 
 
@@ -265,7 +269,18 @@ class BakeJob:
         light = solution.irradiance() if solution else no_light()
         ends = np.cumsum([len(one.receivers) for one in points])
         parts = [light.where(slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
-        return Solved(light, [one.finish(part, workers) for one, part in zip(points, parts, strict=True)])
+        products = [one.finish(part, workers) for one, part in zip(points, parts, strict=True)]
+        self._warn_if_late(perf_counter() - started, settings.time)
+        return Solved(light, products)
+
+    def _warn_if_late(self, seconds: float, limit: float) -> None:
+        """Say that more time was taken than was asked for: what every point needs at least depends on their number."""
+        if limit and seconds > _LATE * limit:
+            sentence = (
+                f"The bake took {duration(seconds)} instead of the {limit:g} s asked for: "
+                "each point and pixel needs rays, gloss and denoising in any case, so fewer of them take less time."
+            )
+            self.warnings.append(Advice(sentence))
 
     def write(self, solved: Solved, progress: Progress) -> Written:
         """Write what can be written of the light; for the main thread.

@@ -308,3 +308,8 @@ def test_a_long_file_name_that_fits_is_written(tmp_path):
     assert len(os.fsencode(saved.name)) == 251
     assert run([*QUICK, "--save", str(saved)]) == 0
     assert [path.name for path in tmp_path.iterdir()] == [saved.name]
+
+
+def test_a_time_that_cannot_hold_is_said(tmp_path, capfd):
+    assert run([*QUICK, "--time", "0.001"]) == 0
+    assert "instead of the 0.001 s" in capfd.readouterr().err
