@@ -8,8 +8,9 @@ BLENDER ?=
 export PYTHON
 export MYPYPATH := $(VENV)/src
 
-# `make -s` leaves out what the recipes say about themselves.
+# `make -s` leaves out what the recipes and the tools say about themselves.
 quiet := $(findstring s,$(firstword -$(MAKEFLAGS)))
+export QUIET := $(quiet)
 say = $(if $(quiet),:,printf '\n%s\n' $(1) >&2)
 
 # The Blender that bakes: BLENDER, else a recent enough `blender` on PATH, else none (the bpy module then does).
@@ -41,11 +42,11 @@ ifeq ($(SCENE),)
 bake: env
 	@$(call say,'Building the demo scene')
 	@mkdir -p build
-	@$(BIN)/python tools/demo_scene.py build build/demo.blend
+	@$(BIN)/python tools/demo_scene.py build build/demo.blend >/dev/null
 	@$(MAKE) $(if $(quiet),-s) --no-print-directory bake SCENE=build/demo.blend \
 		ARGS='$(ARGS) --save build/demo_baked.blend --report build/demo_report.json'
 	@$(call say,'Rendering it')
-	@$(BIN)/python tools/demo_scene.py render build/demo_baked.blend build/demo.png >$(if $(quiet),/dev/null,&2)
+	@$(BIN)/python tools/demo_scene.py render build/demo_baked.blend build/demo.png >/dev/null
 	@echo build/demo.png
 else ifeq ($(baker),)
 bake: env

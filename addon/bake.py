@@ -111,8 +111,8 @@ def solve(
     workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
     region = region_of(receivers.position)
     sources = light_sources(scene, region)
-    light_tracer = LightTracer(scene, tracer)
-    of_photons = LightTracer(scene, photon_tracer) if photon_tracer else light_tracer
+    light_tracer = LightTracer(scene, tracer, progress)
+    of_photons = LightTracer(scene, photon_tracer, progress) if photon_tracer else light_tracer
 
     # See where gather rays end, so that photons go there
     survey, guided, home = None, sources, region
@@ -190,7 +190,7 @@ class Solution:
                 slope = slope + direct_slope(*at, passes["direct"], self.workers.part(1 - of_slope, 1.0))
         value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
         counts = {"receivers": len(value), "stored_photons": len(self.photons), **counts}
-        return Irradiance(value, light.stderr, passes, counts, slope)
+        return Irradiance(value, light.stderr, passes, counts, slope, light.gathered)
 
     @cached_property
     def rays(self) -> GatherRays | None:

@@ -51,8 +51,8 @@ def bake_camera(
     Cancelled
         If `progress` was cancelled.
     """
-    workers = Workers(settings.seed, settings.n_threads, progress or Progress())
-    light_tracer = LightTracer(scene, tracer)
+    workers = Workers(settings.seed, settings.n_threads, progress or Progress(), settings.memory)
+    light_tracer = LightTracer(scene, tracer, workers.progress)
     seen = seen_surface(scene, light_tracer, camera)
     if len(seen) == 0:
         black = np.zeros((camera.height, camera.width, 3), np.float32)

@@ -1,4 +1,12 @@
-"""What a bake can end with besides light."""
+"""What a bake can end with besides light, and what it can say although it goes on.
+
+A warning is a string. A plain one says that light differs from Cycles'; those of the classes below say something else.
+"""
+
+from collections.abc import Iterable
+from typing import Literal
+
+WarningKind = Literal["difference", "missing", "advice"]
 
 
 class BakeError(Exception):
@@ -7,3 +15,32 @@ class BakeError(Exception):
 
 class Cancelled(Exception):  # noqa: N818 (a wish, not an error)
     """The user asked the bake to stop; raised by `Progress.update`."""
+
+
+class Advice(str):
+    """A warning about light that is as Cycles'."""
+
+
+class Missing(str):
+    """A warning about a file that is missing: light is as Cycles' without it, and so not as the artist meant it."""
+
+
+def kind_of(warning: str) -> WarningKind:
+    """What a warning is about."""
+    if isinstance(warning, Advice):
+        return "advice"
+    return "missing" if isinstance(warning, Missing) else "difference"
+
+
+def refuse_differences(warnings: Iterable[str]) -> None:
+    """Allow advice alone.
+
+    Raises
+    ------
+    BakeError
+        If a warning says that light differs from Cycles', or that a file is missing.
+    """
+    serious = [warning for warning in warnings if kind_of(warning) != "advice"]
+    if serious:
+        more = f" (and {len(serious) - 1} more)" if len(serious) > 1 else ""
+        raise BakeError(f"Strict, so nothing was written{more}: {serious[0]}")

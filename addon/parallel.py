@@ -35,9 +35,14 @@ class Workers:
     progress: Progress = field(default_factory=Progress)
     memory: int = 4000
 
-    def map(self, function: Callable[[A], B], items: Iterable[A]) -> Iterator[B]:
-        """`ordered_map` on these threads."""
-        return ordered_map(function, items, self.n_threads)
+    def map(self, function: Callable[[A], B], items: Iterable[A], item_bytes: int = 0) -> Iterator[B]:
+        """`ordered_map` on these threads, or on fewer, where the work on an item takes about `item_bytes`."""
+        return ordered_map(function, items, self._threads_for(item_bytes))
+
+    def _threads_for(self, item_bytes: int) -> int:
+        """As many threads as `memory` lets work at a time."""
+        n_threads = self.n_threads or os.cpu_count() or 1
+        return int(min(n_threads, max(1, self.memory * 10**6 // item_bytes))) if item_bytes else n_threads
 
     def part(self, start: float, end: float) -> "Workers":
         """The same workers, whose stages are a part of the stages."""
@@ -81,11 +86,8 @@ class Workers:
             index, chunk = item
             return chunk, function(chunk, stream(self.seed, *key, index))
 
-        n_threads = self.n_threads or os.cpu_count() or 1
-        if row_bytes:
-            n_threads = int(min(n_threads, max(1, self.memory * 10**6 // (size * row_bytes))))
         self.progress.update(stage, start)
-        for chunk, result in ordered_map(work, enumerate(slices(n, size)), n_threads):
+        for chunk, result in self.map(work, enumerate(slices(n, size)), size * row_bytes):
             yield chunk, result
             self.progress.update(stage, start + (end - start) * chunk.stop / n)
 

@@ -9,8 +9,8 @@ from .errors import Cancelled
 class Progress:
     """Reports stages and their fractions to a listener, and raises `Cancelled` when asked to stop.
 
-    `update` is called from the bake's own thread by every loop that can last over 0.2 s; `cancel` may be called from
-    any thread or signal handler.
+    `update` is called from the bake's own thread by every loop that can last over 0.2 s, and `check` by those on other
+    threads; `cancel` may be called from any thread or signal handler.
 
     Parameters
     ----------
@@ -33,6 +33,11 @@ class Progress:
     def cancelled(self) -> bool:
         return self._cancelled
 
+    def check(self) -> None:
+        """Raise `Cancelled` if `cancel` has been called; for any thread."""
+        if self.cancelled:
+            raise Cancelled
+
     def update(self, stage: str, fraction: float) -> None:
         """Say that `stage` is done to `fraction`.
 
@@ -41,8 +46,7 @@ class Progress:
         Cancelled
             If `cancel` has been called.
         """
-        if self._cancelled:
-            raise Cancelled
+        self.check()
         now = perf_counter()
         if self._stage:
             self._seconds[self._stage] += now - self._last
@@ -67,6 +71,13 @@ class _Part(Progress):
     def __init__(self, whole: Progress, start: float, end: float) -> None:
         super().__init__()
         self._whole, self._start, self._end = whole, start, end
+
+    def cancel(self) -> None:
+        self._whole.cancel()
+
+    @property
+    def cancelled(self) -> bool:
+        return self._whole.cancelled
 
     def update(self, stage: str, fraction: float) -> None:
         self._whole.update(stage, self._start + (self._end - self._start) * fraction)

@@ -57,7 +57,7 @@ class BakeSettings:
     )
     time: float = knob(
         0.0,
-        "Seconds for a bake by final gather, photons and gloss and all, to find the best light in; 0: no limit",
+        "Seconds a frame for a final gather to find the best light in; what each point needs at least may take longer",
         0.0,
         1e6,
     )

@@ -2,6 +2,7 @@
 
 import bpy
 
+from ..addon.blender import render_graph
 from ..addon.ui.state import bake_state
 from . import command_line
 from .bake_indirect import PHOTON_BAKE_OT_bake_indirect
@@ -33,5 +34,6 @@ def unregister() -> None:
     bake_state.cancel()
     bake_state.stop()
     command_line.unregister()
+    render_graph.unregister()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -55,6 +55,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     bl_idname = "photon_bake.bake_indirect"
     bl_label = "Bake Indirect"
     bl_options = {"REGISTER", "UNDO"}
+    _job: BakeJob | None = None
 
     @classmethod
     def poll(cls, context: Any) -> bool:
@@ -113,21 +114,29 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     def _prepare(self, context: Any) -> None:
         properties = context.scene.photon_bake
         progress = bake_state.start(properties.gather, properties.targets)
-        names = selected_meshes(context) if properties.selected_only else None
-        job = BakeJob.prepare(context, wanted_by(properties), progress, names, properties.light_group)
+        wanted, names = wanted_by(properties), None
+        if properties.selected_only and properties.targets != {"camera"}:  # a camera sees all objects
+            names = selected_meshes(context)
+        job = BakeJob.prepare(context, wanted, progress, names, properties.light_group, properties.strict)
+        self._job = job
+        job.check_strict()
+        job.check_space()
         self._solver = Solver(job, properties.settings(), progress, debug_views.start())
 
     def _finish(self) -> set[str]:
-        job, solved = self._solver.job, self._solver.solved()
-        job.write(solved, self._solver.progress)
+        job, solved = self._job, self._solver.solved()
+        assert job is not None  # as it was solved
+        written = job.write(solved, self._solver.progress)
         irradiance = solved.irradiance
         result = f"{len(irradiance.value):,} points in {duration(bake_state.seconds)}"
         if irradiance.relative_noise > 0:
             result += f", noise {irradiance.relative_noise:.1%}"
-        bake_state.stop(result=result, warnings=job.warnings)
+        bake_state.stop(result=result, error=" ".join(written.failures), warnings=job.warnings)
         for warning in job.warnings:
             self.report({"WARNING"}, warning)
         self.report({"INFO"}, f"Baked {result}.")
+        if written.failures:  # a script's call raises this; what was written stays, and can be undone
+            self.report({"ERROR"}, f"{' '.join(written.failures)} The rest was written.")
         return {"FINISHED"}
 
     def _fail(self, error: Exception) -> set[str]:
@@ -136,7 +145,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
             bake_state.stop(result="Cancelled.")
             return {"CANCELLED"}
         sentence = describe(error)
-        bake_state.stop(error=sentence)
+        bake_state.stop(error=sentence, warnings=self._job.warnings if self._job else [])
         self.report({"ERROR"}, sentence)
         return {"CANCELLED"}
 

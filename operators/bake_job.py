@@ -6,17 +6,23 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Protocol
 
+import bpy
 import numpy as np
 
-from ..addon.blender import extract_scene
+from ..addon.blender import READING, SceneReading, in_render_graph, read_scene
+from ..addon.blender.as_read import Placement, edit_mode_left, named
+from ..addon.errors import Advice, BakeError, refuse_differences
 from ..addon.inspector import Inspector
+from ..addon.output import check_space
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
 from ..addon.receivers import AttributeTarget, Receivers
 from ..addon.scene import Scene
 from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
+from ..addon.ui.state import duration
 from .camera_target import CameraTarget
+from .written import Written
 
 if TYPE_CHECKING:
     from ..addon.bake import Solution
@@ -28,7 +34,10 @@ N_LIGHT_RAYS = 1000
 NO_LIGHT = (
     "Nothing in the scene gives light, so what was baked is black: add a lamp, an emissive material or a world color."
 )
-READING, WRITING = "Reading the scene", "Writing the light"
+_LATE = 1.5
+"""Times the time that was asked for, from which on a bake says that it took longer."""
+
+WRITING = "Writing the light"
 
 
 class Product(Protocol):
@@ -37,7 +46,7 @@ class Product(Protocol):
     Attributes
     ----------
     files : list of Path
-        That writing it writes.
+        That writing it writes, if nothing stands in the way.
     counts : dict of str to int
         For the report.
     """
@@ -48,8 +57,17 @@ class Product(Protocol):
     @property
     def counts(self) -> dict[str, int]: ...
 
-    def write(self) -> list[str]:
-        """Write it to Blender's data and to files, all or nothing, and return warnings; for the main thread."""
+    def concerns(self) -> list[str]:
+        """What writing it now would have to warn of; for the main thread."""
+
+    def write(self) -> Written:
+        """Write to Blender's data and to files what can be written; for the main thread.
+
+        Raises
+        ------
+        BakeError
+            If nothing can be, and nothing was changed.
+        """
 
 
 class Points(Protocol):
@@ -80,6 +98,10 @@ class Target(Protocol):
     @property
     def object_names(self) -> list[str]: ...
 
+    @property
+    def sizes(self) -> dict[Path, int]:
+        """How large the files that it goes to may become, bytes."""
+
     def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> Points:
         """Where light is wanted; touches none of Blender's data."""
 
@@ -87,8 +109,10 @@ class Target(Protocol):
 class Wanted(Protocol):
     """A target that was asked for."""
 
-    def read(self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]) -> Target:
-        """Read it out of Blender's data, for objects of some names or for all.
+    def read(
+        self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
+    ) -> Target:
+        """Read it out of a graph of a Blender scene, for objects of some names or for all.
 
         Raises
         ------
@@ -138,12 +162,18 @@ class BakeJob:
         Grows as the bake goes.
     counts : dict of str to int
         Of the scene and the cube maps, for the report; grows too.
+    placement : Placement
+        Where objects stood.
+    strict : bool
+        Whether any other warning than advice stops the bake, before anything is written.
     """
 
     scene: Scene
     targets: list[Target]
     warnings: list[str]
     counts: dict[str, int]
+    placement: Placement
+    strict: bool = False
 
     @classmethod
     def prepare(
@@ -153,6 +183,7 @@ class BakeJob:
         progress: Progress,
         names: list[str] | None = None,
         light_group: str = "",
+        strict: bool = False,
     ) -> "BakeJob":
         """Read what the bake needs out of Blender's data; for the main thread.
 
@@ -165,6 +196,8 @@ class BakeJob:
             Objects to bake; without names every renderable mesh object.
         light_group : str
             Whose light is baked alone; empty for all light.
+        strict : bool
+            Whether any other warning than advice stops the bake; `check_strict` does so already before it.
 
         Raises
         ------
@@ -173,13 +206,41 @@ class BakeJob:
         """
         progress.update(READING, 0)
         warnings: list[str] = []
-        depsgraph = context.evaluated_depsgraph_get()
-        targets = [one.read(depsgraph, names, progress, warnings) for one in wanted]
-        depsgraph = context.evaluated_depsgraph_get()  # making UV maps may have left it behind
-        for_camera = any(isinstance(target, CameraTarget) for target in targets)
-        scene = extract_scene(depsgraph, warnings, light_group, for_camera)
+
+        def read(depsgraph: Any) -> tuple[list[Target], SceneReading]:
+            targets = [one.read(depsgraph, context.scene, names, progress, warnings) for one in wanted]
+            for_camera = any(isinstance(target, CameraTarget) for target in targets)
+            return targets, read_scene(depsgraph, warnings, light_group, for_camera, progress)
+
+        targets, reading = in_render_graph(context.scene, context.view_layer, read)
+        scene = reading.scene(context.scene)
         progress.update(READING, 1)
-        return cls(scene, targets, list(dict.fromkeys(warnings)), {"triangles": scene.n_triangles})
+        counts, placement = {"triangles": scene.n_triangles}, Placement(context.view_layer)
+        return cls(scene, targets, list(dict.fromkeys(warnings)), counts, placement, strict)
+
+    def check_space(self, n_frames: int = 1, saved: Path | None = None) -> None:
+        """Find out whether disks have room for what is written, in so many frames, and for the saved file.
+
+        Raises
+        ------
+        BakeError
+            If one has not.
+        """
+        sizes = {path: n_frames * size for target in self.targets for path, size in target.sizes.items()}
+        if saved is not None:
+            loaded = Path(bpy.data.filepath)
+            sizes[saved] = loaded.stat().st_size if loaded.is_file() else 0
+        check_space(sizes)
+
+    def check_strict(self, concerns: Sequence[str] = ()) -> None:
+        """Stop a strict bake that has to warn of more than advice.
+
+        Raises
+        ------
+        BakeError
+        """
+        if self.strict:
+            refuse_differences([*self.warnings, *concerns])
 
     @property
     def object_names(self) -> list[str]:
@@ -191,9 +252,10 @@ class BakeJob:
         from ..addon.bake import no_light, solve  # here, as Blender's start should not wait for SciPy
 
         inspector, started = inspector or Inspector(), perf_counter()
-        workers = Workers(settings.seed, settings.n_threads, progress)
+        workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
         tracer = make_tracer(self.scene, self.warnings)
         points = [target.points(self.scene, tracer, workers, self.warnings) for target in self.targets]
+        self.check_strict()
         receivers = _joined([one.receivers for one in points])
         maps = None
         if settings.tracer == "multi_image" and len(receivers):
@@ -206,15 +268,51 @@ class BakeJob:
             points = [one.lit_by(solution, workers) for one in points]
         light = solution.irradiance() if solution else no_light()
         ends = np.cumsum([len(one.receivers) for one in points])
-        parts = [_part(light, slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
-        return Solved(light, [one.finish(part, workers) for one, part in zip(points, parts, strict=True)])
+        parts = [light.where(slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
+        products = [one.finish(part, workers) for one, part in zip(points, parts, strict=True)]
+        self._warn_if_late(perf_counter() - started, settings.time)
+        return Solved(light, products)
 
-    def write(self, solved: Solved, progress: Progress) -> None:
-        """Write the light; for the main thread."""
+    def _warn_if_late(self, seconds: float, limit: float) -> None:
+        """Say that more time was taken than was asked for: what every point needs at least depends on their number."""
+        if limit and seconds > _LATE * limit:
+            sentence = (
+                f"The bake took {duration(seconds)} instead of the {limit:g} s asked for: "
+                "each point and pixel needs rays, gloss and denoising in any case, so fewer of them take less time."
+            )
+            self.warnings.append(Advice(sentence))
+
+    def write(self, solved: Solved, progress: Progress) -> Written:
+        """Write what can be written of the light; for the main thread.
+
+        Raises
+        ------
+        BakeError
+            If nothing can be written; nothing was changed then.
+        """
         progress.update(WRITING, 0)
-        for product in solved.products:
-            self.warnings += product.write()
+        written = Written(warnings=self._moved())
+        with edit_mode_left():
+            self.check_strict([*written.warnings, *(one for product in solved.products for one in product.concerns())])
+            refusals = []
+            for product in solved.products:
+                try:
+                    written.add(product.write())
+                except BakeError as error:
+                    refusals.append(str(error))
+        if refusals and len(refusals) == len(solved.products):
+            raise BakeError(" ".join(refusals))
+        written.failures += refusals
+        self.warnings = list(dict.fromkeys(self.warnings + written.warnings))
         progress.update(WRITING, 1)
+        return written
+
+    def _moved(self) -> list[str]:
+        """A warning if objects stand elsewhere than when they were read."""
+        names = self.placement.moved(bpy.context.view_layer)
+        if not names:
+            return []
+        return [f"Light is that of where {named(names)} stood when the bake began: bake again."]
 
     def _take_cube_maps(
         self, tracer: Tracer, receivers: Receivers, settings: BakeSettings, workers: Workers, inspector: Inspector
@@ -259,13 +357,6 @@ def _joined(parts: list[Receivers]) -> Receivers:
     return Receivers(position, normal, footprint, tuple(targets), takes, any(part.directional for part in parts))
 
 
-def _part(light: "Irradiance", rows: slice) -> "Irradiance":
-    """The light of some receivers."""
-    passes = {name: values[rows] for name, values in light.passes.items()}
-    slope = None if light.slope is None else light.slope[rows]
-    return replace(light, value=light.value[rows], stderr=light.stderr[rows], passes=passes, slope=slope)
-
-
 def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:
     """Embree's tracer, or where Embree is not installed Blender's own with a notice."""
     try:
@@ -273,6 +364,7 @@ def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:
     except ImportError:
         from ..addon.blender import BVHTracer
 
-        warnings.append("embreex is not installed, so Blender's slower BVH traces rays: install the extension's zip.")
+        slow = "embreex is not installed, so Blender's slower BVH traces rays: install the extension's zip."
+        warnings.append(Advice(slow))
         return BVHTracer(scene)
     return EmbreeTracer(scene)

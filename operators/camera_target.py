@@ -10,8 +10,8 @@ import numpy as np
 
 from ..addon.blender.camera import read_camera, read_frame, read_pixel_filter
 from ..addon.camera_settings import CameraSettings
-from ..addon.errors import BakeError
-from ..addon.output import check_writable
+from ..addon.errors import Advice, BakeError
+from ..addon.output import check_place
 from ..addon.output.camera import CameraPass, PictureFrame, denoised, frame_path, write_camera_pass
 from ..addon.output.oidn import has_oidn
 from ..addon.parallel import Workers
@@ -21,6 +21,7 @@ from ..addon.scene import Scene
 from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
 from .versions import own_version
+from .written import Written
 
 if TYPE_CHECKING:
     from ..addon.bake import Solution
@@ -28,7 +29,10 @@ if TYPE_CHECKING:
     from ..addon.gather import Irradiance
     from ..addon.receivers import CameraPoints
 
-FILTERING = "Denoising"
+FILTERING = "Denoising the pass"
+
+BYTES_OF_PIXEL = {"half": 42, "float": 80}
+"""Of its 20 channels, before the file is compressed."""
 
 
 @dataclass(frozen=True)
@@ -45,9 +49,10 @@ class WantedCamera:
     settings: CameraSettings
     folder: Path
 
-    def read(self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]) -> "CameraTarget":
+    def read(
+        self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
+    ) -> "CameraTarget":
         """See `Wanted.read`."""
-        scene = depsgraph.scene.original
         camera = read_camera(scene, depsgraph, warnings)
         frame = scene.frame_current
         path = frame_path(self.folder, self.settings.file_name, frame)
@@ -63,10 +68,7 @@ def _check_folder(folder: Path, path: Path) -> None:
     """Find out before the work whether the file can be written after it."""
     if folder.exists() and not folder.is_dir():
         raise BakeError(f"{folder} is a file; give a folder for the camera's pass.")
-    if folder.exists():
-        check_writable(path)
-    else:
-        check_writable(next(parent for parent in folder.parents if parent.exists()) / folder.name)
+    check_place(path)
 
 
 @dataclass(frozen=True)
@@ -85,15 +87,21 @@ class CameraTarget:
         """None: the light goes to a file."""
         return []
 
+    @property
+    def sizes(self) -> dict[Path, int]:
+        """See `Target.sizes`."""
+        return {self.path: self.frame.width * self.frame.height * BYTES_OF_PIXEL[self.settings.precision]}
+
     def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "SeenPoints":
         """See `Target.points`."""
         from ..addon.receivers import camera_points
         from ..addon.tracers import LightTracer
 
         n_samples = self.settings.n_pixel_samples
-        points = camera_points(scene, LightTracer(scene, tracer), self.camera, self.pixel_filter, n_samples, workers)
+        light_tracer = LightTracer(scene, tracer, workers.progress)
+        points = camera_points(scene, light_tracer, self.camera, self.pixel_filter, n_samples, workers)
         if len(points) == 0:
-            warnings.append("The camera sees no surface, so its pass is empty.")
+            warnings.append(Advice("The camera sees no surface, so its pass is empty."))
         return SeenPoints(points, points.receivers(scene), scene, self, warnings)
 
 
@@ -128,7 +136,7 @@ class SeenPoints:
         if settings.pass_denoiser == "oidn" or (settings.pass_denoiser == "auto" and has_oidn()):
             workers.progress.update(FILTERING, 0)
             smooth = solved_by is not None and solved_by.smooth
-            passes = denoised(passes, diffuse=settings.pass_denoiser == "oidn" or not smooth)
+            passes = denoised(passes, settings.pass_denoiser == "oidn" or not smooth, workers.memory)
             workers.progress.update(FILTERING, 1)
         made_with = asdict(solved_by) if solved_by else {}
         return CameraPicture(passes, self.target, len(self.points), made_with)
@@ -143,7 +151,11 @@ class CameraPicture:
     n_points: int
     made_with: dict[str, Any]
 
-    def write(self) -> list[str]:
+    def concerns(self) -> list[str]:
+        """See `Product.concerns`: none."""
+        return []
+
+    def write(self) -> Written:
         """See `Product.write`."""
         target = self.target
         try:
@@ -158,7 +170,7 @@ class CameraPicture:
         }
         half = target.settings.precision == "half"
         write_camera_pass(target.path, self.passes, target.frame, metadata, half, target.settings.compression)
-        return []
+        return Written(files=[target.path])
 
     @property
     def files(self) -> list[Path]:

@@ -1,19 +1,22 @@
 """The command: ``blender -b scene.blend -c photon_bake [options]``."""
 
 import atexit
+import re
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
+from tempfile import mkdtemp
 from time import perf_counter
 from typing import Any
 
 import bpy
 
 from ..addon.errors import BakeError, Cancelled
-from ..addon.output import Report, atomic_path, check_writable, peak_memory_mb
+from ..addon.output import Report, atomic_path, check_writable, hushed, peak_memory_mb
 from ..addon.progress import Progress
-from ..addon.ui.state import duration
+from ..addon.ui.state import duration, shares_of
 from .bake_indirect import describe
 from .bake_job import BakeJob, Wanted
 from .camera_target import WantedCamera
@@ -35,18 +38,23 @@ def run(arguments: list[str]) -> int:
     int
         The exit status: 0 done, 1 failed, 2 bad usage, 130 cancelled.
     """
+    unopened = "" if bpy.data.filepath else named_file(sys.argv)
     try:
-        options = parse(arguments, bpy.data.filepath)
+        options = parse(arguments, bpy.data.filepath or unopened)
     except SystemExit as end:
         return int(end.code or 0)
-    line = ProgressLine(sys.stderr)
+    shares = shares_of(options.settings.gather, options.targets)
+    line = ProgressLine(sys.stderr, shares, len(options.frames or [0]))
     progress = Progress(line)
     report = _begin(options)
     started = perf_counter()
     try:
         with ctrl_c_cancels(progress):
-            _bake(options, progress, report)
-        status = DONE
+            if unopened:  # Blender goes on with a scene of its own
+                raise BakeError(_why_unopened(unopened))
+            failures = _bake(options, progress, report, line.next_time)
+        status = FAILED if failures else DONE
+        report.message = " ".join(failures)
     except Cancelled:
         report.status, report.message, status = "cancelled", "Cancelled; nothing was changed.", CANCELLED
     except Exception as error:
@@ -56,41 +64,74 @@ def run(arguments: list[str]) -> int:
     return _end(report, progress, options, status)
 
 
-def _bake(options: Options, progress: Progress, report: Report) -> None:
+def named_file(arguments: list[str]) -> str:
+    """The last .blend file before the command in Blender's own arguments; empty where there is none."""
+    for i in range(1, len(arguments)):
+        if arguments[i] == COMMAND and arguments[i - 1] in ("-c", "--command"):
+            files = [one for one in arguments[: i - 1] if re.search(r"\.blend\d*$", one, re.IGNORECASE)]
+            return files[-1] if files else ""
+    return ""
+
+
+def _why_unopened(path: str) -> str:
+    if not Path(path).is_file():
+        return f"There is no file {path}: check the path."
+    return f"{path} cannot be opened by Blender {bpy.app.version_string}: check that it is a .blend file, and whole."
+
+
+def _bake(options: Options, progress: Progress, report: Report, baked: Callable[[], None]) -> list[str]:
+    """Bake and save; returns sentences about what could not be written where something else was."""
     for path in (options.save, options.report):
         if path is not None:
             check_writable(path)
+    failures: list[str] = []
     scene = bpy.context.scene
     current = scene.frame_current
     try:
         for frame in options.frames or [current]:
             if frame != scene.frame_current:
                 scene.frame_set(frame)
-            _bake_frame(options, progress, report)
+            failures += _bake_frame(options, progress, report)
+            baked()
     finally:
         if scene.frame_current != current:
             scene.frame_set(current)
     if options.save is not None:
         progress.update(SAVING, 0)
-        _save(options.save)
-        report.saved = str(options.save)
+        saved, failure = _save_somewhere(options.save)
+        report.saved = str(saved) if saved else ""
+        failures += failure
         with suppress(Cancelled):  # too late: it is saved
             progress.update(SAVING, 1)
-    report.status = "done"
+    report.status = "failed" if failures else "done"
+    return failures
 
 
-def _bake_frame(options: Options, progress: Progress, report: Report) -> None:
-    """Bake what is asked for in the current frame; the report has the files of all frames, and else the last one's."""
-    job = BakeJob.prepare(bpy.context, _wanted(options), progress, options.objects, options.light_group)
-    earlier = report.warnings
-    report.warnings = job.warnings
-    solved = job.solve(options.settings, progress)
-    job.write(solved, progress)
-    report.warnings = list(dict.fromkeys([*earlier, *job.warnings]))
+def _bake_frame(options: Options, progress: Progress, report: Report) -> list[str]:
+    """Bake what is asked for in the current frame; the report has the files of all frames, and else the last one's.
+
+    Returns
+    -------
+    list of str
+        Sentences about what could not be written.
+    """
+    wanted, named = _wanted(options), (options.objects, options.light_group)
+    earlier, job = report.warnings, None
+    try:
+        with hushed(1):  # Cycles' log, where it evaluates nodes
+            job = BakeJob.prepare(bpy.context, wanted, progress, *named, options.strict)
+        job.check_strict()
+        if not report.files:
+            job.check_space(len(options.frames or [0]), options.save)
+        solved = job.solve(options.settings, progress)
+        written = job.write(solved, progress)
+    finally:
+        report.warnings = list(dict.fromkeys([*earlier, *(job.warnings if job else [])]))
     report.objects = job.object_names
-    report.files += [str(path) for path in solved.files]
+    report.files += [str(path) for path in written.files]
     report.counts = {**job.counts, **solved.counts}
     report.relative_noise = solved.irradiance.relative_noise
+    return written.failures
 
 
 def _wanted(options: Options) -> list[Wanted]:
@@ -106,16 +147,40 @@ def _wanted(options: Options) -> list[Wanted]:
     return wanted
 
 
+def _save_somewhere(path: Path) -> tuple[Path | None, list[str]]:
+    """Save the open file as `path`, or where that fails for temporary files: light that took hours is not lost.
+
+    Returns
+    -------
+    Path or None
+        Where it is saved.
+    list of str
+        A sentence if that is not `path`.
+    """
+    try:
+        _save(path)
+    except (OSError, RuntimeError, BakeError) as error:
+        reason = getattr(error, "strerror", None) or str(error).strip()
+    else:
+        return path, []
+    refuge = Path(mkdtemp(prefix="photon_bake_"), path.name)
+    try:
+        _save(refuge)
+    except (OSError, RuntimeError, BakeError):
+        return None, [f"{path} could not be saved ({reason}), nor {refuge}: make room and bake again."]
+    return refuge, [f"{path} could not be saved ({reason}); the baked file is {refuge}: move it."]
+
+
 def _save(path: Path) -> None:
     """Save the open file as `path`, whole or not at all, and go on with the open one."""
     loaded = Path(bpy.data.filepath)
     compress = loaded.is_file() and loaded.read_bytes()[:7] != b"BLENDER"
-    with atomic_path(path) as temporary:
+    with atomic_path(path) as temporary, hushed(1):  # Blender says that it saved the temporary file
         bpy.ops.wm.save_as_mainfile(
             filepath=str(temporary), copy=True, relative_remap=True, compress=compress, check_existing=False
         )
         if not temporary.is_file():
-            raise BakeError(f"{path} could not be saved; is the disk full?")
+            raise BakeError("is the disk full?")
 
 
 def _begin(options: Options) -> Report:
@@ -134,8 +199,8 @@ def _end(report: Report, progress: Progress, options: Options, status: int) -> i
     """Say how it went, and write the report."""
     report.stage_seconds = progress.stage_seconds
     report.peak_memory_mb = peak_memory_mb()
-    if report.status == "done":
-        report.message = _summary(report)
+    if report.counts:
+        report.message = f"{_summary(report)} {report.message}".strip()
     for warning in report.warnings:
         say(f"warning: {warning}")
     say(report.message)

@@ -6,6 +6,8 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, get_args
 
+import bpy
+
 from ..addon.camera_settings import CameraSettings
 from ..addon.errors import BakeError
 from ..addon.lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
@@ -64,7 +66,7 @@ class Options:
     ----------
     settings : BakeSettings
     objects : list of str or None
-        None: every renderable mesh object.
+        None: every renderable mesh object. A name with commas in it counts as it is where there is such an object.
     attribute : str
     light_group : str
         Whose light is baked alone; empty for all light.
@@ -86,6 +88,8 @@ class Options:
         None: do not save.
     report : Path or None
         None: no report.
+    strict : bool
+        Whether any other warning than advice is a failure.
     """
 
     settings: BakeSettings
@@ -101,6 +105,7 @@ class Options:
     preview: Path | None
     save: Path | None
     report: Path | None
+    strict: bool
 
 
 def parse(arguments: list[str], loaded_file: str) -> Options:
@@ -148,7 +153,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         )
     return Options(
         settings=settings,
-        objects=given.objects,
+        objects=given.objects or None,
         attribute=given.attribute,
         light_group=given.light_group or "",
         targets=targets,
@@ -160,6 +165,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         preview=None if given.preview is None else Path(given.preview).absolute(),
         save=None if given.save is None else Path(given.save or loaded_file).absolute(),
         report=None if given.report is None else Path(given.report).absolute(),
+        strict=given.strict,
     )
 
 
@@ -179,7 +185,10 @@ def _parser() -> ArgumentParser:
     add = parser.add_argument
     meaning = "where the light goes; repeatable, for one bake of all; default vertex"
     add("--target", type=_one_of(*TARGETS), action="append", metavar="|".join(TARGETS), help=meaning)
-    add("--objects", type=_names, metavar="NAME[,NAME…]", help="objects to bake; default: every renderable mesh object")
+    meaning = "objects to bake; repeatable; default: every renderable mesh object"
+    add("--objects", type=_names, action="extend", metavar="NAME[,NAME…]", help=meaning)
+    meaning = "an object to bake, with commas in its name if it has any; repeatable"
+    add("--object", type=_name, dest="objects", action="append", metavar="NAME", help=meaning)
     add("--attribute", type=_name, default="Indirect", metavar="NAME", help="colour attribute; default %(default)s")
     add("--light-group", type=_name, metavar="NAME", help="bake the light of one light group alone")
     for name, choices in CHOICES.items():
@@ -200,6 +209,8 @@ def _parser() -> ArgumentParser:
     add_camera_options(parser)
     add("--save", nargs="?", const="", metavar="FILE.blend", help="save the file, here or over the loaded one")
     add("--report", metavar="FILE.json", help="write what the bake did, also when it fails")
+    meaning = "fail, and write nothing, where light would differ from Cycles' or a file is missing"
+    add("--strict", action="store_true", help=meaning)
     return parser
 
 
@@ -238,6 +249,9 @@ def _name(text: str) -> str:
 
 
 def _names(text: str) -> list[str]:
+    """Names with commas between them, unless an object is called just so."""
+    if text in bpy.data.objects:
+        return [text]
     names = [name for name in text.split(",") if name]
     if not names:
         raise ArgumentTypeError("give the names of objects, with commas between them")

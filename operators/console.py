@@ -2,16 +2,21 @@
 
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from shutil import get_terminal_size
 from time import perf_counter
 from typing import Any, TextIO
 
 from ..addon.progress import Progress
+from ..addon.ui.state import duration, share_done
 from .command_options import COMMAND
 
 EVERY_TTY, EVERY_LOG = 0.1, 10.0
 """Seconds between two lines within one stage: on a terminal, where a line replaces the one before, and in a log."""
+
+BAR = 24
+"""Characters of a bar."""
 
 
 def say(sentence: str) -> None:
@@ -20,20 +25,45 @@ def say(sentence: str) -> None:
 
 
 class ProgressLine:
-    """Listens to a `Progress` and shows it: one line that changes on a terminal, a few lines in a log."""
+    """Listens to a `Progress` and shows it: a bar that grows on a terminal, a few lines in a log.
 
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
+    Parameters
+    ----------
+    stream : text stream
+    shares : dict of str to float
+        How long each stage lasts beside the others.
+    n_times : int
+        How often the stages are gone through.
+    name : str
+        Of who speaks, before each line.
+    """
+
+    def __init__(self, stream: TextIO, shares: Mapping[str, float], n_times: int = 1, name: str = COMMAND) -> None:
+        self._stream, self._shares, self._n_times, self._name = stream, shares, n_times, name
         self._tty = stream.isatty()
+        self._done: dict[str, float] = {}
+        self._fraction, self._n_done = 0.0, 0
         self._stage = ""
-        self._shown = 0.0
+        self._started, self._shown = perf_counter(), 0.0
+
+    def next_time(self) -> None:
+        """The stages have been gone through, and begin anew."""
+        self._done, self._n_done = {}, self._n_done + 1
 
     def __call__(self, stage: str, fraction: float) -> None:
+        self._done[stage] = fraction
+        done = (self._n_done + share_done(self._shares, self._done)) / self._n_times
+        self._fraction = min(max(self._fraction, done), 1.0)
         now = perf_counter()
         if stage == self._stage and now - self._shown < (EVERY_TTY if self._tty else EVERY_LOG):
             return
-        line = f"{COMMAND}: {stage}" + (f" {fraction:.0%}" if fraction > 0 else "")
-        self._stream.write(f"\r{line}\033[K" if self._tty else f"{line}\n")
+        time = duration(now - self._started)
+        if self._tty:
+            bar = "#" * round(self._fraction * BAR)
+            line = f"{self._name}: [{bar:.<{BAR}}] {self._fraction:4.0%} {stage}, {time}"
+            self._stream.write(f"\r{line[: get_terminal_size().columns - 1]}\033[K")
+        else:
+            self._stream.write(f"{self._name}: {stage} ({self._fraction:.0%}, {time})\n")
         self._stream.flush()
         self._stage, self._shown = stage, now
 

@@ -9,18 +9,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..addon.blender import bake_objects
+from ..addon.blender.as_read import AsRead, still_there
 from ..addon.blender.lightmap_checks import check_uv
 from ..addon.blender.lightmap_layout import Layout, lay_out
 from ..addon.blender.lightmap_meshes import check_lightmap_object, lightmap_meshes
-from ..addon.blender.lightmap_writing import check_unchanged, write_lightmaps
+from ..addon.blender.lightmap_writing import write_lightmaps
 from ..addon.errors import BakeError
 from ..addon.lightmap_settings import LightmapSettings
-from ..addon.output import atomic_path, check_writable
+from ..addon.output import atomic_path, check_place, check_writable
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
 from ..addon.receivers import AttributeTarget, LightmapMesh, Receivers
 from ..addon.scene import Scene
 from ..addon.tracers import Tracer
+from .written import Written
 
 if TYPE_CHECKING:
     from ..addon.bake import Solution
@@ -30,6 +32,9 @@ if TYPE_CHECKING:
 
 KIND = "indirect"
 """What the images hold, for the files' names; those of directional light have kinds of their own."""
+
+_BYTES_OF_TEXEL = {"exr_half": 6, "exr_float": 12, "hdr": 4, "rgbm": 4, "rgbd": 4}
+"""At most, before files are compressed."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +58,7 @@ class WantedLightmaps:
     preview: Path | None = None
 
     def read(
-        self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]
+        self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
     ) -> "LightmapTarget":
         """See `Wanted.read`."""
         settings = self.settings
@@ -64,9 +69,10 @@ class WantedLightmaps:
         _check_paths([path for of_image in paths for path in of_image.values()], self.folder)
         if self.preview is not None:
             check_writable(self.preview)
-        meshes = lightmap_meshes(objects, depsgraph, layout)
-        check_uv(meshes, layout.sizes, layout.uv_map)
-        return LightmapTarget(meshes, layout, settings, paths, self.preview)
+        meshes = lightmap_meshes(objects, depsgraph, layout, progress)
+        check_uv(meshes, layout.sizes, layout.uv_map, progress)
+        meanwhile = [AsRead.of(obj) for obj in objects]
+        return LightmapTarget(meshes, layout, settings, paths, self.preview, meanwhile)
 
     def _paths(self, layout: Layout) -> list[dict[str, Path]]:
         """The files of each lightmap, by what is in them."""
@@ -82,13 +88,10 @@ def _check_paths(paths: list[Path], folder: Path) -> None:
     twice = {str(path).lower() for path in paths}
     if len(twice) < len(paths):
         raise BakeError("Objects have names that differ only in signs no file name may hold: rename one of them.")
-    if not folder.exists():
-        check_writable(next(parent for parent in folder.parents if parent.exists()) / folder.name)
-        return
-    if not folder.is_dir():
+    if folder.exists() and not folder.is_dir():
         raise BakeError(f"{folder} is a file; give a folder for the lightmaps.")
     for path in paths:
-        check_writable(path)
+        check_place(path)
 
 
 @dataclass(frozen=True)
@@ -100,10 +103,18 @@ class LightmapTarget:
     settings: LightmapSettings
     paths: list[dict[str, Path]]
     preview: Path | None
+    meanwhile: list[AsRead]
 
     @property
     def object_names(self) -> list[str]:
         return [place.object_name for place in self.layout.places]
+
+    @property
+    def sizes(self) -> dict[Path, int]:
+        """See `Target.sizes`."""
+        n_bytes = _BYTES_OF_TEXEL[self.settings.file_format]
+        images = zip(self.paths, self.layout.sizes, strict=True)
+        return {path: height * width * n_bytes for paths, (height, width) in images for path in paths.values()}
 
     def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "LightmapPoints":
         """See `Target.points`."""
@@ -169,50 +180,75 @@ class Lightmaps:
         """E/π, (height, width, 3) float32 each."""
         return [one.light for one in self.finished]
 
-    def write(self) -> list[str]:
+    def concerns(self) -> list[str]:
+        """See `Product.concerns`."""
+        return still_there(self.target.meanwhile)[1]
+
+    def write(self) -> Written:
         """See `Product.write`."""
+        objects, warnings = still_there(self.target.meanwhile)
+        images = sorted({place.image for place, obj in zip(self.target.layout.places, objects, strict=True) if obj})
+        if not images:
+            raise BakeError(warnings[0])
+        written, paths = Written(warnings=warnings), {}
+        for image in images:
+            of_image = self.target.paths[image]
+            try:
+                self._write_image(of_image, self.finished[image])
+            except (OSError, BakeError) as error:
+                what = f"the lightmap of '{self.target.layout.names[image]}'"
+                written.failures.append(_not_written(what, of_image[KIND], error))
+            else:
+                paths[image] = of_image[KIND]
+                written.files += of_image.values()
+        if not paths:
+            raise BakeError(written.failures[0])
+        self._write_preview(written)
+        write_lightmaps(self.target.layout, objects, paths, self.target.settings)
+        return written
+
+    def _write_preview(self, written: Written) -> None:
         from ..addon.output.lightmap import contact_sheet
         from ..addon.output.png import write_png
 
-        paths = [of_image[KIND] for of_image in self.target.paths]
-        check_unchanged(self.target.layout)
+        if self.target.preview is None:
+            return
         try:
-            for path in self._files:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                check_writable(path)
-            with ExitStack() as stack:  # every file is written before the first takes its place
-                for of_image, finished in zip(self.target.paths, self.finished, strict=True):
-                    temporary = {kind: stack.enter_context(atomic_path(path)) for kind, path in of_image.items()}
-                    self._write_image(temporary, finished)
-                if self.target.preview is not None:
-                    write_png(self.target.preview, contact_sheet(self.images))
-        except OSError as error:
-            raise BakeError(f"The lightmaps cannot be written ({error.strerror}): {error.filename}.") from error
-        write_lightmaps(self.target.layout, paths, self.target.settings)
-        return []
+            write_png(self.target.preview, contact_sheet(self.images))
+        except (OSError, BakeError) as error:
+            written.failures.append(_not_written("the picture of all lightmaps", self.target.preview, error))
+        else:
+            written.files.append(self.target.preview)
 
     def _write_image(self, paths: dict[str, Path], finished: "Finished") -> None:
-        """The files of one lightmap, by what is in them."""
+        """Write the files of one lightmap, by what is in them, all or none."""
         from ..addon.output.lightmap import directional_light, encode_directional, write_lightmap
 
         settings = self.target.settings
         images = {KIND: finished.light}
         if finished.slope is not None:
             images |= encode_directional(*directional_light(finished.light, finished.slope, finished.normal))
-        for kind, path in paths.items():
-            unit = kind.startswith("L1")
-            write_lightmap(path, images[kind], settings.file_format, settings.value_range, unit=unit)
-
-    @property
-    def _files(self) -> list[Path]:
-        return [path for of_image in self.target.paths for path in of_image.values()]
+        with ExitStack() as stack:  # every file is written before the first takes its place
+            for kind, path in paths.items():
+                path.parent.mkdir(parents=True, exist_ok=True)
+                check_writable(path)
+                temporary, unit = stack.enter_context(atomic_path(path)), kind.startswith("L1")
+                write_lightmap(temporary, images[kind], settings.file_format, settings.value_range, unit=unit)
 
     @property
     def files(self) -> list[Path]:
         preview = self.target.preview
-        return self._files + ([] if preview is None else [preview])
+        images = [path for of_image in self.target.paths for path in of_image.values()]
+        return images + ([] if preview is None else [preview])
 
     @property
     def counts(self) -> dict[str, int]:
         texels = sum(height * width for height, width in self.target.layout.sizes)
         return {"lightmaps": len(self.finished), "lightmap_texels": texels, "covered_texels": self.n_covered}
+
+
+def _not_written(what: str, path: Path, error: Exception) -> str:
+    """A sentence about a file that could not be written."""
+    cause = error if isinstance(error, OSError) else error.__cause__
+    reason = cause.strerror if isinstance(cause, OSError) else str(error)
+    return f"{path} cannot be written ({reason}), so {what} is not there or as it was."

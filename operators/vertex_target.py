@@ -5,11 +5,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..addon.blender import bake_objects, check_color_attribute, receiver_meshes, write_color_attribute
+from ..addon.blender.as_read import AsRead
+from ..addon.blender.color_attribute import light_takers
+from ..addon.errors import Advice
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
 from ..addon.receivers import ReceiverMesh, Receivers, vertex_receivers
 from ..addon.scene import Scene
 from ..addon.tracers import Tracer
+from .written import Written
 
 if TYPE_CHECKING:
     from ..addon.bake import Solution
@@ -22,29 +26,38 @@ class WantedVertices:
 
     attribute: str = "Indirect"
 
-    def read(self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]) -> "VertexTarget":
+    def read(
+        self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
+    ) -> "VertexTarget":
         """See `Wanted.read`."""
         objects = bake_objects(depsgraph, names, warnings)
         check_color_attribute(objects, self.attribute)
-        return VertexTarget(receiver_meshes(objects, depsgraph), self.attribute)
+        meanwhile = [AsRead.of(obj) for obj in objects]
+        return VertexTarget(receiver_meshes(objects, depsgraph, progress), self.attribute, meanwhile)
 
 
 @dataclass(frozen=True)
 class VertexTarget:
-    """Meshes whose vertices or corners get light, and the name of their attribute."""
+    """Meshes whose vertices or corners get light, the name of their attribute, and their objects."""
 
     meshes: list[ReceiverMesh]
     attribute: str
+    meanwhile: list[AsRead]
 
     @property
     def object_names(self) -> list[str]:
         return [mesh.object_name for mesh in self.meshes]
 
+    @property
+    def sizes(self) -> dict[Path, int]:
+        """See `Target.sizes`: none."""
+        return {}
+
     def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "VertexPoints":
         """See `Target.points`."""
         receivers = vertex_receivers(self.meshes)
         warnings += too_coarse(receivers)
-        return VertexPoints(receivers, self.attribute)
+        return VertexPoints(receivers, self)
 
 
 @dataclass(frozen=True)
@@ -52,7 +65,7 @@ class VertexPoints:
     """Receivers at vertices."""
 
     receivers: Receivers
-    attribute: str
+    target: VertexTarget
 
     def lit_by(self, solution: "Solution", workers: Workers) -> "VertexPoints":
         """See `Points.lit_by`: nothing is."""
@@ -60,7 +73,7 @@ class VertexPoints:
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "VertexLight":
         """See `Points.finish`."""
-        return VertexLight(self.receivers, irradiance, self.attribute)
+        return VertexLight(self.receivers, irradiance, self.target)
 
 
 @dataclass(frozen=True)
@@ -69,7 +82,7 @@ class VertexLight:
 
     receivers: Receivers
     irradiance: "Irradiance"
-    attribute: str
+    target: VertexTarget
 
     @property
     def files(self) -> list[Path]:
@@ -79,9 +92,14 @@ class VertexLight:
     def counts(self) -> dict[str, int]:
         return {}
 
-    def write(self) -> list[str]:
+    def concerns(self) -> list[str]:
+        """See `Product.concerns`."""
+        return light_takers(self.receivers, self.target.attribute, self.target.meanwhile)[1]
+
+    def write(self) -> Written:
         """See `Product.write`."""
-        return write_color_attribute(self.irradiance.value, self.receivers, self.attribute)
+        at = self.receivers, self.target.attribute, self.target.meanwhile
+        return Written(warnings=write_color_attribute(self.irradiance.value, *at))
 
 
 def too_coarse(receivers: Receivers) -> list[str]:
@@ -92,7 +110,7 @@ def too_coarse(receivers: Receivers) -> list[str]:
         return []
     widest = region_of(receivers.position).radius
     return [
-        f"Object '{target.object_name}' has too few vertices for its size to show light: subdivide it."
+        Advice(f"Object '{target.object_name}' has too few vertices for its size to show light: subdivide it.")
         for target in receivers.targets
         if (receivers.footprint[target.receiver_of_element[target.receiver_of_element >= 0]] > widest).any()
     ]

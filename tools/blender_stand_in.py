@@ -69,7 +69,8 @@ def _usage(problem: str) -> int:
 
 def _open(path: str) -> bool:
     try:
-        bpy.ops.wm.open_mainfile(filepath=os.path.abspath(path))
+        with importlib.import_module("photon_bake.addon.output").hushed(1):  # Blender says that it read the file
+            bpy.ops.wm.open_mainfile(filepath=os.path.abspath(path))
     except RuntimeError as error:
         print(f"blender stand-in: {error}", file=sys.stderr)
         return False

@@ -65,6 +65,12 @@ TAGS = {
 }
 
 
+def say(text: str) -> None:
+    """Tell on stderr what is being done, unless `make -s` runs this."""
+    if not os.environ.get("QUIET"):
+        print(text, file=sys.stderr, flush=True)
+
+
 def this_platform() -> str:
     """Blender's name for the platform this runs on."""
     system = {"darwin": "macos"}.get(platform.system().lower(), platform.system().lower())
@@ -96,7 +102,7 @@ def wheels(target: Target, platform_name: str) -> list[Path]:
 
     if len(present()) < len(wanted):
         wanted_names = " and ".join(target.requirements)
-        print(f"Downloading {wanted_names} for Python {target.python} on {platform_name}", file=sys.stderr, flush=True)
+        say(f"Downloading {wanted_names} for Python {target.python} on {platform_name}")
         folder.mkdir(parents=True, exist_ok=True)
         pip = [sys.executable, "-m", "pip", "download", "--quiet", "--disable-pip-version-check", "--no-deps"]
         pip += [*pip_selection(target, platform_name), f"--dest={folder}", *target.requirements]

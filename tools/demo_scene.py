@@ -8,6 +8,11 @@ bake's alone. It needs a camera in the file, and leaves the file as it is.
 """
 
 import argparse
+import os
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import pi, radians
 from pathlib import Path
 from typing import Any
@@ -200,7 +205,30 @@ def render(path: str, picture: str, attribute: str = "Indirect", samples: int = 
         _show_baked_light(material, attribute)
     _set_up_cycles(scene, samples)
     scene.render.filepath = str(Path(picture).absolute())
-    bpy.ops.render.render(write_still=True)
+    with _progress_of_cycles():
+        bpy.ops.render.render(write_still=True)
+
+
+@contextmanager
+def _progress_of_cycles() -> Iterator[None]:
+    """Show how far the render is in place of Cycles' log; nothing where QUIET is set."""
+    from photon_bake.addon.output import hushed
+    from photon_bake.operators.console import ProgressLine
+
+    line = ProgressLine(sys.stderr, {"Rendering": 1.0}, name="demo_scene")
+
+    def listen(said: str, *_: Any) -> None:
+        sample = re.search(r"Sample (\d+)/(\d+)", said)
+        if sample and not os.environ.get("QUIET"):
+            line("Rendering", int(sample[1]) / int(sample[2]))
+
+    bpy.app.handlers.render_stats.append(listen)
+    try:
+        with hushed(1):
+            yield
+    finally:
+        bpy.app.handlers.render_stats.remove(listen)
+        line.clear()
 
 
 def _materials_of_meshes() -> set[Any]:

@@ -24,10 +24,6 @@ ASK = "import bpy, sys; print('ANSWER %d.%d.%d %d.%d' % (*bpy.app.version, *sys.
 TEST_REQUIREMENTS = ("pytest>=8", "hypothesis>=6.100")
 
 
-def say(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
-
-
 def blender(executable: str, *arguments: str, resources: Path) -> str:
     """Run Blender in the background with its user folder elsewhere, and return what it printed."""
     environment = {**os.environ, "BLENDER_USER_RESOURCES": str(resources)}
@@ -57,7 +53,7 @@ def install(executable: str, version: str, target: build_zip.Target, resources: 
     wanted = f"{version} {build_zip.digest(path)}"
     if stamp.exists() and stamp.read_text() == wanted:
         return
-    say(f"Installing {path.name} for Blender {version}")
+    build_zip.say(f"Installing {path.name} for Blender {version}")
     shutil.rmtree(resources, ignore_errors=True)
     resources.mkdir(parents=True)
     blender(
@@ -80,7 +76,7 @@ def lay_out_tests(version: str, target: build_zip.Target, resources: Path) -> No
     wanted = " ".join([version, *TEST_REQUIREMENTS, *(wheel.name for wheel in wheels)])
     if stamp.exists() and stamp.read_text() == wanted:
         return
-    say(f"Laying out pytest and the wheels for Blender {version}, Python {target.python}")
+    build_zip.say(f"Laying out pytest and the wheels for Blender {version}, Python {target.python}")
     shutil.rmtree(resources, ignore_errors=True)
     modules = resources / "scripts" / "addons" / "modules"
     modules.mkdir(parents=True)

@@ -6,7 +6,7 @@ import bpy
 
 from ..errors import BakeError
 from .vertex_meshes import check_target
-from .visibility import RenderVisibility, hidden_in_viewport
+from .visibility import shown_objects
 from .warn import Warnings
 
 Check = Callable[["bpy.types.Object", "bpy.types.Depsgraph"], None]
@@ -23,10 +23,10 @@ def bake_objects(
     Parameters
     ----------
     depsgraph : bpy.types.Depsgraph
-        Its view layer's objects are meant.
+        The objects that it shows are meant.
     names : list of str, optional
-        Objects asked for; each that cannot be baked to is an error. Without names, every mesh object that renders show
-        is baked, and those that cannot be are left out with a warning.
+        Objects asked for; each that cannot be baked to is an error. Without names, every mesh object that it shows is
+        baked, and those that cannot be are left out with a warning.
     warnings : list of str, optional
         Sentences about objects left out are appended.
     check : callable
@@ -40,13 +40,14 @@ def bake_objects(
     if names is not None:
         return _named(depsgraph, names, check)
     warn = Warnings(warnings)
+    meshes = [obj for obj in shown_objects(depsgraph) if obj.type == "MESH"]
+    if not meshes:
+        raise BakeError("Nothing to bake: the scene has no mesh object that renders show.")
     chosen, refusals = [], []
-    for obj in _shown(depsgraph.view_layer):
+    for obj in meshes:
         try:
             check(obj, depsgraph)
         except BakeError as error:
-            if obj.mode == "EDIT":
-                raise  # the user is at work on it and would be surprised to find it left out
             refusals.append(str(error))
         else:
             chosen.append(obj)
@@ -57,27 +58,16 @@ def bake_objects(
     return chosen
 
 
-def _shown(view_layer: "bpy.types.ViewLayer") -> "list[bpy.types.Object]":
-    """Mesh objects that a bake sees."""
-    visibility = RenderVisibility(view_layer)
-    meshes = [
-        obj
-        for obj in view_layer.objects
-        if obj.type == "MESH" and visibility.shows(obj) and not hidden_in_viewport(obj, view_layer)
-    ]
-    if not meshes:
-        raise BakeError("Nothing to bake: the scene has no mesh object that is shown in renders and in the viewport.")
-    return meshes
-
-
 def _named(depsgraph: "bpy.types.Depsgraph", names: list[str], check: Check) -> "list[bpy.types.Object]":
+    shown = {obj.name: obj for obj in shown_objects(depsgraph)}
     objects = []
     for name in dict.fromkeys(names):
-        obj = depsgraph.view_layer.objects.get(name)
-        if obj is None:
+        if name not in depsgraph.view_layer.objects:
             raise BakeError(f"There is no object '{name}' in the view layer: check the name.")
-        check(obj, depsgraph)
-        objects.append(obj)
+        if name not in shown:
+            raise BakeError(f"Object '{name}' is hidden in renders: show it there to bake to it.")
+        check(shown[name], depsgraph)
+        objects.append(shown[name])
     if not objects:
         raise BakeError("Nothing to bake: no object was named.")
     return objects

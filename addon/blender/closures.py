@@ -72,6 +72,7 @@ class Closure:
     Attributes
     ----------
     shader : Place
+        Its output, or the colour that stands in its place.
     factors : tuple of Factor
     for_shadows : bool
         Whether in Cycles only shadow rays see it.
@@ -84,6 +85,11 @@ class Closure:
     @property
     def node(self) -> "bpy.types.Node":
         return self.shader.socket.node
+
+    @property
+    def kind(self) -> str:
+        """Type of the shader node; a colour or number in a shader's place is light, as Cycles has it."""
+        return self.node.type if self.shader.socket.type == "SHADER" else "COLOR"
 
     def weight(self, value: Value, without: set[Place]) -> np.ndarray:
         """Product of the factors, except those of some sockets, (h, w, 1)."""
@@ -100,7 +106,11 @@ def read_closures(material: "bpy.types.Material") -> list[Closure]:
 def _closures(place: Place, factors: tuple[Factor, ...]) -> list[Closure]:
     origin = place.origin
     node = origin.socket.node
-    if not origin.socket.is_output or node.type == "GROUP":  # an empty group
+    if origin.socket.is_output and node.type == "GROUP":  # an empty group
+        return []
+    if origin.socket.type != "SHADER":
+        return [Closure(origin, factors)]
+    if not origin.socket.is_output:
         return []
     if node.type not in {"MIX_SHADER", "ADD_SHADER"}:
         return [Closure(origin, factors)]
@@ -177,18 +187,18 @@ def combine(closures: list[Closure], value: Value) -> Lobes:
     what it means, a glossy layer over a diffuse base; one of refraction and gloss is glass. Any other shader that is
     mixed by the angle gets the factor's mean over the hemisphere.
     """
-    over = _layers([one for one in closures if one.node.type == "BSDF_GLOSSY"], inverted=False)
-    coated = over & _layers([one for one in closures if _is_diffuse(one.node)], inverted=True)
-    glass = over & _layers([one for one in closures if one.node.type == "BSDF_REFRACTION"], inverted=True) - coated
+    over = _layers([one for one in closures if one.kind == "BSDF_GLOSSY"], inverted=False)
+    coated = over & _layers([one for one in closures if _is_diffuse(one)], inverted=True)
+    glass = over & _layers([one for one in closures if one.kind == "BSDF_REFRACTION"], inverted=True) - coated
     lobes = Lobes()
     for closure in closures:
-        layers = {"BSDF_GLOSSY": coated | glass, "BSDF_REFRACTION": glass}.get(closure.node.type, set())
-        layers = coated if _is_diffuse(closure.node) else layers
+        layers = {"BSDF_GLOSSY": coated | glass, "BSDF_REFRACTION": glass}.get(closure.kind, set())
+        layers = coated if _is_diffuse(closure) else layers
         layer = next((one for one in closure.factors if one.place in layers), None)
         weight = closure.weight(value, layers)
         if (weight > 0).any():
             leaf = _Leaf(closure, value, weight, layer, layer is not None and layer.place in glass)
-            ADDERS.get(closure.node.type, _add_diffuse)(leaf, lobes)
+            ADDERS.get(closure.kind, _add_diffuse)(leaf, lobes)
     return lobes
 
 
@@ -202,8 +212,8 @@ def _layers(closures: list[Closure], inverted: bool) -> set[Place]:
     }
 
 
-def _is_diffuse(node: "bpy.types.Node") -> bool:
-    return node.type not in ADDERS or node.type == "BSDF_DIFFUSE"
+def _is_diffuse(closure: Closure) -> bool:
+    return closure.kind not in ADDERS or closure.kind == "BSDF_DIFFUSE"
 
 
 def _add_diffuse(leaf: _Leaf, lobes: Lobes) -> None:
@@ -219,9 +229,13 @@ def _add_transparent(leaf: _Leaf, lobes: Lobes) -> None:
 
 
 def _add_emission(leaf: _Leaf, lobes: Lobes, color: str = "Color", strength: str = "Strength") -> None:
-    radiance = np.maximum(leaf[strength], 0) * leaf.weight
+    radiance = leaf[strength] * leaf.weight  # negative light takes light away
     if radiance.any():
-        lobes.emission = lobes.emission + radiance * np.maximum(leaf[color], 0)
+        lobes.emission = lobes.emission + radiance * leaf[color]
+
+
+def _add_color(leaf: _Leaf, lobes: Lobes) -> None:
+    lobes.emission = lobes.emission + leaf.weight * leaf.value(leaf.closure.shader)
 
 
 def _add_glossy(leaf: _Leaf, lobes: Lobes) -> None:
@@ -315,6 +329,8 @@ ADDERS: dict[str, Callable[[_Leaf, Lobes], None]] = {
     "BSDF_TRANSLUCENT": _add_translucent,
     "BSDF_TRANSPARENT": _add_transparent,
     "EMISSION": _add_emission,
+    "BACKGROUND": _add_emission,
+    "COLOR": _add_color,
     "HOLDOUT": lambda leaf, lobes: None,
 }
 """How a shader node is added to the sum; any other one counts as diffuse."""

@@ -1,6 +1,6 @@
 """Light as a colour attribute of meshes."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from math import pi
 
 import bpy
@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import BakeError
 from ..receivers import AttributeTarget, Receivers
+from .as_read import AsRead, still_there
 
 MAX_NAME_BYTES = 63
 """Blender cuts longer names."""
@@ -30,11 +31,15 @@ BUILT_IN = {
 """Names that mean something to Blender itself, and that a mesh need not have yet."""
 
 
-def write_color_attribute(irradiance_value: np.ndarray, receivers: Receivers, attribute_name: str) -> list[str]:
+def write_color_attribute(
+    irradiance_value: np.ndarray, receivers: Receivers, attribute_name: str, meanwhile: Sequence[AsRead]
+) -> list[str]:
     """Write E / π to a FLOAT_COLOR attribute of each target's mesh, and make it the active colour.
 
-    An attribute of that name is replaced where its domain or type differ. A mesh that several targets share gets the
-    mean of their values. Either all meshes are written or none.
+    The color that renders fall back on, which a Color Attribute node without a name reads, stays what it was, even
+    where there was none: otherwise the light would change the materials that it was baked with. An attribute of that
+    name is replaced where its domain or type differ. A mesh that several targets share gets the mean of their values.
+    Objects that can take their light no more are left out.
 
     Parameters
     ----------
@@ -42,32 +47,50 @@ def write_color_attribute(irradiance_value: np.ndarray, receivers: Receivers, at
         E at each receiver, scene-linear.
     receivers : Receivers
     attribute_name : str
+    meanwhile : sequence of AsRead
+        The object of each target.
 
     Returns
     -------
     list of str
-        Warnings, one a mesh that several objects share.
+        Warnings, one a mesh that several objects share, and one an object that is left out.
 
     Raises
     ------
     BakeError
-        If a value is not finite, or a mesh cannot take the attribute. Nothing was written then.
+        If a value is not finite, or no mesh can take the attribute. Nothing was written then.
     """
     if not np.isfinite(irradiance_value).all():
         raise BakeError("The bake made values that are not finite, so nothing was written: please report this.")
     colors = np.asarray(irradiance_value, np.float32) / np.float32(pi)
-    objects = [_object(target) for target in receivers.targets]
-    check_color_attribute(objects, attribute_name)
-    by_mesh: dict[int, list[tuple[bpy.types.Object, AttributeTarget]]] = {}
-    for obj, target in zip(objects, receivers.targets, strict=True):
-        _check_unchanged(obj, target)
-        by_mesh.setdefault(obj.data.as_pointer(), []).append((obj, target))
-    for sharers in by_mesh.values():
+    by_mesh, warnings = light_takers(receivers, attribute_name, meanwhile)
+    if not by_mesh and receivers.targets:
+        raise BakeError(warnings[0])
+    for sharers in by_mesh:
         mesh = sharers[0][0].data
         corners = any(target.domain == "CORNER" for _, target in sharers)
         values = [_values(colors, target, mesh, corners) for _, target in sharers]
         _write(mesh, attribute_name, "CORNER" if corners else "POINT", np.mean(values, axis=0, dtype=np.float32))
-    return [_shared_warning([obj for obj, _ in sharers]) for sharers in by_mesh.values() if len(sharers) > 1]
+    return warnings
+
+
+def light_takers(
+    receivers: Receivers, attribute_name: str, meanwhile: Sequence[AsRead]
+) -> "tuple[list[list[tuple[bpy.types.Object, AttributeTarget]]], list[str]]":
+    """The objects that can take light, with their targets, by the mesh that they share; and warnings about the rest."""
+    objects, warnings = still_there(meanwhile)
+    by_mesh: dict[int, list[tuple[bpy.types.Object, AttributeTarget]]] = {}
+    for obj, target in zip(objects, receivers.targets, strict=True):
+        if obj is None:
+            continue
+        try:
+            check_color_attribute([obj], attribute_name)
+        except BakeError as error:
+            warnings.append(f"Left out: {error}")
+        else:
+            by_mesh.setdefault(obj.data.session_uid, []).append((obj, target))
+    sharing = [[obj for obj, _ in sharers] for sharers in by_mesh.values() if len(sharers) > 1]
+    return list(by_mesh.values()), warnings + [_shared_warning(objects) for objects in sharing]
 
 
 def check_color_attribute(objects: "Iterable[bpy.types.Object]", attribute_name: str) -> None:
@@ -107,8 +130,6 @@ def check_editable(obj: "bpy.types.Object") -> None:
     BakeError
         If not, naming the object and what to do.
     """
-    if obj.mode == "EDIT" or obj.data.is_editmode:
-        raise BakeError(f"Object '{obj.name}' is in edit mode: leave edit mode to bake.")
     if not obj.data.is_editable:
         raise BakeError(
             f"The mesh of object '{obj.name}' is linked from another file and cannot be written: make it local "
@@ -118,21 +139,6 @@ def check_editable(obj: "bpy.types.Object") -> None:
 
 def _is_color(attribute: "bpy.types.Attribute") -> bool:
     return attribute.data_type in {"FLOAT_COLOR", "BYTE_COLOR"} and attribute.domain in {"POINT", "CORNER"}
-
-
-def _object(target: AttributeTarget) -> "bpy.types.Object":
-    obj = bpy.data.objects.get((target.object_name, None)) or bpy.data.objects.get(target.object_name)
-    if obj is None or obj.type != "MESH":
-        raise BakeError(f"Object '{target.object_name}' is gone: bake again.")
-    return obj
-
-
-def _check_unchanged(obj: "bpy.types.Object", target: AttributeTarget) -> None:
-    """A bake takes its time, and the mesh may have been edited meanwhile."""
-    mesh = obj.data
-    n = len(mesh.loops) if target.domain == "CORNER" else len(mesh.vertices)
-    if mesh.name != target.mesh_name or n != len(target.receiver_of_element):
-        raise BakeError(f"The mesh of object '{obj.name}' was changed during the bake: bake again.")
 
 
 def _values(colors: np.ndarray, target: AttributeTarget, mesh: "bpy.types.Mesh", corners: bool) -> np.ndarray:
@@ -150,6 +156,7 @@ def _values(colors: np.ndarray, target: AttributeTarget, mesh: "bpy.types.Mesh",
 
 
 def _write(mesh: "bpy.types.Mesh", name: str, domain: str, rgba: np.ndarray) -> None:
+    rendered = mesh.attributes.default_color_name
     attribute = mesh.attributes.get(name)
     if attribute is not None and (attribute.data_type, attribute.domain) != ("FLOAT_COLOR", domain):
         mesh.attributes.remove(attribute)
@@ -157,9 +164,8 @@ def _write(mesh: "bpy.types.Mesh", name: str, domain: str, rgba: np.ndarray) -> 
     if attribute is None:
         attribute = mesh.attributes.new(name, "FLOAT_COLOR", domain)
     attribute.data.foreach_set("color", np.ascontiguousarray(rgba, np.float32).ravel())
-    index = mesh.color_attributes.find(name)
-    mesh.color_attributes.active_color_index = index
-    mesh.color_attributes.render_color_index = index
+    mesh.attributes.active_color_name = name
+    mesh.attributes.default_color_name = rendered
     mesh.update()
 
 

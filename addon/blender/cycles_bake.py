@@ -40,7 +40,7 @@ class BakeRequest:
     material : bpy.types.Material
         Original, not evaluated.
     places : list of Place
-        Input sockets, in the material or its evaluated copy.
+        Sockets, in the material or its evaluated copy.
     mesh : bpy.types.Mesh
         Evaluated.
     obj : bpy.types.Object
@@ -146,7 +146,8 @@ def _exposed(tree: "bpy.types.NodeTree", place: Place) -> "bpy.types.NodeSocket"
     for name in names:
         groups.append(tree.nodes[name])
         tree = groups[-1].node_tree
-    end = source(socket(tree.nodes[node_name].inputs, identifier))
+    node = tree.nodes[node_name]
+    end = socket(node.outputs, identifier) if place.socket.is_output else source(socket(node.inputs, identifier))
     assert end is not None  # a socket without a link is constant
     for group in reversed(groups):
         inner = group.node_tree
@@ -230,7 +231,7 @@ class _Stage:
 
 def _mesh(request: BakeRequest, temporary: Temporary) -> "bpy.types.Mesh":
     """A copy of the evaluated mesh whose last UV map is the atlas."""
-    mesh = temporary.add(request.mesh.copy())
+    mesh = temporary.copy(request.mesh)
     mesh.use_auto_texspace = False
     mesh.texspace_location, mesh.texspace_size = request.mesh.texspace_location, request.mesh.texspace_size
     mesh.materials.clear()

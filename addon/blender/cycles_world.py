@@ -86,7 +86,7 @@ def _render(world: "bpy.types.World", scene: "bpy.types.Scene") -> np.ndarray:
 
 def brightest_spot(picture: np.ndarray) -> tuple[tuple[int, int], tuple[int, int]] | None:
     """Rows and columns (first, after the last) around the pixels much brighter than the mean, if they are few."""
-    brightness = picture.mean(axis=2)
+    brightness = np.abs(picture).mean(axis=2)
     bright = np.argwhere(brightness > BRIGHT * brightness.mean(dtype=np.float64))
     if len(bright) == 0:
         return None
@@ -110,7 +110,7 @@ def _shot(stage: "bpy.types.Scene", n_samples: int) -> np.ndarray:
         pixels = np.empty(width * height * image.channels, np.float32)
         image.pixels.foreach_get(pixels)
     pixels = pixels.reshape(height, width, -1)[..., :3]
-    return np.maximum(np.nan_to_num(pixels, posinf=0.0, neginf=0.0), 0)
+    return np.nan_to_num(pixels, posinf=0.0, neginf=0.0)
 
 
 @contextmanager

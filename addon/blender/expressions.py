@@ -7,6 +7,7 @@ from functools import cached_property
 import bpy
 import numpy as np
 
+from .images import MISSING
 from .node_math import BLEND, COMBINE, MATH, SEPARATE, VECTOR_MATH, lerp, map_range, mean_fresnel, saturate
 from .nodes import Place
 
@@ -157,9 +158,7 @@ AS_DIFFUSE_RAYS_SEE_IT = {
 
 
 def _image(at: _Inputs) -> np.ndarray:
-    if at.node.image is None:
-        return np.zeros((1, 1, 1))
-    pixels = at.evaluator.sample(at.output)
+    pixels = MISSING if at.node.image is None else at.evaluator.sample(at.output)
     return pixels[..., 3:] if at.asked == "Alpha" else pixels[..., :3]
 
 

@@ -1,83 +1,96 @@
 """A Blender scene as a `Scene`."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import compress, pairwise
+from typing import Any
 
 import bpy
 import numpy as np
 
 from ..errors import BakeError
-from ..scene import Lights, Scene, SceneObjects
+from ..progress import Progress
+from ..scene import Lights, Scene, SceneObjects, World
 from .lamps import in_light_group, read_lamp
 from .light_links import Placed, link_lights
-from .materials import MaterialTable
-from .meshes import LocalMesh, count_triangles, read_mesh, used_slots
+from .materials import READING, MaterialTable
+from .meshes import LocalMesh, count_triangles, evaluated_mesh, read_mesh, used_slots
+from .missing_files import warn_of_missing_files
 from .placing import Model, Models, PlacedMeshes
-from .visibility import (
-    ALL_RAYS,
-    LIGHT_RAYS,
-    NOT_READ,
-    RAYS,
-    ObjectVisibility,
-    RenderVisibility,
-    has_hair,
-    warn_of_hair,
-    warn_of_modifiers,
-)
+from .render_graph import is_stand_in
+from .visibility import ALL_RAYS, LIGHT_RAYS, NOT_READ, RAYS, has_hair, rays_that_see, warn_of_hair
 from .warn import Warnings
-from .world import read_world
+from .world import WorldReading, read_world
+
+_ROWS = 256  # of instances, between two looks at the progress
+_WALKED, _PLACED = 0.3, 0.6
+"""Parts of the stage after which all is found, and all placed: the rest are materials that Cycles evaluates."""
 
 BATCH = 500_000
 """Triangles that are placed together, unless one instance alone has more; bounds the memory for what is in between."""
 
 
-def extract_scene(
+@dataclass(frozen=True)
+class SceneReading:
+    """What was read of a dependency graph: everything but a world that Cycles has to render."""
+
+    _lit_by_nothing: Scene
+    _world: WorldReading
+    _warnings: Warnings
+
+    def scene(self, of: "bpy.types.Scene") -> Scene:
+        """The whole scene; not while Cycles or anything else bakes. `of` is whose frame it is."""
+        return replace(self._lit_by_nothing, world=self._world.world(of, self._warnings))
+
+
+def extract_scene(depsgraph: "bpy.types.Depsgraph", warnings: list[str] | None = None, **options: Any) -> Scene:
+    """`read_scene`, and then the whole scene; for a graph that is not `in_render_graph`'s."""
+    return read_scene(depsgraph, warnings, **options).scene(depsgraph.scene)
+
+
+def read_scene(
     depsgraph: "bpy.types.Depsgraph",
     warnings: list[str] | None = None,
     light_group: str = "",
     for_camera: bool = False,
-) -> Scene:
+    progress: Progress | None = None,
+) -> SceneReading:
     """Everything that light meets in the scene of an evaluated dependency graph, in world space.
 
     Every mesh is evaluated and read once, however many instances it has. Instances, modifiers, curves, texts, surfaces
-    and metaballs are included; what renders do not show is left out, and so are objects that no rays of light see.
-    What `visibility` says of objects hidden in the viewport holds.
+    and metaballs are included; what the graph does not show is left out, and so are objects that no rays of light see.
 
     Parameters
     ----------
     depsgraph : bpy.types.Depsgraph
-        From ``context.evaluated_depsgraph_get()``, or a render engine's.
+        `in_render_graph`'s for what renders show, ``context.evaluated_depsgraph_get()`` for what the viewport does.
     warnings : list of str, optional
         Sentences about what cannot be baked as it is are appended, each once.
     light_group : str
         The light group of the view layer that alone gives light; empty for all light.
     for_camera : bool
         Whether objects that only the camera sees are read too.
+    progress : Progress, optional
 
     Returns
     -------
-    Scene
-        It may have no triangles and no lights.
+    SceneReading
+        Of a scene that may have no triangles and no lights.
 
     Raises
     ------
     BakeError
-        If an object is in edit mode or has coordinates that are not finite, an image file is missing, or there is no
-        such light group.
+        If an object has coordinates that are not finite, or there is no such light group.
+    Cancelled
+        If `progress` was cancelled.
     """
-    warn = Warnings(warnings)
+    warn, progress = Warnings(warnings), progress or Progress()
     _check_light_group(depsgraph.view_layer, light_group)
-    visibility = RenderVisibility(depsgraph.view_layer)
-    if depsgraph.mode == "VIEWPORT":
-        visibility.warn_of_missing(depsgraph.view_layer, warn)
     materials = MaterialTable(warn)
-    found = _Found(visibility, materials, depsgraph.view_layer.material_override, light_group, for_camera, warn)
-    found.walk(depsgraph)
-    if depsgraph.mode == "VIEWPORT":
-        warn_of_modifiers(found.shown, depsgraph.scene, warn)
+    found = _Found(depsgraph, materials, light_group, for_camera, warn)
+    found.walk(progress)
     warn_of_hair(found.hairy, warn)
-    placed = _place(found.sources, _matrices(depsgraph), materials)
+    placed = _place(found.sources, _matrices(depsgraph), materials, progress.part(_WALKED, _PLACED))
     left = placed.drop_degenerate()
     objects = [placed_by for source in found.sources for placed_by in source.placed_by]
     scene = Scene(
@@ -87,12 +100,14 @@ def extract_scene(
         corner_uvs=placed.corner_uvs,
         material_of_triangle=placed.material_of_triangle,
         object_of_triangle=placed.object_of_triangle,
-        materials=materials.materials(),
-        objects=_objects(found.sources, left, light_group, for_camera),
+        materials=materials.materials(progress.part(_PLACED, 1)),
+        objects=_objects(found.sources, left, depsgraph.view_layer, light_group, for_camera),
         lights=Lights.join(found.lights) if found.lights else Lights.none(),
-        world=read_world(depsgraph, warn, light_group),
+        world=World.constant(0),
     )
-    return link_lights(scene, found.lamps, list(compress(objects, left)), warn)
+    warn_of_missing_files(depsgraph, materials.readable_images, warn)
+    scene = link_lights(scene, found.lamps, list(compress(objects, left)), warn)
+    return SceneReading(scene, read_world(depsgraph, light_group), warn)
 
 
 def _check_light_group(view_layer: "bpy.types.ViewLayer", name: str) -> None:
@@ -131,12 +146,19 @@ class _Source:
 
 @dataclass
 class _Look:
-    """What the instances of an object with one data-block have in common; `source` is known once rays see one."""
+    """What the instances of an object with one data-block have in common; `source` is known once rays see one.
+
+    Attributes
+    ----------
+    original : bpy.types.Object
+    rays : int
+        Mask of the `RAYS` that see it.
+    """
 
     kind: str
     name: str
-    visibility: ObjectVisibility
-    shown: bool
+    original: "bpy.types.Object"
+    rays: int
     known: bool = False
     source: _Source | None = None
 
@@ -149,23 +171,21 @@ class _Found:
 
     def __init__(
         self,
-        visibility: RenderVisibility,
+        depsgraph: "bpy.types.Depsgraph",
         materials: MaterialTable,
-        material_override: "bpy.types.Material | None",
         light_group: str,
         for_camera: bool,
         warnings: Warnings,
     ) -> None:
         self.lights: list[Lights] = []
         self.lamps: list[bpy.types.Object] = []
+        self._depsgraph = depsgraph
         self._light_group = light_group
         self._counted_rays = ALL_RAYS if for_camera else LIGHT_RAYS
-        self._visibility = visibility
         self._materials = materials
-        self._override = material_override
         self._warnings = warnings
-        self._looks: dict[tuple[bpy.types.Object, bpy.types.ID | None], _Look] = {}
-        self._parents: dict[bpy.types.Object, ObjectVisibility] = {}
+        self._looks: dict[tuple[bpy.types.Object, bpy.types.ID | None], _Look | None] = {}
+        self._parents: dict[bpy.types.Object, tuple[bpy.types.Object, int]] = {}
         self._used_slots: dict[bpy.types.Mesh, list[int]] = {}
         self._sources: dict[bpy.types.Mesh, dict[tuple[int, ...], _Source]] = {}
 
@@ -175,43 +195,42 @@ class _Found:
         return [source for of_mesh in self._sources.values() for source in of_mesh.values()]
 
     @property
-    def shown(self) -> list["bpy.types.Object"]:
-        """The original objects that renders show, or what they instance."""
-        return list(dict.fromkeys(look.visibility.original for look in self._looks.values() if look.shown))
-
-    @property
     def hairy(self) -> list["bpy.types.Object"]:
-        """Those of them that have hair, points or a volume."""
-        unread = {look.visibility.original for look in self._looks.values() if look.shown and look.kind in NOT_READ}
-        return [obj for obj in self.shown if obj in unread or has_hair(obj)]
+        """The original objects that have hair, points or a volume."""
+        looks = [look for look in self._looks.values() if look]
+        return list(dict.fromkeys(one.original for one in looks if one.kind in NOT_READ or has_hair(one.original)))
 
-    def walk(self, depsgraph: "bpy.types.Depsgraph") -> None:
+    def walk(self, progress: Progress) -> None:
         """Find all there is."""
-        for row, instance in enumerate(depsgraph.object_instances):
-            obj = instance.object
-            key = (obj.original, obj.data)
-            look = self._looks.get(key)
-            if look is None:
-                visibility = self._visibility.of(obj)
-                look = self._looks[key] = _Look(obj.type, obj.name, visibility, visibility.shown)
-            parent = self._of_parent(instance.parent)
-            rays = look.visibility.rays_through(parent)
-            if rays is None:
+        n = len(self._depsgraph.object_instances)
+        for row, instance in enumerate(self._depsgraph.object_instances):
+            if row % _ROWS == 0:
+                progress.update(READING, _WALKED * row / n)
+            if not instance.show_self:
                 continue
-            look.shown = True
-            if look.kind not in {"MESH", "LIGHT"}:
+            look = self._look(instance.object)
+            if look is None or look.kind not in {"MESH", "LIGHT"}:
                 continue
-            placed_by = look.visibility.original, parent.original if parent else None
+            parent, rays = self._of_parent(instance.parent)
+            placed_by, rays = (look.original, parent), look.rays & rays
             if look.kind == "LIGHT":
                 self._add_lamp(instance, look.name, placed_by)
             elif rays & self._counted_rays:
                 if not look.known:
-                    look.known, look.source = True, self._source(obj)
+                    look.known, look.source = True, self._source(instance.object)
                 if look.source is not None:
                     look.source.rows.append(row)
                     look.source.names.append(look.name)
                     look.source.rays.append(rays)
                     look.source.placed_by.append(placed_by)
+
+    def _look(self, obj: "bpy.types.Object") -> _Look | None:
+        """What is known of an evaluated object; None where it is no part of the scene."""
+        key = (obj.original, obj.data)
+        if key not in self._looks:
+            look = _Look(obj.type, obj.name, obj.original, rays_that_see(obj, self._depsgraph.view_layer))
+            self._looks[key] = None if is_stand_in(obj.original) else look
+        return self._looks[key]
 
     def _add_lamp(self, instance: "bpy.types.DepsgraphObjectInstance", name: str, placed_by: Placed) -> None:
         if in_light_group(*placed_by, self._light_group):
@@ -219,31 +238,32 @@ class _Found:
             self.lights.append(lamp)
             self.lamps += [placed_by[0]] * len(lamp)
 
-    def _of_parent(self, parent: "bpy.types.Object | None") -> ObjectVisibility | None:
+    def _of_parent(self, parent: "bpy.types.Object | None") -> "tuple[bpy.types.Object | None, int]":
+        """The original of an instance's parent, and the mask of the `RAYS` that see what it instances."""
         if parent is None:
-            return None
+            return None, ALL_RAYS
         if parent not in self._parents:
-            self._parents[parent] = self._visibility.of(parent)
+            self._parents[parent] = parent.original, rays_that_see(parent, self._depsgraph.view_layer)
         return self._parents[parent]
 
     def _source(self, obj: "bpy.types.Object") -> _Source | None:
         """The source that a mesh object's instances share with those of all others like it; None without faces."""
-        if obj.original.type == "MESH" and obj.original.mode == "EDIT":
-            raise BakeError(f"Object '{obj.name}' is in edit mode: leave edit mode to bake.")
-        mesh = obj.data
+        mesh = evaluated_mesh(obj, self._depsgraph)
         if not len(mesh.polygons):
             return None
-        material_of_slot = self._material_of_slot(obj)
+        material_of_slot = self._material_of_slot(obj, mesh)
         of_mesh = self._sources.setdefault(mesh, {})
         return of_mesh.setdefault(tuple(material_of_slot.values()), _Source(mesh, material_of_slot))
 
-    def _material_of_slot(self, obj: "bpy.types.Object") -> dict[int, int]:
+    def _material_of_slot(self, obj: "bpy.types.Object", mesh: "bpy.types.Mesh") -> dict[int, int]:
         """Material of each slot that an object's faces use. Slots past the last one mean the last."""
-        mesh = obj.data
         if mesh not in self._used_slots:
             self._used_slots[mesh] = used_slots(mesh)
-        slots = [self._override] if self._override else [slot.material for slot in obj.material_slots] or [None]
-        return {used: self._materials.add(slots[min(used, len(slots) - 1)], obj) for used in self._used_slots[mesh]}
+        override = self._depsgraph.view_layer.material_override
+        slots = [override] if override else [slot.material for slot in obj.material_slots] or [None]
+        return {
+            used: self._materials.add(slots[min(used, len(slots) - 1)], obj, mesh) for used in self._used_slots[mesh]
+        }
 
 
 def _matrices(depsgraph: "bpy.types.Depsgraph") -> np.ndarray:
@@ -254,7 +274,7 @@ def _matrices(depsgraph: "bpy.types.Depsgraph") -> np.ndarray:
     return columns.transpose(0, 2, 1)
 
 
-def _place(sources: list[_Source], matrices: np.ndarray, materials: MaterialTable) -> PlacedMeshes:
+def _place(sources: list[_Source], matrices: np.ndarray, materials: MaterialTable, progress: Progress) -> PlacedMeshes:
     """All instances of all sources; they become objects in the sources' order."""
     n_copies = np.array([len(source.rows) for source in sources], np.int64)
     n_vertices = np.array([len(source.mesh.vertices) for source in sources], np.int64)
@@ -265,6 +285,7 @@ def _place(sources: list[_Source], matrices: np.ndarray, materials: MaterialTabl
     names = [name for source in sources for name in source.names]
     reader = _Reader(materials)
     for batch in _batches(n_triangles[of_copy]):
+        progress.update(READING, batch.start / len(of_copy))
         used, of_used = np.unique(of_copy[batch], return_inverse=True)
         models = Models([reader.model(sources[source]) for source in used])
         placed.add(models, of_used, matrices[rows[batch]], names[batch])
@@ -310,8 +331,16 @@ class _Reader:
         return uvs
 
 
-def _objects(sources: list[_Source], left: np.ndarray, light_group: str, for_camera: bool) -> SceneObjects:
+def _objects(
+    sources: list[_Source],
+    left: np.ndarray,
+    view_layer: "bpy.types.ViewLayer",
+    light_group: str,
+    for_camera: bool,
+) -> SceneObjects:
     """The instances that are left of the sources'."""
+    placed_by = [by for source in sources for by in source.placed_by]
+    held_out = [for_camera and by[0].holdout_get(view_layer=view_layer) for by in placed_by]
     names = [name for source in sources for name in source.names]
     rays = np.array([mask for source in sources for mask in source.rays], np.int64)[left]
     seen = {name: (rays >> bit & 1).astype(bool) for bit, name in enumerate(RAYS)}
@@ -322,5 +351,6 @@ def _objects(sources: list[_Source], left: np.ndarray, light_group: str, for_cam
         seen_in_gloss=seen["glossy"],
         seen_through_glass=seen["transmission"],
         seen_by_camera=seen["camera" if for_camera else "diffuse"],
-        emits=np.array([in_light_group(*by, light_group) for source in sources for by in source.placed_by], bool)[left],
+        emits=np.array([in_light_group(*by, light_group) for by in placed_by], bool)[left],
+        held_out=np.array(held_out, bool)[left],
     )

@@ -6,11 +6,11 @@ from hashlib import blake2b
 import bpy
 import numpy as np
 
-from ..errors import BakeError
 from ..scene import Textures
+from .texels import StoredImage, linear_to_srgb
 
-MAX_SIDE = 1024
-"""Longest side of an image in texels; longer ones are reduced by box averaging, which bounds memory to 16 MiB each."""
+MISSING = np.array([[[1, 0, 1, 1]]], np.float32)
+"""What Cycles shows of an image that cannot be read: opaque magenta, whatever the image's settings."""
 
 N_HELD = 8
 """How many pictures are held in case that another material reads them too."""
@@ -20,36 +20,41 @@ N_HELD = 8
 class ImageTable:
     """The pictures that materials read, and the textures that are made of them, each held once.
 
-    Light that has bounced off a picture is blurred over a whole hemisphere, so the reduction to `MAX_SIDE` costs no
-    visible accuracy.
+    Light that has bounced off a picture is blurred over a whole hemisphere, so their reduction to a thousand texels a
+    side costs no visible accuracy.
+
+    Attributes
+    ----------
+    readable : dict of int to bool
+        By the `session_uid` of each image that was asked for: whether its pixels could be read.
     """
 
-    _read: dict[tuple[int, bool], np.ndarray] = field(default_factory=dict)
+    readable: dict[int, bool] = field(default_factory=dict)
+    _read: dict[tuple[int, bool, str, str], np.ndarray] = field(default_factory=dict)
     _index: dict[tuple[bytes, bool], int] = field(default_factory=dict)
     _textures: list[np.ndarray] = field(default_factory=list)
     _extends: list[bool] = field(default_factory=list)
 
-    def read(self, image: "bpy.types.Image", material_name: str, alpha_is_used: bool) -> np.ndarray:
-        """Pixels of an image from the bottom left, (height, width, 4) float32, scene-linear colour and alpha.
+    def read(self, image: "bpy.types.Image", alpha_is_used: bool, interpolation: str, extension: str) -> np.ndarray:
+        """What a node shows of an image within each texel from the bottom left, as `StoredImage.shown`.
+
+        `MISSING` where it cannot be read.
 
         Parameters
         ----------
         image : bpy.types.Image
-        material_name : str
-            Who reads it, for messages.
         alpha_is_used : bool
             Whether something reads the image node's Alpha; Cycles takes transparent texels for black otherwise.
-
-        Raises
-        ------
-        BakeError
-            If its file cannot be read.
+        interpolation, extension : str
+            The node's.
         """
-        key = (image.as_pointer(), alpha_is_used)
+        key = (image.as_pointer(), alpha_is_used, interpolation, extension)
         if key not in self._read:
             if len(self._read) >= N_HELD:
                 self._read.pop(next(iter(self._read)))
-            self._read[key] = _linear_pixels(image, material_name, alpha_is_used)
+            pixels = _raw_pixels(image)
+            self.readable[image.session_uid] = pixels is not None
+            self._read[key] = MISSING if pixels is None else _shown(pixels, image, *key[1:])
         return self._read[key]
 
     def add(self, texture: np.ndarray, extends: bool) -> int:
@@ -67,36 +72,48 @@ class ImageTable:
         return Textures.pack(self._textures, self._extends)
 
 
-def _linear_pixels(image: "bpy.types.Image", material_name: str, alpha_is_used: bool) -> np.ndarray:
-    pixels = _raw_pixels(image, material_name)
+def is_readable(image: "bpy.types.Image") -> bool:
+    """Whether colours of an image are known without Cycles: bytes of spaces other than sRGB are not."""
+    return image.is_float or image.colorspace_settings.name in {"sRGB", *_LINEAR_SPACES}
+
+
+def _shown(
+    pixels: np.ndarray, image: "bpy.types.Image", alpha_is_used: bool, interpolation: str, extension: str
+) -> np.ndarray:
+    """What a node shows of pixels as Blender holds them."""
+    stored = _as_cycles_stores(pixels, image, alpha_is_used)
+    return np.maximum(stored.shown(interpolation, extension), 0)
+
+
+def _as_cycles_stores(pixels: np.ndarray, image: "bpy.types.Image", alpha_is_used: bool) -> StoredImage:
+    """Pixels (height, width, channels) as Blender holds them, between which Cycles would interpolate."""
     channels = pixels.shape[2]
+    pixels = np.nan_to_num(pixels, posinf=0.0)
     color = pixels[..., :3] if channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
     has_alpha = channels == 4 and image.alpha_mode != "NONE"
     alpha = pixels[..., 3:] if has_alpha else np.ones_like(pixels[..., :1])
     space = image.colorspace_settings.name
     associated = has_alpha and image.alpha_mode in {"STRAIGHT", "PREMUL"} and space not in _DATA_SPACES
-    if associated and image.is_float and alpha_is_used:
-        color = color / np.where(alpha > 0, alpha, 1)
-    if not image.is_float:
-        # Cycles multiplies straight alpha into the encoded bytes; packed channels are independent of each other.
-        if associated and not alpha_is_used:
-            color = color * alpha
-        if space not in _LINEAR_SPACES:
-            color = _srgb_to_linear(color)
-    linear = np.concatenate([np.maximum(color, 0), alpha], axis=2)
-    return np.nan_to_num(_reduce(linear), posinf=0.0)
+    encoded = space == "sRGB" and (not image.is_float or _is_read_from_file(image))
+    if associated and not image.is_float:
+        color = color * alpha  # into the encoded bytes; packed channels are independent of each other
+    if encoded and image.is_float:
+        color = linear_to_srgb(color)
+    return StoredImage(np.concatenate([color, alpha], axis=2), encoded, associated and alpha_is_used)
 
 
-def _raw_pixels(image: "bpy.types.Image", material_name: str) -> np.ndarray:
-    """Pixels of an image as Blender holds them, (height, width, channels) float32."""
+def _is_read_from_file(image: "bpy.types.Image") -> bool:
+    """Whether Cycles reads an image's file itself, and then keeps sRGB's curve of 16 bits too."""
+    return image.source == "FILE" and image.packed_file is None
+
+
+def _raw_pixels(image: "bpy.types.Image") -> np.ndarray | None:
+    """Pixels of an image as Blender holds them, (height, width, channels) float32; None where it has none."""
     was_loaded = image.has_data
     width, height = image.size
     pixels = np.empty(width * height * image.channels, np.float32)
     if not len(pixels) or len(image.pixels) != len(pixels):
-        raise BakeError(
-            f"Image '{image.name}' of material '{material_name}' cannot be read from "
-            f"'{bpy.path.abspath(image.filepath)}': restore the file, or point the image to where it is."
-        )
+        return None
     image.pixels.foreach_get(pixels)
     if image.source == "FILE" and not was_loaded:
         image.buffers_free()  # as it was before: pixels that nothing else shows need no memory
@@ -105,22 +122,3 @@ def _raw_pixels(image: "bpy.types.Image", material_name: str) -> np.ndarray:
 
 _DATA_SPACES = {"Non-Color", "Non-Colour Data", "Raw"}
 _LINEAR_SPACES = _DATA_SPACES | {"Linear Rec.709", "Linear", "scene_linear"}
-
-
-def _srgb_to_linear(encoded: np.ndarray) -> np.ndarray:
-    """IEC 61966-2-1, any shape, float32."""
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4).astype(np.float32)
-
-
-def _reduce(pixels: np.ndarray) -> np.ndarray:
-    """Box average of a (height, width, channels) image down to at most `MAX_SIDE` a side."""
-    for axis in (0, 1):
-        n = pixels.shape[axis]
-        if n <= MAX_SIDE:
-            continue
-        starts = np.arange(MAX_SIDE) * n // MAX_SIDE
-        counts = np.diff(np.append(starts, n)).astype(np.float32)
-        shape = [1, 1, 1]
-        shape[axis] = MAX_SIDE
-        pixels = np.add.reduceat(pixels, starts, axis=axis) / counts.reshape(shape)
-    return np.ascontiguousarray(pixels, np.float32)

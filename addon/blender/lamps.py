@@ -19,6 +19,7 @@ from math import pi, sin
 import bpy
 import numpy as np
 
+from ..errors import Advice
 from ..scene import LightKind, Lights
 from .light_shader import constant_emission
 from .nodes import Place, output_node, uses_nodes
@@ -132,7 +133,7 @@ def _area(
     rectangle = light.shape in {"SQUARE", "RECTANGLE"}
     area = size.prod() * (1.0 if rectangle else pi / 4)
     if area <= 0:
-        warnings.add(f"Light '{name}': it has no area, so it gives no light; give it a size and a scale.")
+        warnings.add(Advice(f"Light '{name}': it has no area, so it gives no light; give it a size and a scale."))
         return Lights.none()
     kind = LightKind.RECTANGLE if rectangle else LightKind.ELLIPSE
     radiance = power / (pi * (area if _normalized(light) else 1.0))

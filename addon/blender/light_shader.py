@@ -10,6 +10,8 @@ from .nodes import Place
 def constant_emission(surface: Place) -> np.ndarray | None:
     """Colour × strength of a lamp's or world's shader, (3,) float64, or None where it is not the same everywhere.
 
+    It may be negative, and takes light away then.
+
     Parameters
     ----------
     surface : Place
@@ -17,11 +19,13 @@ def constant_emission(surface: Place) -> np.ndarray | None:
     """
     place = surface.origin
     kind = place.socket.node.type
+    if place.socket.type != "SHADER":  # a colour in a shader's place is light, as Cycles has it
+        return _color(place)
     if not place.socket.is_output:
         return np.zeros(3)
     if kind in {"BACKGROUND", "EMISSION"}:
         color, strength = _color(place.input("Color")), constant(place.input("Strength"))
-        return None if color is None or strength is None else np.maximum(color * float(strength[0]), 0)
+        return None if color is None or strength is None else color * float(strength[0])
     if kind == "ADD_SHADER":
         weights = {"Shader": 1.0, "Shader_001": 1.0}
     elif kind == "MIX_SHADER" and (share := constant(place.input("Fac"))) is not None:

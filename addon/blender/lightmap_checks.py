@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..errors import BakeError
+from ..progress import Progress
 from ..receivers import LightmapMesh
 from ..receivers.coverage import middles_in
 
@@ -15,7 +16,12 @@ _OVERLAP = 0.005
 """Share of an object's texels that may lie twice in the image: folds finer than what is seen."""
 
 
-def check_uv(meshes: Sequence[LightmapMesh], sizes: Sequence[tuple[int, int]], uv_map: str) -> None:
+def check_uv(
+    meshes: Sequence[LightmapMesh],
+    sizes: Sequence[tuple[int, int]],
+    uv_map: str,
+    progress: Progress | None = None,
+) -> None:
     """Make sure that texture coordinates lie in their images, and no two faces in one place.
 
     Raises
@@ -32,6 +38,8 @@ def check_uv(meshes: Sequence[LightmapMesh], sizes: Sequence[tuple[int, int]], u
                 "one made."
             )
     for image, size in enumerate(sizes):
+        if progress is not None:
+            progress.check()
         _check_image([mesh for mesh in meshes if mesh.image == image], size, uv_map)
 
 

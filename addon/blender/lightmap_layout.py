@@ -7,7 +7,7 @@ from math import sqrt
 import bpy
 import numpy as np
 
-from ..errors import BakeError
+from ..errors import Advice, BakeError
 from ..lightmap_settings import LARGEST_SIZE, MADE_UV_MAP, LightmapSettings
 from ..progress import Progress
 from .lightmap_charts import Faces, areas
@@ -83,7 +83,7 @@ def lay_out(
     if settings.uv_map:
         return _as_chosen(objects, depsgraph, settings, warnings)
     pieces = Pieces.of(objects, depsgraph, progress)
-    return (_per_object if settings.atlas == "per_object" else _shared)(pieces, settings, warnings)
+    return (_per_object if settings.atlas == "per_object" else _shared)(pieces, settings, warnings, progress)
 
 
 def _as_chosen(
@@ -129,10 +129,11 @@ def _side_of_image(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph", uv
     return sqrt(faces.area / flat)
 
 
-def _per_object(pieces: Pieces, settings: LightmapSettings, warnings: list[str]) -> Layout:
+def _per_object(pieces: Pieces, settings: LightmapSettings, warnings: list[str], progress: Progress) -> Layout:
     """An image for each object; those that share a mesh have images of the same size."""
     packed = {}
     for mesh in pieces.of_mesh:
+        progress.check()
         owner = next(name for name, of in pieces.objects if of == mesh)
         packed[mesh] = _one_image(pieces.charts_of(mesh), settings, f"'{owner}'", warnings)
     return Layout(
@@ -144,10 +145,11 @@ def _per_object(pieces: Pieces, settings: LightmapSettings, warnings: list[str])
     )
 
 
-def _shared(pieces: Pieces, settings: LightmapSettings, warnings: list[str]) -> Layout:
+def _shared(pieces: Pieces, settings: LightmapSettings, warnings: list[str], progress: Progress) -> Layout:
     """As few images as needed for all objects, of which each lies in one."""
     todo, atlases = [list(range(len(pieces.objects)))], []
     while todo:
+        progress.check()
         chosen = todo.pop(0)
         pieces_at, turns = pieces.at(chosen, settings.ring, _fixed_density(settings)), not pieces.any_shared(chosen)
         packed = _as_asked(pieces_at, settings, turns)
@@ -236,7 +238,7 @@ def _side(pieces: Sequence[Piece], density: float) -> float:
 
 
 def _limited(whose: str, needed: str, density: float, settings: LightmapSettings) -> str:
-    return (
+    return Advice(
         f"The lightmap of {whose} has {density:.3g} texels a metre instead of {settings.density:g}, for which it would "
         f"have to be {needed} texels wide: raise Max Size, or lower Density."
     )

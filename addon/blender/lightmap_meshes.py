@@ -5,10 +5,12 @@ import numpy as np
 
 from ..errors import BakeError
 from ..lightmap_settings import MADE_UV_MAP
+from ..progress import Progress
 from ..receivers import LightmapMesh
 from .color_attribute import check_editable
 from .lightmap_layout import Layout
-from .meshes import attribute, read_mesh
+from .meshes import attribute, evaluated_mesh, read_mesh
+from .render_graph import in_render_graph
 from .temporary import Temporary
 from .transforms import place_normals, to_world
 from .vertex_meshes import check_is_mesh, check_shape
@@ -30,8 +32,6 @@ def check_lightmap_object(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgra
         If not, naming the object and what to do.
     """
     check_is_mesh(obj)
-    if obj.mode == "EDIT" or obj.data.is_editmode:
-        raise BakeError(f"Object '{obj.name}' is in edit mode: leave edit mode to bake.")
     if not uv_map:
         check_editable(obj)
         layers = obj.data.uv_layers
@@ -44,7 +44,10 @@ def check_lightmap_object(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgra
 
 
 def lightmap_meshes(
-    objects: "list[bpy.types.Object]", depsgraph: "bpy.types.Depsgraph", layout: Layout
+    objects: "list[bpy.types.Object]",
+    depsgraph: "bpy.types.Depsgraph",
+    layout: Layout,
+    progress: Progress | None = None,
 ) -> list[LightmapMesh]:
     """The triangles of objects, as modifiers make them, in their lightmaps.
 
@@ -53,11 +56,13 @@ def lightmap_meshes(
     BakeError
         If modifiers leave no UV map.
     """
-    evaluated = {obj: obj.evaluated_get(depsgraph).data for obj in objects}
+    evaluated = {obj: evaluated_mesh(obj.evaluated_get(depsgraph), depsgraph) for obj in objects}
     changed = [obj for obj in objects if layout.made and not _same_corners(obj.data, evaluated[obj])]
     uvs = _through_modifiers(changed, layout)
     meshes = []
     for obj, place in zip(objects, layout.places, strict=True):
+        if progress is not None:
+            progress.check()
         mesh = read_mesh(evaluated[obj])
         if obj in uvs:
             uv = uvs[obj]
@@ -114,11 +119,11 @@ def _through_modifiers(objects: "list[bpy.types.Object]", layout: Layout) -> "di
             copies[obj].data = mesh
             write_uv_map(mesh, layout.uv_map, layout.made[obj.data.name])
             scene.collection.objects.link(copies[obj])
-        with bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
-            depsgraph = bpy.context.evaluated_depsgraph_get()
-        return {
-            obj: _read(obj, copy.evaluated_get(depsgraph).data, layout.uv_map).copy() for obj, copy in copies.items()
-        }
+
+        def read(depsgraph: "bpy.types.Depsgraph") -> "dict[bpy.types.Object, np.ndarray]":
+            return {obj: _read(obj, copy.evaluated_get(depsgraph).data, layout.uv_map) for obj, copy in copies.items()}
+
+        return in_render_graph(scene, scene.view_layers[0], read)
 
 
 def write_uv_map(mesh: "bpy.types.Mesh", name: str, uv: np.ndarray) -> None:

@@ -106,7 +106,7 @@ class Lobes:
         share = saturate(1 - _largest(self.transparent))
         glass = np.maximum(self.glass_reflection, self.glass_transmission)
         scattered = _largest(self.diffuse + self.translucent + _mean_reflectance(self.f0, self.f90) + glass)
-        added = (scattered > 1.1 * share + 1e-3) | ((_largest(self.emission) > 0) & (share < 1e-3))
+        added = (scattered > 1.1 * share + 1e-3) | ((_largest(np.abs(self.emission)) > 0) & (share < 1e-3))
         return np.where(added, np.maximum(share, 0.5), share).astype(np.float32)
 
     def channels(self) -> dict[str, np.ndarray]:
@@ -116,7 +116,7 @@ class Lobes:
         inside = np.where(coverage > 0, coverage, 1)
         shares = ("diffuse", "translucent", "f0", "f90", "glass_reflection", "glass_transmission")
         return {name: saturate(getattr(self, name) / inside) for name in shares} | {
-            "emission": np.maximum(self.emission / inside, 0),
+            "emission": self.emission / inside,
             "coverage": coverage,
             "tint": np.where(passing > 0, self.transparent / np.where(passing > 0, passing, 1), 1),
             "roughness": self.roughness,

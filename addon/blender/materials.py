@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from ..progress import Progress
 from ..scene import Channel, Materials
 from .atlas import make_atlas
 from .closures import Closure, combine, read_closures
@@ -17,8 +18,10 @@ from .meshes import attribute
 from .nodes import Place, output_node, source, uses_nodes
 from .shortcomings import shortcomings
 from .temporary import CyclesError
-from .texture_grid import Coordinates, Grid, Picture, coordinates_of, interpolated
+from .texture_grid import Coordinates, Grid, Picture, coordinates_of
 from .warn import Warnings
+
+READING = "Reading the scene"
 
 DEFAULT_GREY = 0.8
 """Cycles' albedo where there is no material."""
@@ -95,11 +98,16 @@ class MaterialTable:
     def __init__(self, warnings: Warnings) -> None:
         self._warnings = warnings
         self._images = ImageTable()
-        self._readers: dict[str, _Reader] = {}
+        self._readers: dict[int, _Reader] = {}
         self._index: dict[tuple, int] = {}
         self._entries: list[Surface | _Pending] = []
 
-    def add(self, material: "bpy.types.Material | None", obj: "bpy.types.Object | None" = None) -> int:
+    def add(
+        self,
+        material: "bpy.types.Material | None",
+        obj: "bpy.types.Object | None" = None,
+        mesh: "bpy.types.Mesh | None" = None,
+    ) -> int:
         """Index of a material, where None is Cycles' default grey.
 
         Parameters
@@ -109,15 +117,18 @@ class MaterialTable:
         obj : bpy.types.Object, optional
             Evaluated mesh object (of an instance, the instanced one) that the material is on. Without it nothing is
             baked.
+        mesh : bpy.types.Mesh, optional
+            Of that object, with its modifiers.
         """
-        name = repr(material.original) if material else ""
-        if name not in self._readers:
-            self._readers[name] = _Reader(material, self._images, self._warnings)
-        reader = self._readers[name]
-        key = (name, *reader.appearance(obj)) if reader.needs_bake and obj else (name,)
+        identity = material.original.session_uid if material else 0  # a local and a linked one may share a name
+        if identity not in self._readers:
+            self._readers[identity] = _Reader(material, self._images, self._warnings)
+        reader = self._readers[identity]
+        baked = reader.needs_bake and obj is not None and mesh is not None
+        key = (identity, *reader.appearance(obj, mesh)) if baked else (identity,)
         if key not in self._index:
             self._index[key] = len(self._entries)
-            self._entries.append(reader.pending(obj) if len(key) > 1 else reader.surface())
+            self._entries.append(reader.pending(obj, mesh) if baked else reader.surface())
         return self._index[key]
 
     def coordinates(self, index: int) -> Coordinates | None:
@@ -125,9 +136,17 @@ class MaterialTable:
         entry = self._entries[index]
         return entry.coordinates if isinstance(entry, _Pending) or entry.textures else None
 
-    def materials(self) -> Materials:
+    @property
+    def readable_images(self) -> dict[int, bool]:
+        """See `ImageTable.readable`."""
+        return self._images.readable
+
+    def materials(self, progress: Progress) -> Materials:
         """All materials, in columns. Comes last: it bakes what has to be baked."""
-        rows = [entry.surface() if isinstance(entry, _Pending) else entry for entry in self._entries]
+        rows = []
+        for number, entry in enumerate(self._entries):
+            progress.update(READING, number / len(self._entries))
+            rows.append(entry.surface() if isinstance(entry, _Pending) else entry)
         self._entries = list(rows)
         return Materials.of(
             len(rows),
@@ -200,8 +219,8 @@ class _Reader:
         depends.append(image)
         if _key(image) not in self.pictures:
             coordinates = coordinates_of(image)
-            pixels = self.images.read(node.image, self.name, node.outputs["Alpha"].is_linked)
-            pixels = interpolated(pixels, node.interpolation, node.extension)
+            alpha_is_used = node.outputs["Alpha"].is_linked
+            pixels = self.images.read(node.image, alpha_is_used, node.interpolation, node.extension)
             self.pictures[_key(image)] = Picture(pixels, node.extension, coordinates)
         return np.full((1, 1, 4), 0.5, np.float32)
 
@@ -246,21 +265,21 @@ class _Reader:
             raise UnreadableError(image.socket.node)
         return self.pictures[_key(image)].pixels
 
-    def appearance(self, obj: "bpy.types.Object") -> tuple:
+    def appearance(self, obj: "bpy.types.Object", mesh: "bpy.types.Mesh") -> tuple:
         """Equal for objects on which the material looks the same."""
         assert self.material is not None
         sees = sees_object(self.material.node_tree)
-        return obj.data.as_pointer(), obj.original.name_full if sees else ""
+        return mesh.as_pointer(), obj.original.session_uid if sees else 0
 
-    def pending(self, obj: "bpy.types.Object") -> "_Pending | Surface":
+    def pending(self, obj: "bpy.types.Object", mesh: "bpy.types.Mesh") -> "_Pending | Surface":
         """The material on an object, to be baked later."""
         assert self.material is not None
         matrix = np.array(obj.matrix_world, np.float64)
-        atlas = make_atlas(obj.data, _faces_of(obj, self.material), matrix)
+        atlas = make_atlas(mesh, _faces_of(obj, mesh, self.material), matrix)
         if atlas is None:
             self.warn_of_guess(f"the mesh of '{obj.name}' has too many faces to bake its nodes")
             return self.surface()
-        request = BakeRequest(self.material.original, list(self.varying), obj.data, obj.original, matrix, atlas)
+        request = BakeRequest(self.material.original, list(self.varying), mesh, obj.original, matrix, atlas)
         return _Pending(self, request)
 
     def warn_of_guess(self, why: str) -> None:
@@ -301,8 +320,8 @@ def _key(image: Place) -> tuple:
     return image.socket.node, image.groups
 
 
-def _faces_of(obj: "bpy.types.Object", material: "bpy.types.Material") -> np.ndarray:
+def _faces_of(obj: "bpy.types.Object", mesh: "bpy.types.Mesh", material: "bpy.types.Material") -> np.ndarray:
     """Which faces of an evaluated object have a material, (f,) bool; all where it is not in a slot."""
-    slot = attribute(obj.data, "material_index", "value", (len(obj.data.polygons),), np.int32)
+    slot = attribute(mesh, "material_index", "value", (len(mesh.polygons),), np.int32)
     has = np.array([one.material == material for one in obj.material_slots], bool)
     return has[np.clip(slot, 0, len(has) - 1)] if has.any() else np.ones(len(slot), bool)

@@ -46,16 +46,72 @@ class UVMaps:
         Parameters
         ----------
         name : str
-            Of the UV map; empty for the one that is active for rendering. Zero where there is none, as in Cycles.
+            Of the UV map, or of any attribute that can stand for one; empty for the map that is active for rendering.
+            Zero where there is none, as in Cycles.
         """
         if name not in self._read:
             layers = self._mesh.uv_layers
             layer = layers.get(name) if name else next((one for one in layers if one.active_render), None)
-            values = np.zeros(len(self._mesh.loops) * 2, np.float32)
+            other = self._mesh.attributes.get(name) if name else None
+            values = np.zeros((len(self._mesh.loops), 2), np.float32)
             if layer is not None:
-                layer.uv.foreach_get("vector", values)
-            self._read[name] = np.nan_to_num(values, posinf=0.0, neginf=0.0).reshape(-1, 2)
+                layer.uv.foreach_get("vector", values.reshape(-1))
+            elif other is not None and other.data_type in _VALUE_OF:
+                values = _at_corners(self._mesh, other)
+            self._read[name] = np.nan_to_num(values, posinf=0.0, neginf=0.0)
         return self._read[name]
+
+
+def evaluated_mesh(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> "bpy.types.Mesh":
+    """The mesh of an evaluated mesh object with all its modifiers; lives no longer than the dependency graph.
+
+    In edit mode Blender evaluates what the mode shows, often without an array to read.
+    """
+    if not obj.data.is_editmode:
+        return obj.data
+    return obj.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph)
+
+
+_VALUE_OF = {
+    "FLOAT2": ("vector", 2),
+    "FLOAT_VECTOR": ("vector", 3),
+    "FLOAT_COLOR": ("color", 4),
+    "BYTE_COLOR": ("color", 4),
+    "FLOAT": ("value", 1),
+    "INT": ("value", 1),
+    "BOOLEAN": ("value", 1),
+}
+"""What holds the values of an attribute of each type that Cycles reads coordinates from, and how many there are."""
+
+
+def _at_corners(mesh: "bpy.types.Mesh", one: "bpy.types.Attribute") -> np.ndarray:
+    """The first two values of an attribute at a mesh's corners, (c, 2) float32; those of edges by way of vertices."""
+    prop, width = _VALUE_OF[one.data_type]
+    values = np.empty((len(one.data), width), np.float32)
+    one.data.foreach_get(prop, values.reshape(-1))
+    values = values[:, :2] if width > 1 else np.repeat(values, 2, axis=1)
+    if one.domain == "EDGE":
+        values = _mean_of_edges(mesh, values)
+    if one.domain in {"POINT", "EDGE"}:
+        return values.take(_corner_vertices(mesh), axis=0)
+    if one.domain == "FACE":
+        n_corners = np.empty(len(mesh.polygons), np.int32)
+        mesh.polygons.foreach_get("loop_total", n_corners)
+        return np.repeat(values, n_corners, axis=0)
+    return values
+
+
+def _mean_of_edges(mesh: "bpy.types.Mesh", values: np.ndarray) -> np.ndarray:
+    """Mean values (e, 2) of the edges at each vertex, (v, 2) float32."""
+    n, ends = len(mesh.vertices), attribute(mesh, ".edge_verts", "value", (len(mesh.edges), 2), np.int32)
+    totals = [np.bincount(ends.ravel(), np.repeat(column, 2), n) for column in values.T]
+    n_edges = np.maximum(np.bincount(ends.ravel(), minlength=n), 1)
+    return (np.stack(totals, axis=1) / n_edges[:, None]).astype(np.float32)
+
+
+def _corner_vertices(mesh: "bpy.types.Mesh") -> np.ndarray:
+    """The vertex of each corner, (c,) int32."""
+    return attribute(mesh, ".corner_vert", "value", (len(mesh.loops),), np.int32)
 
 
 def count_triangles(mesh: "bpy.types.Mesh") -> int:
@@ -72,7 +128,7 @@ def read_mesh(mesh: "bpy.types.Mesh") -> LocalMesh:
     mesh.loop_triangles.foreach_get("loops", corners.ravel())
     corners = corners.view(np.int32)
     vertices = attribute(mesh, "position", "vector", (len(mesh.vertices), 3), np.float32)
-    triangles = attribute(mesh, ".corner_vert", "value", (len(mesh.loops),), np.int32).take(corners)
+    triangles = _corner_vertices(mesh).take(corners)
     normals, normal_of_corner = _read_normals(mesh, triangles, corners)
     used = _used(len(vertices), triangles)
     if used is not None:

@@ -106,3 +106,18 @@ def all_nodes(tree: "bpy.types.NodeTree") -> "Iterator[bpy.types.Node]":
             yield node
             if node.type == "GROUP" and node.node_tree and node.node_tree not in trees:
                 trees.append(node.node_tree)
+
+
+def reached_nodes(block: "bpy.types.ID") -> "Iterator[bpy.types.Node]":
+    """The nodes that what a material, world or light shows may depend on, groups included, each once."""
+    output = output_node(block)
+    todo, seen = [output] if output else [], set()
+    while todo:
+        node = todo.pop()
+        if node in seen:
+            continue
+        seen.add(node)
+        yield node
+        todo += [link.from_node for one in node.inputs for link in one.links if link.is_valid and not link.is_muted]
+        if node.type == "GROUP" and node.node_tree:
+            todo += [one for one in node.node_tree.nodes if one.type == "GROUP_OUTPUT" and one.is_active_output]

@@ -53,7 +53,7 @@ def _of_closure(closure: Closure) -> Iterator[str]:
     node = closure.node
     if node.type == "SUBSURFACE_SCATTERING":
         yield "its subsurface scattering is baked as diffuse"
-    elif node.type not in ADDERS:
+    elif closure.kind not in ADDERS:
         yield f"its {node.bl_label} is baked as diffuse"
     if node.type == "BSDF_PRINCIPLED" and _has_edge_tint(closure):
         yield "its edge tint is not baked"

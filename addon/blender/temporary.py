@@ -29,6 +29,16 @@ class Temporary:
         self._blocks.append(block)
         return block
 
+    def copy(self, block: Any) -> Any:
+        """Take a copy of a data-block; of a mesh without its shape keys, so that an evaluated one keeps its shape."""
+        known = {key.session_uid for key in bpy.data.shape_keys}
+        copy = self.add(block.copy())
+        if getattr(copy, "shape_keys", None):
+            self.add(bpy.data.objects.new(copy.name, copy)).shape_key_clear()
+        # The keys that Blender copies with a mesh it does not remove with it
+        self._blocks += [key for key in bpy.data.shape_keys if key.session_uid not in known]
+        return copy
+
 
 def cycles_scene(like: "bpy.types.Scene", temporary: Temporary) -> "bpy.types.Scene":
     """An empty scene at the frame of another one, for Cycles on the CPU with as many threads.
@@ -58,7 +68,7 @@ def frozen_copy(block: "bpy.types.ID", kinds: set[str], temporary: Temporary) ->
         Types of the nodes whose outputs become constants where light sees them as such.
     temporary : Temporary
     """
-    copy = temporary.add(block.copy())
+    copy = temporary.copy(block)
     _freeze_tree(copy.node_tree, (), kinds, temporary)
     return copy
 
@@ -66,7 +76,7 @@ def frozen_copy(block: "bpy.types.ID", kinds: set[str], temporary: Temporary) ->
 def _freeze_tree(tree: "bpy.types.NodeTree", groups: tuple, kinds: set[str], temporary: Temporary) -> None:
     for node in list(tree.nodes):
         if node.type == "GROUP" and node.node_tree:
-            node.node_tree = temporary.add(node.node_tree.copy())
+            node.node_tree = temporary.copy(node.node_tree)
             _freeze_tree(node.node_tree, (*groups, node), kinds, temporary)
         elif node.type in kinds:
             _freeze_node(tree, node, groups)

@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass, field, replace
 
+import bpy
 import numpy as np
 from mathutils import Euler
 
 from .atlas import Atlas
 from .expressions import UnreadableError, constant
+from .images import is_readable
 from .meshes import UVMaps
 from .nodes import Place
 
@@ -49,48 +51,71 @@ class Coordinates:
         )
 
 
+@dataclass(frozen=True)
+class _Affine:
+    """Coordinates matrix @ uv + offset, (3, 3) and (3,); UV maps lie in the plane z = 0."""
+
+    uv_map: str = ""
+    matrix: np.ndarray = field(default_factory=lambda: np.eye(3))
+    offset: np.ndarray = field(default_factory=lambda: np.zeros(3))
+
+    def then(self, matrix: np.ndarray, offset: np.ndarray) -> "_Affine":
+        return _Affine(self.uv_map, matrix @ self.matrix, matrix @ self.offset + offset)
+
+    def mapped(self, kind: str, location: np.ndarray, rotation: np.ndarray, scale: np.ndarray) -> "_Affine":
+        """Through a mapping of a kind: POINT, TEXTURE (the inverse) or VECTOR (without location)."""
+        turn = np.array(Euler(rotation).to_matrix(), np.float64)
+        if kind == "TEXTURE":
+            inverse = (1 / np.where(scale == 0, np.inf, scale))[:, None] * turn.T
+            return self.then(inverse, -inverse @ location)
+        return self.then(turn * scale, location if kind == "POINT" else np.zeros(3))
+
+
 def coordinates_of(image: Place) -> Coordinates:
     """Texture coordinates of an image node, by one of its outputs.
 
     Raises
     ------
     UnreadableError
-        If they are no UV map's, through Mapping nodes of constants at most.
+        If they are no UV map's, through Mapping nodes of constants at most and the node's own Texture Mapping.
     """
     node = image.socket.node
-    if node.projection != "FLAT" or node.image.source in {"TILED", "SEQUENCE", "MOVIE"}:
+    is_picture = node.image.source not in {"TILED", "SEQUENCE", "MOVIE"} and is_readable(node.image)
+    if node.projection != "FLAT" or not is_picture:
         raise UnreadableError(node)
     place = image.input("Vector").origin
-    if not place.socket.is_output:
-        return Coordinates()
-    uv_map, matrix, offset = _affine(place)
-    return Coordinates(uv_map, matrix[:2, :2], offset[:2])
+    affine = _own_mapping(node, _affine(place) if place.socket.is_output else _Affine())
+    return Coordinates(affine.uv_map, affine.matrix[:2, :2], affine.offset[:2])
 
 
-def _affine(place: Place) -> tuple[str, np.ndarray, np.ndarray]:
-    """UV map, (3, 3) and (3,) of coordinates; UV maps lie in the plane z = 0."""
+def _own_mapping(node: "bpy.types.Node", affine: _Affine) -> _Affine:
+    """Coordinates through a texture node's own Texture Mapping: its axes, and then as a Mapping node."""
+    mapping = node.texture_mapping
+    if mapping.vector_type == "NORMAL" or mapping.use_min or mapping.use_max:
+        raise UnreadableError(node)
+    axes = [mapping.mapping_x, mapping.mapping_y, mapping.mapping_z]
+    chosen = np.array([[axis == one for one in "XYZ"] for axis in axes], float)
+    parts = (np.array(one, np.float64) for one in (mapping.translation, mapping.rotation, mapping.scale))
+    return affine.then(chosen, np.zeros(3)).mapped(mapping.vector_type, *parts)
+
+
+def _affine(place: Place) -> _Affine:
     node = place.socket.node
     if place.socket.is_output and node.type == "MAPPING":
         return _mapped(place)
     reads_uv = (node.type == "TEX_COORD" and place.socket.identifier == "UV") or node.type == "UVMAP"
     if not place.socket.is_output or not reads_uv or node.from_instancer:
         raise UnreadableError(node)
-    return getattr(node, "uv_map", ""), np.eye(3), np.zeros(3)
+    return _Affine(getattr(node, "uv_map", ""))
 
 
-def _mapped(place: Place) -> tuple[str, np.ndarray, np.ndarray]:
+def _mapped(place: Place) -> _Affine:
     """Coordinates through a Mapping node."""
     node = place.socket.node
     location, rotation, scale = (constant(place.input(name)) for name in ("Location", "Rotation", "Scale"))
     if node.vector_type == "NORMAL" or location is None or rotation is None or scale is None:
         raise UnreadableError(node)
-    uv_map, matrix, offset = _affine(place.input("Vector").origin)
-    turn = np.array(Euler(rotation).to_matrix(), np.float64)
-    if node.vector_type == "TEXTURE":  # the inverse of Point
-        inverse = (1 / np.where(scale == 0, np.inf, scale))[:, None] * turn.T
-        return uv_map, inverse @ matrix, inverse @ (offset - location)
-    linear = turn * scale
-    return uv_map, linear @ matrix, linear @ offset + (location if node.vector_type == "POINT" else 0)
+    return _affine(place.input("Vector").origin).mapped(node.vector_type, location, rotation, scale)
 
 
 @dataclass(frozen=True)
@@ -113,45 +138,6 @@ class Picture:
     def mean(self) -> "Picture":
         """One texel in its place."""
         return replace(self, pixels=self.pixels.mean(axis=(0, 1), keepdims=True))
-
-
-SMALL_SIDE = 128
-"""Pictures that are smaller get texels in between, by the node's interpolation; in others texels hardly show."""
-
-
-def interpolated(pixels: np.ndarray, interpolation: str, extension: str) -> np.ndarray:
-    """A small picture (h, w, 4) with more texels, as its node interpolates between them."""
-    repeats = SMALL_SIDE // max(pixels.shape[:2])
-    if repeats < 2 or interpolation == "Closest":
-        return pixels
-    for axis in (0, 1):
-        pixels = _more_texels(pixels, axis, repeats, interpolation == "Cubic", extension)
-    return pixels
-
-
-def _more_texels(pixels: np.ndarray, axis: int, repeats: int, cubic: bool, extension: str) -> np.ndarray:
-    n = pixels.shape[axis]
-    at = (np.arange(n * repeats) + 0.5) / repeats - 0.5
-    first, t = np.floor(at).astype(int), at - np.floor(at)
-    # Uniform cubic B-splines, as in Cycles, or the straight line between two texels.
-    splines = ((1 - t) ** 3, 3 * t**3 - 6 * t**2 + 4, 1 + 3 * t + 3 * t**2 - 3 * t**3, t**3)
-    taps = list(zip(range(-1, 3), [one / 6 for one in splines], strict=True)) if cubic else [(0, 1 - t), (1, t)]
-    result = np.zeros((*pixels.shape[:axis], n * repeats, *pixels.shape[axis + 1 :]), np.float32)
-    for offset, weight in taps:
-        texel, inside = _extended(first + offset, n, extension)
-        weight = (weight * inside).astype(np.float32).reshape((-1, *[1] * (2 - axis)))
-        result += weight * pixels.take(texel, axis)
-    return result
-
-
-def _extended(texel: np.ndarray, n: int, extension: str) -> tuple[np.ndarray, np.ndarray]:
-    """Texels that stand for those outside of n, and whether they count."""
-    inside = ((texel >= 0) & (texel < n)) | (extension != "CLIP")
-    if extension == "REPEAT":
-        return texel % n, inside
-    if extension == "MIRROR":
-        return np.minimum(texel % (2 * n), 2 * n - 1 - texel % (2 * n)), inside
-    return np.clip(texel, 0, n - 1), inside
 
 
 @dataclass(frozen=True)

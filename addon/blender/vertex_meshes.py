@@ -17,9 +17,10 @@ import bpy
 import numpy as np
 
 from ..errors import BakeError
+from ..progress import Progress
 from ..receivers import ReceiverMesh
 from .color_attribute import check_editable
-from .meshes import attribute
+from .meshes import attribute, evaluated_mesh
 from .transforms import place_normals, to_world
 
 FIRST_VERTICES: dict[str, Callable[["bpy.types.Modifier"], bool]] = {
@@ -87,7 +88,9 @@ SAME_VERTICES_NODES = {
 """Geometry nodes that do the same; 'Smooth by Angle' is made of them."""
 
 
-def receiver_meshes(objects: "list[bpy.types.Object]", depsgraph: "bpy.types.Depsgraph") -> list[ReceiverMesh]:
+def receiver_meshes(
+    objects: "list[bpy.types.Object]", depsgraph: "bpy.types.Depsgraph", progress: Progress | None = None
+) -> list[ReceiverMesh]:
     """The meshes that values are wanted for.
 
     Parameters
@@ -101,14 +104,19 @@ def receiver_meshes(objects: "list[bpy.types.Object]", depsgraph: "bpy.types.Dep
     BakeError
         If one of them cannot be baked to, naming it and what to do.
     """
-    return [receiver_mesh(obj, depsgraph) for obj in objects]
+    meshes = []
+    for obj in objects:
+        if progress is not None:
+            progress.check()
+        meshes.append(receiver_mesh(obj, depsgraph))
+    return meshes
 
 
 def receiver_mesh(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> ReceiverMesh:
     """The mesh of one object; see `receiver_meshes`."""
     check_target(obj, depsgraph)
     mesh, evaluated_object = obj.data, obj.evaluated_get(depsgraph)
-    evaluated, matrix = evaluated_object.data, np.array(evaluated_object.matrix_world, np.float64)
+    evaluated, matrix = evaluated_mesh(evaluated_object, depsgraph), np.array(evaluated_object.matrix_world, np.float64)
     local = attribute(evaluated, "position", "vector", (len(evaluated.vertices), 3), np.float32)[: len(mesh.vertices)]
     normals, on_corners = _normals(obj, evaluated, local)
     face_sizes = np.empty(len(mesh.polygons), np.int32)
@@ -160,8 +168,6 @@ def check_shape(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> No
     """
     if not len(obj.data.polygons):
         raise BakeError(f"Object '{obj.name}' has no faces to bake to: give it some, or leave it out.")
-    if not obj.visible_get(view_layer=depsgraph.view_layer):
-        raise BakeError(f"Object '{obj.name}' is hidden in the viewport: show it to bake to it.")
     evaluated = obj.evaluated_get(depsgraph)
     linear = np.array(evaluated.matrix_world, np.float64)[:3, :3]
     to_world(np.zeros((1, 3), np.float32), np.array(evaluated.matrix_world, np.float64), obj.name)
@@ -171,7 +177,7 @@ def check_shape(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> No
 
 def _check_modifiers(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> None:
     """Make sure that the original vertices can be found in the evaluated mesh."""
-    evaluated = obj.evaluated_get(depsgraph).data
+    evaluated = evaluated_mesh(obj.evaluated_get(depsgraph), depsgraph)
     n, n_evaluated = len(obj.data.vertices), len(evaluated.vertices)
     # As many vertices in the same faces are the same vertices; as many in others may have been sorted anew.
     if n_evaluated == n and np.array_equal(_corner_vertex(evaluated), _corner_vertex(obj.data)):

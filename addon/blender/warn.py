@@ -1,4 +1,4 @@
-"""What a bake should say although it goes on."""
+"""What a bake should say although it goes on; see `errors` for what a sentence can be about."""
 
 
 class Warnings:

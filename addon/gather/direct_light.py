@@ -144,8 +144,9 @@ class DirectLight:
             unshadowed[~self._illuminates[source, np.repeat(objects, m)]] = 0
         estimates = unshadowed / np.maximum(chance, np.float32(1e-30))[:, None]
 
-        # Keep one in proportion to its brightness
-        weights = ((estimates[:, 0] + estimates[:, 1] + estimates[:, 2]) / 3).astype(np.float64).reshape(n, m)
+        # Keep one in proportion to its brightness; that of negative light counts alike
+        size = np.abs(estimates)
+        weights = ((size[:, 0] + size[:, 1] + size[:, 2]) / 3).astype(np.float64).reshape(n, m)
         cumulative = np.cumsum(weights, axis=1)
         total = cumulative[:, -1]
         threshold = random.random(n) * total

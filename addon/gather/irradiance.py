@@ -15,12 +15,14 @@ class Estimate:
     stderr : (n,) float32, W/m²
         Standard error of the irradiance's mean over colours.
     slope : (n, 3, 3) float32 or None, W/m²
+    gathered : (n,) bool or None
         As in `Irradiance`.
     """
 
     irradiance: np.ndarray
     stderr: np.ndarray
     slope: np.ndarray | None = None
+    gathered: np.ndarray | None = None
 
     @staticmethod
     def dark(n: int, directional: bool) -> "Estimate":
@@ -31,7 +33,8 @@ class Estimate:
     def plus(self, other: "Estimate") -> "Estimate":
         """The sum of two kinds of light, whose errors are independent."""
         slope = None if self.slope is None or other.slope is None else self.slope + other.slope
-        return Estimate(self.irradiance + other.irradiance, np.hypot(self.stderr, other.stderr), slope)
+        stderr = np.hypot(self.stderr, other.stderr)
+        return Estimate(self.irradiance + other.irradiance, stderr, slope, self.gathered)
 
     def put(self, rows: np.ndarray | slice, other: "Estimate") -> None:
         """Take those of some receivers from another estimate."""
@@ -57,6 +60,8 @@ class Irradiance:
     slope : (n, 3, 3) float32 or None, W/m²
         How the value changes with the normal, for each axis and colour: E(n') ≈ E + slope·(n' − n), by
         `turned_normals`. None unless the receivers ask for it.
+    gathered : (n,) bool or None
+        Which receivers gathered by themselves; the others took their light from those. None: all did.
     """
 
     value: np.ndarray
@@ -64,11 +69,19 @@ class Irradiance:
     passes: dict[str, np.ndarray]
     counts: dict[str, int]
     slope: np.ndarray | None = None
+    gathered: np.ndarray | None = None
+
+    def where(self, rows: slice) -> "Irradiance":
+        """The light of some receivers, with the counts of all."""
+        passes = {name: values[rows] for name, values in self.passes.items()}
+        slope = None if self.slope is None else self.slope[rows]
+        gathered = None if self.gathered is None else self.gathered[rows]
+        return Irradiance(self.value[rows], self.stderr[rows], passes, self.counts, slope, gathered)
 
     @property
     def interpolated(self) -> bool:
         """Whether most receivers took their light from others, so that noise is no finer than what light shows."""
-        return self.counts.get("gather_points", len(self.value)) < len(self.value)
+        return self.gathered is not None and 2 * int(self.gathered.sum()) < len(self.gathered)
 
     @property
     def relative_noise(self) -> float:

@@ -14,6 +14,7 @@ LEAST_RAYS = 2
 """Of a point: with fewer the error could not be told."""
 
 _CHUNK = 1 << 18  # rays
+_RAY_BYTES = 1200  # a ray takes, with what it meets
 
 
 def ray_counts(scene: Scene, points: CameraPoints, point: np.ndarray, n_rays: int, least: int) -> np.ndarray:
@@ -60,7 +61,8 @@ def mean_over_rays(
         starts = ends[some] - ends[first]
         return some, np.add.reduceat(light, starts, axis=0), np.add.reduceat(light.mean(axis=1) ** 2, starts)
 
-    for _, (some, of_sums, of_squares) in workers.chunks(stage, int(ends[-1]), _CHUNK, look, (stream,)):
+    chunks = workers.chunks(stage, int(ends[-1]), _CHUNK, look, (stream,), row_bytes=_RAY_BYTES)
+    for _, (some, of_sums, of_squares) in chunks:
         sums[some], squares[some] = of_sums, of_squares
     mean = sums / counts[:, None]
     variance = np.maximum(squares / counts - mean.mean(axis=1) ** 2, 0) / (counts - 1)

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..camera_settings import Compression
 from .files import whole_file
+from .hush import hushed
 
 _LARGEST_HALF = 65504.0
 
@@ -51,5 +52,19 @@ def write_exr(
         "compression": getattr(OpenEXR, f"{'no' if compression == 'none' else compression}_COMPRESSION".upper()),
         "type": OpenEXR.scanlineimage,
     }
-    with whole_file(path) as file, OpenEXR.File(header, {name: pixels(name, v) for name, v in channels.items()}) as exr:
+    with (
+        whole_file(path) as file,
+        OpenEXR.File(header, {name: pixels(name, v) for name, v in channels.items()}) as exr,
+        hushed(2, _is_of_an_older_library),
+    ):
         exr.write(file)
+
+
+def _is_of_an_older_library(line: bytes) -> bool:
+    """Whether OpenEXR printed a line because two of its versions meet.
+
+    On Linux a Blender that is linked to OpenEXR has its symbols before those of the wheel, which therefore calls the
+    C functions of Blender's version. Versions before 3.5 refuse compression levels for the wheel's temporary context
+    and print that; the levels keep their defaults, which are what the wheel asks for, so the pixels are the same.
+    """
+    return line.startswith(b"<compression>: (EXR_ERR_ARGUMENT_OUT_OF_RANGE)")

@@ -1,7 +1,8 @@
 """Files that are either there whole or not there."""
 
 import os
-from collections.abc import Iterator
+import shutil
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -19,7 +20,9 @@ def atomic_path(path: Path) -> Iterator[Path]:
     Path
         In the same folder and with the same suffix, so that the move is one step and relative paths stay right.
     """
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    ending = f".{os.getpid()}{path.suffix}"
+    room = longest_name(path.parent) - len(os.fsencode(f".{ending}")) - 1  # Blender itself saves to one byte more
+    temporary = path.with_name(f".{os.fsencode(path.stem)[:room].decode(errors='ignore')}{ending}")
     try:
         yield temporary
         os.replace(temporary, path)
@@ -49,8 +52,14 @@ def check_writable(path: Path) -> None:
     Raises
     ------
     BakeError
-        If `path` is a folder, may not be written or is in use, or its folder is missing or takes no files.
+        If `path` is a folder, may not be written or is in use, its name is too long, or its folder is missing or takes
+        no files.
     """
+    longest = longest_name(path.parent)
+    if len(os.fsencode(path.name)) > longest:
+        raise BakeError(
+            f"The file name {path.name} is too long for its folder, which takes {longest} bytes: shorten it."
+        )
     if path.is_dir():
         raise BakeError(f"{path} is a folder; give the path of a file.")
     if path.exists() and not os.access(path, os.W_OK):
@@ -62,3 +71,56 @@ def check_writable(path: Path) -> None:
             pass
     except OSError as error:
         raise BakeError(f"{path} cannot be written ({error.strerror}); choose another place.") from error
+
+
+def check_place(path: Path) -> None:
+    """The same for a file whose folder may not be there yet."""
+    there = existing_folder(path.parent)
+    if there == path.parent:
+        check_writable(path)
+        return
+    longest = longest_name(there)
+    for name in path.relative_to(there).parts:
+        if len(os.fsencode(name)) > longest:
+            raise BakeError(
+                f"The file name {name} is too long for its folder, which takes {longest} bytes: shorten it."
+            )
+    check_writable(there / path.relative_to(there).parts[0])
+
+
+def existing_folder(folder: Path) -> Path:
+    """A folder, or the nearest one above it that is there."""
+    while not os.path.lexists(folder) and folder != folder.parent:
+        folder = folder.parent
+    return folder
+
+
+def longest_name(folder: Path) -> int:
+    """Bytes that a file's name may have in a folder."""
+    try:
+        return os.pathconf(existing_folder(folder), "PC_NAME_MAX")
+    except (AttributeError, OSError, ValueError):  # not on Windows, whose names have 255 characters
+        return 255
+
+
+def check_space(sizes: Mapping[Path, int]) -> None:
+    """Find out before the work whether disks have room for files of some sizes, bytes, beside what is there now.
+
+    Raises
+    ------
+    BakeError
+        If one has not.
+    """
+    of_disk: dict[int, tuple[Path, int]] = {}
+    for path, size in sizes.items():
+        folder = existing_folder(path.parent)
+        disk = folder.stat().st_dev
+        first, total = of_disk.get(disk, (folder, 0))
+        of_disk[disk] = first, total + size
+    for folder, needed in of_disk.values():
+        free = shutil.disk_usage(folder).free
+        if free < needed:
+            raise BakeError(
+                f"The disk of {folder} has {free / 1e6:,.0f} MB free, and up to {needed / 1e6:,.0f} MB would be "
+                "written: make room, or choose another place."
+            )

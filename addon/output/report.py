@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from ..errors import WarningKind, kind_of
 from .files import atomic_path
 
 Status = Literal["done", "failed", "cancelled"]
@@ -49,6 +50,8 @@ class Report:
         Most memory the process held, Blender's own included; None where the system does not tell.
     versions : dict of str to str
     warnings : list of str
+    warning_kinds : list of str
+        What each of them is about: 'difference' of light from Cycles', 'missing' file, or 'advice'.
     """
 
     status: Status = "failed"
@@ -70,6 +73,10 @@ class Report:
     versions: dict[str, str] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
+    @property
+    def warning_kinds(self) -> list[WarningKind]:
+        return [kind_of(warning) for warning in self.warnings]
+
     def write(self, path: Path) -> None:
         """Write the report to `path` as JSON, whole or not at all.
 
@@ -79,7 +86,8 @@ class Report:
             If the file cannot be written.
         """
         with atomic_path(path) as temporary:
-            text = json.dumps(asdict(self), indent=2, default=_plain, allow_nan=False)
+            fields = {**asdict(self), "warning_kinds": self.warning_kinds}
+            text = json.dumps(fields, indent=2, default=_plain, allow_nan=False)
             temporary.write_text(text + "\n", encoding="utf-8")
 
 

@@ -1,11 +1,10 @@
 """A photon's way from its source to the first surface, which is the only one that light linking has a say in."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ..scene import Scene
 from ..tracers import Hits, LightTracer
+from ..tracers.onward import onward
 from .source import Source
 
 _MAX_PASSED = 32
@@ -39,6 +38,9 @@ def first_flight(
     if (lit & blocks)[objects.scatters].all():
         return hits, _unless_shadowed(scene, tracer, blocks, origins, hits, directions, power)
 
+    def closest(starts: np.ndarray, ways: np.ndarray, _: np.ndarray) -> Hits:
+        return tracer.closest_hit(starts, ways)
+
     hits, power = hits.with_tint(), power.copy()
     flying = np.flatnonzero(hits.hit)
     for _ in range(_MAX_PASSED):
@@ -50,13 +52,10 @@ def first_flight(
         flying = flying[~stops]
         if len(flying) == 0:
             break
-        start = origins[flying] + hits.distance[flying, None] * directions[flying]
-        gap = scene.ray_offset(start)
-        onward = tracer.closest_hit(start + gap * directions[flying], directions[flying])
-        power[flying] = onward.tinted(power[flying])
-        distance = hits.distance[flying] + (onward.distance + gap[:, 0])
-        hits.put(flying, replace(onward, distance=distance))
-        flying = flying[onward.hit]
+        beyond = onward(scene, closest, origins[flying], directions[flying], hits.where(flying))
+        power[flying] = beyond.tinted(power[flying])
+        hits.put(flying, beyond)
+        flying = flying[beyond.hit]
     power[flying] = 0  # lost after too many objects
     return hits, _unless_shadowed(scene, tracer, blocks, origins, hits, directions, power)
 

@@ -10,14 +10,13 @@ from .source import Rays, Source
 
 
 class MeshSource(Source):
-    """All emissive triangles together, each chosen by its power 2πLA; both sides emit."""
+    """All emissive triangles together, each chosen by its power 2π|L|A; both sides emit, negative light too."""
 
     name, n_cells = "Emissive meshes", (4, 4, 1, 1, 1024)
 
     def __init__(self, scene: Scene) -> None:
         self._scene, self.lamp = scene, len(scene.lights)
-        self._triangles, self._chance, power = emissive_triangles(scene)
-        self.power = power.sum(0)
+        self._triangles, self._chance, self.power = emissive_triangles(scene)
         self._cumulative = np.cumsum(self._chance)
 
     def emit(self, u: np.ndarray) -> Rays:
@@ -47,7 +46,7 @@ class MeshSource(Source):
 
 
 def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The triangles that emit: index (e,) int32, chance to be chosen by power (e,), power 2πLA (e, 3) W.
+    """The triangles that emit: index (e,) int32, chance to be chosen by power (e,), power Σ 2π|L|A (3,) W.
 
     Objects that diffuse rays do not see do not shine on diffuse surfaces. The power of textured triangles is a mean
     over some of their points; a tenth of the chance goes by the brightest that they could be, lest none were missed.
@@ -62,13 +61,13 @@ def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray
     if (materials.emission.textured or materials.coverage.textured) and power.any():
         bound = (area * _brightest(scene)[scene.material_of_triangle[triangles]]).sum(axis=1)
         chance = 0.9 * chance + 0.1 * bound / bound.sum()
-    return triangles, chance, power
+    return triangles, chance, power.sum(axis=0)
 
 
 def _mean_emission(scene: Scene, triangles: np.ndarray) -> np.ndarray:
-    """Mean emitted radiance of triangles, (e, 3) float64, over at least 16 points where they are textured."""
+    """Mean of |L| over triangles, (e, 3) float64, over at least 16 points where they are textured."""
     middle = np.full(len(triangles), 1 / 3, np.float32)
-    mean = scene.emission(triangles, middle, middle).astype(np.float64)
+    mean = np.abs(scene.emission(triangles, middle, middle)).astype(np.float64)
     materials = scene.materials
     textured = (materials.emission.texture >= 0) | (materials.coverage.texture >= 0)
     varying = np.flatnonzero(textured[scene.material_of_triangle[triangles]])
@@ -77,7 +76,7 @@ def _mean_emission(scene: Scene, triangles: np.ndarray) -> np.ndarray:
     size = _N_POINTS // n_points
     for chunk in (varying[start : start + size] for start in range(0, len(varying), size)):
         triangle = np.repeat(triangles[chunk], n_points)
-        radiance = scene.emission(triangle, np.tile(u, len(chunk)), np.tile(v, len(chunk)))
+        radiance = np.abs(scene.emission(triangle, np.tile(u, len(chunk)), np.tile(v, len(chunk))))
         mean[chunk] = radiance.reshape(len(chunk), n_points, 3).mean(axis=1, dtype=np.float64)
     return mean
 
@@ -87,10 +86,10 @@ _N_POINTS = 1 << 20
 
 
 def _brightest(scene: Scene) -> np.ndarray:
-    """The highest radiance that each material may emit, (m, 3) float32."""
+    """The highest |L| that each material may emit, (m, 3) float32."""
     emission, textures = scene.materials.emission, scene.materials.textures
-    brightest = emission.value.copy()
+    brightest = np.abs(emission.value)
     if emission.textured:
         textured = emission.texture >= 0
-        brightest[textured] *= np.maximum.reduceat(textures.pixels, textures.offset)[emission.texture[textured]]
+        brightest[textured] *= np.maximum.reduceat(np.abs(textures.pixels), textures.offset)[emission.texture[textured]]
     return brightest

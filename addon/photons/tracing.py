@@ -164,7 +164,7 @@ def _trace_batch(
         else:
             hits = tracer.closest_hit(origins, directions)
             power = hits.tinted(power)
-        hit = np.flatnonzero(hits.hit & (power > 0).any(axis=1))
+        hit = np.flatnonzero(hits.hit & (power != 0).any(axis=1))
         if len(hit) == 0:
             break
         hits, directions = hits.where(hit), rows(directions, hit)

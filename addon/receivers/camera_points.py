@@ -20,6 +20,7 @@ _APART = np.float32(3)  # pixels, that they may lie apart: as far as filters rea
 _WHOLE = np.float32(1 - 1e-4)  # share of a point that has all samples of its pixel
 _LIFT = np.float32(1e-3)  # of a receiver off its surface, as a share of its radius
 _SAMPLES = 1 << 17  # in a chunk
+_SAMPLE_BYTES = 400  # a sample takes, with what it meets
 _COLUMNS = ("share", "front", "back", "tint", "n_followed")
 _SAMPLING = 73  # stream of random numbers
 
@@ -118,7 +119,8 @@ def camera_points(
         return pictures, clusters
 
     size = max(1, _SAMPLES // n_samples)
-    chunks = workers.chunks("Looking through the camera", camera.n_pixels, size, look, (_SAMPLING,))
+    stage, bytes_ = "Looking through the camera", n_samples * _SAMPLE_BYTES
+    chunks = workers.chunks(stage, camera.n_pixels, size, look, (_SAMPLING,), row_bytes=bytes_)
     parts, pictures = [], []
     for _, (of_pixels, clusters) in chunks:
         parts.append(clusters)

@@ -7,7 +7,7 @@ import numpy as np
 from ..sampling.sequences import r2_sequence
 from ..sampling.vectors import rows
 from ..scene import Scene
-from ..tracers import LightTracer
+from ..tracers import Hits, LightTracer
 from .camera import Camera, SeenSurface, first_hits, surface_seen
 from .camera_paths import FollowedPaths
 from .pixel_filter import PixelFilter
@@ -59,13 +59,17 @@ def camera_samples(
     """Trace samples through pixels (p,), and on to surfaces that scatter light widely.
 
     The samples of a pixel are a low-discrepancy set, shifted around the torus anew for each pixel, and distributed by
-    the filter. Those that see nothing in the end, or see mirrors in mirrors for too long, come to no surface.
+    the filter. Those that see nothing in the end or a holdout at first, or see mirrors in mirrors for too long, come to
+    no surface.
     """
     n = len(pixel) * n_samples
     u = r2_sequence(np.arange(n_samples)) + random.random((len(pixel), 1, 2), dtype=np.float32)
     offsets = pixel_filter.offsets(u - np.floor(u)).reshape(n, 2)
     rays = camera.rays(np.repeat(rows(camera.middles(), pixel), n_samples, axis=0) + offsets)
     hits = first_hits(tracer, rays)
+    held_out = np.flatnonzero(hits.hit)
+    held_out = held_out[scene.objects.held_out[scene.object_of_triangle[hits.triangle[held_out]]]]
+    hits.put(held_out, Hits.none(len(held_out)))
     hit = np.flatnonzero(hits.hit)
     met = hits.where(hit)
     position, normal = met.points(rows(rays.origins, hit), rows(rays.directions, hit))

@@ -1,10 +1,11 @@
 """Meshes with a place in a lightmap, and their charts: triangles that hang together in space and in UV."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..progress import Progress
 from ..sampling.vectors import dot
 
 _SMOOTH = float(np.cos(np.radians(30)))
@@ -69,22 +70,25 @@ class Charts:
         return int(self.chart.max(initial=-1)) + 1
 
     @staticmethod
-    def of(meshes: Sequence[LightmapMesh]) -> "Charts":
+    def of(meshes: Sequence[LightmapMesh], progress: Progress | None = None) -> "Charts":
         """The charts of meshes."""
+        check = (progress or Progress()).check
         counts = [len(mesh.positions) for mesh in meshes]
         mesh = np.repeat(np.arange(len(meshes), dtype=np.int32), counts)
         image = np.array([one.image for one in meshes], np.int32)[mesh]
         positions, normals = (_joined(meshes, name, 3) for name in ("positions", "normals"))
         uv = _joined(meshes, "uv", 2)
         n = len(image)
-        corner = _corner_numbers(positions, uv, mesh).reshape(n, 3)
+        corner = _corner_numbers(positions, uv, mesh, check).reshape(n, 3)
         start, end = corner, corner[:, [1, 2, 0]]
         edge = (np.minimum(start, end) * (3 * n) + np.maximum(start, end)).reshape(-1)
         _, edge, count = np.unique(edge, return_inverse=True, return_counts=True)
+        check()
         order = np.argsort(edge, kind="stable")
         follows = edge[order[1:]] == edge[order[:-1]]
         a, b = order[:-1][follows], order[1:][follows]  # the two sides of an edge, as triangle · 3 + corner
         smooth = _smooth(normals, corner, a, b)
+        check()
         chart = _components(n, a // 3, b // 3)
         patch = _components(n, a[smooth] // 3, b[smooth] // 3)
         border = np.stack(np.divmod(np.flatnonzero(count[edge] == 1), 3), axis=1).astype(np.int32)
@@ -96,13 +100,14 @@ def _joined(meshes: Sequence[LightmapMesh], name: str, n: int) -> np.ndarray:
     return np.concatenate([np.zeros((0, 3, n), np.float32), *(getattr(mesh, name) for mesh in meshes)])
 
 
-def _corner_numbers(positions: np.ndarray, uv: np.ndarray, mesh: np.ndarray) -> np.ndarray:
+def _corner_numbers(positions: np.ndarray, uv: np.ndarray, mesh: np.ndarray, check: Callable[[], None]) -> np.ndarray:
     """A number for each triangle corner, the same for corners of a mesh (t,) that share a place in space and in UV."""
     x, y, z = np.moveaxis(positions.astype(np.float32) + np.float32(0), 2, 0).reshape(3, -1).view(np.uint32)
     u, v = np.moveaxis(np.rint(uv * _UV_STEPS).astype(np.int32), 2, 0).reshape(2, -1).view(np.uint32)
     columns = [(x, y), (z, np.repeat(mesh, 3).astype(np.uint32)), (u, v)]
     number = np.zeros(len(x), np.int64)
     for high, low in columns:
+        check()
         _, both = np.unique(high.astype(np.uint64) << np.uint64(32) | low, return_inverse=True)
         _, number = np.unique(number * (both.max(initial=0) + 1) + both, return_inverse=True)
     return number

@@ -11,6 +11,7 @@ import numpy as np
 from ..parallel import Workers, slices
 
 _CHUNK = 1 << 16  # pairs of a triangle and a texel
+_PAIR_BYTES = 800  # a pair takes while it is cut
 _LEAST_WAY = 1e-3  # texels from a triangle's edges, along rows
 _LEAST = 1e-12  # texels: area of an overlap that rounding alone makes
 
@@ -71,7 +72,7 @@ def texels_of(corners: np.ndarray, sizes: np.ndarray, workers: Workers) -> Fragm
         triangle, texel = pairs
         return _fragments(corners, triangle, texel, np.zeros(len(texel), np.int32), 1)
 
-    return Fragments.join([Fragments.none(), *workers.map(overlaps, _touched(corners, sizes))])
+    return _joined(workers.map(overlaps, _touched(corners, sizes), _CHUNK * _PAIR_BYTES), workers)
 
 
 def cells_of(corners: np.ndarray, fragments: Fragments, n: int, workers: Workers) -> Fragments:
@@ -83,7 +84,16 @@ def cells_of(corners: np.ndarray, fragments: Fragments, n: int, workers: Workers
         return _fragments(corners, np.repeat(triangle, n * n), np.repeat(texel, n * n, axis=0), cell, n)
 
     chunks = slices(len(fragments.triangle), _CHUNK // (n * n) + 1)
-    return Fragments.join([Fragments.none(), *workers.map(overlaps, chunks)])
+    return _joined(workers.map(overlaps, chunks, _CHUNK * _PAIR_BYTES), workers)
+
+
+def _joined(parts: Iterator[Fragments], workers: Workers) -> Fragments:
+    """All fragments, of which parts may be many."""
+    joined = [Fragments.none()]
+    for part in parts:
+        workers.progress.check()
+        joined.append(part)
+    return Fragments.join(joined)
 
 
 def middles_in(corners: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:

@@ -11,7 +11,7 @@ from .charts import Charts, LightmapMesh
 from .coverage import Fragments, cells_of, texels_of
 from .receivers import Receivers
 from .seams import Seams, seams_of
-from .surroundings import look_around, ways_out
+from .surroundings import STAGE, look_around, ways_out
 from .texel_points import TexelPoints, points_of
 
 LEAST_SHARE = 1e-3
@@ -21,7 +21,6 @@ CELLS = 3
 """A texel close to other surfaces is cut into so many cells along each side, each with its receiver."""
 
 _ALL = 0.95  # of a mesh's receivers inside of something: it is the surfaces that face the wrong way
-_STAGE = "Placing texels"
 
 
 @dataclass(frozen=True)
@@ -92,8 +91,8 @@ def texel_receivers(
         start inside other geometry are left out or moved out of it, as far as look-ups outside reach for them.
     """
     workers = workers or Workers()
-    workers.progress.update(_STAGE, 0)
-    charts = Charts.of(meshes)
+    workers.progress.update(STAGE, 0)
+    charts = Charts.of(meshes, workers.progress)
     grid = _Grid.of(sizes)
     corners = charts.uv.astype(np.float64) * grid.sizes[charts.image, None]
     fragments = texels_of(corners, grid.sizes[charts.image], workers)
@@ -102,15 +101,17 @@ def texel_receivers(
     if tracer is None:
         points, hidden = points.where(kept), np.zeros(int(kept.sum()), bool)
     else:
-        around = look_around(points, tracer, workers)
+        around = look_around(points, tracer, workers.part(0, 0.4))
         close = fragments.where((around.near & kept)[point_of_fragment])
         cells = cells_of(corners, close, CELLS, workers)
         fine, _ = points_of(charts, corners, cells, grid.texels(charts, cells), CELLS)
         far = kept & ~around.near
         points = TexelPoints.join([points.where(far), fine])
-        inside = np.concatenate([around.inside[far], look_around(fine, tracer, workers).inside])
-        points, hidden = _pushed_out(charts, points, inside, tracer, workers)
-    return Receivers(points.position, points.normal, points.footprint), _texels(points, hidden, charts, grid, tracer)
+        inside = np.concatenate([around.inside[far], look_around(fine, tracer, workers.part(0.4, 0.8)).inside])
+        points, hidden = _pushed_out(charts, points, inside, tracer, workers.part(0.8, 1))
+    workers.progress.update(STAGE, 1)
+    seams = seams_of(charts, _sizes(grid), tracer, workers.progress)
+    return Receivers(points.position, points.normal, points.footprint), _texels(points, hidden, charts, grid, seams)
 
 
 @dataclass(frozen=True)
@@ -163,12 +164,15 @@ def _pushed_out(
     return replace(points, position=position, place=place), hidden
 
 
-def _texels(points: TexelPoints, hidden: np.ndarray, charts: Charts, grid: _Grid, tracer: Tracer | None) -> Texels:
-    sizes = tuple((int(height), int(width)) for width, height in grid.sizes)
+def _sizes(grid: _Grid) -> tuple[tuple[int, int], ...]:
+    return tuple((int(height), int(width)) for width, height in grid.sizes)
+
+
+def _texels(points: TexelPoints, hidden: np.ndarray, charts: Charts, grid: _Grid, seams: Seams) -> Texels:
     image, chart = charts.image[points.triangle], charts.chart[points.triangle]
     row, column = np.divmod(points.texel - grid.first[image], grid.sizes[image, 0])
     return Texels(
-        sizes=sizes,
+        sizes=_sizes(grid),
         image=image,
         row=row.astype(np.int32),
         column=column.astype(np.int32),
@@ -176,5 +180,5 @@ def _texels(points: TexelPoints, hidden: np.ndarray, charts: Charts, grid: _Grid
         chart=np.where(hidden, chart + charts.n_charts, chart),
         uv=(points.place / grid.sizes[image]).astype(np.float32),
         charts=charts,
-        seams=seams_of(charts, sizes, tracer),
+        seams=seams,
     )

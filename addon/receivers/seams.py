@@ -4,11 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..parallel import slices
+from ..progress import Progress
 from ..sampling.vectors import dot, rows
 from ..tracers import Tracer
 from ..unrolling import unrolled
 from .charts import Charts
 
+_STAGE = "Looking for seams"
+_CHUNK = 1 << 16  # samples
 _A_TEXEL = 2  # samples
 _NEIGHBOURS = 12  # samples among which an edge's partners are looked for
 _SAME_PLACE = 0.1  # texels
@@ -115,7 +119,12 @@ class _Edges:
         return along, np.sqrt(dot(off, off))
 
 
-def seams_of(charts: Charts, sizes: tuple[tuple[int, int], ...], tracer: Tracer | None = None) -> Seams:
+def seams_of(
+    charts: Charts,
+    sizes: tuple[tuple[int, int], ...],
+    tracer: Tracer | None = None,
+    progress: Progress | None = None,
+) -> Seams:
     """The seams of charts: samples of their borders that lie on another border with a normal alike.
 
     Parameters
@@ -125,48 +134,67 @@ def seams_of(charts: Charts, sizes: tuple[tuple[int, int], ...], tracer: Tracer 
     tracer : Tracer, optional
         Leaves out where another surface stands on the seam, as a floor that parts a wall: light may jump there.
     """
+    progress = progress or Progress()
     edges = _Edges.of(charts, sizes)
     edge, along = edges.samples()
     if len(edge) < 2:
         return Seams.none()
     position = _between(edges.position, edge, along)
-    sample, other = _pairs(edges, edge, position)
-    along_other, distance = edges.nearest(other, position[sample])
-    normal = _unit(_between(edges.normal, edge[sample], along[sample]))
+    sample, other = _pairs(edges, edge, position, progress)
+    found = [Seams.none()]
+    for chunk in slices(len(sample), _CHUNK):
+        progress.update(_STAGE, 0.5 + 0.5 * chunk.start / len(sample))
+        some = sample[chunk]
+        found.append(_seams(edges, edge[some], along[some], position[some], other[chunk], tracer))
+    return Seams(*(np.concatenate([getattr(part, name) for part in found]) for name in Seams.__dataclass_fields__))
+
+
+def _seams(
+    edges: _Edges, edge: np.ndarray, along: np.ndarray, position: np.ndarray, other: np.ndarray, tracer: Tracer | None
+) -> Seams:
+    """Seams among samples of edges (n,) and the edges that they may lie on, (n,)."""
+    along_other, distance = edges.nearest(other, position)
+    normal = _unit(_between(edges.normal, edge, along))
     normal_other = _unit(_between(edges.normal, other, along_other))
     alike = dot(normal, normal_other) > _SAME_NORMAL
-    texel = np.minimum(edges.texel[edge[sample]], edges.texel[other])
+    texel = np.minimum(edges.texel[edge], edges.texel[other])
     k = np.flatnonzero(alike & (distance < _SAME_PLACE * texel))
     if tracer is not None:
         aside = _ASIDE * texel[k, None]
-        above = position[sample[k]] + aside * _unit(normal[k] + normal_other[k])
-        a, b = (above + aside * edges.inwards[of] for of in (edge[sample[k]], other[k]))
+        above = position[k] + aside * _unit(normal[k] + normal_other[k])
+        a, b = (above + aside * edges.inwards[of] for of in (edge[k], other[k]))
         k = k[~_parted(a, b, tracer)]
-    here, there = edge[sample[k]], other[k]
-    places = _between(edges.place, here, along[sample[k]]), _between(edges.place, there, along_other[k])
+    here, there = edge[k], other[k]
+    places = _between(edges.place, here, along[k]), _between(edges.place, there, along_other[k])
     images = np.stack([edges.image[here], edges.image[there]], axis=1)
     return Seams(images, np.stack(places, axis=1), edges.folds(here, there))
 
 
-def _pairs(edges: _Edges, edge: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _pairs(edges: _Edges, edge: np.ndarray, position: np.ndarray, progress: Progress) -> tuple[np.ndarray, np.ndarray]:
     """Every sample with every other edge that its edge may meet: samples and edges, (n,) each."""
-    a, b = _edges_that_may_meet(edges, edge, position)
+    a, b = _edges_that_may_meet(edges, edge, position, progress)
     first = np.cumsum(edges.n_samples) - edges.n_samples
     pair, nth = unrolled(edges.n_samples[a])
     return first[a[pair]] + nth, b[pair]
 
 
-def _edges_that_may_meet(edges: _Edges, edge: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _edges_that_may_meet(
+    edges: _Edges, edge: np.ndarray, position: np.ndarray, progress: Progress
+) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of edges that have samples close to each other, in both orders."""
     from scipy.spatial import cKDTree  # here, since Blender's start imports this room and should not wait for SciPy
 
     spacing = float((edges.texel / _A_TEXEL).max())
-    distance, neighbour = cKDTree(position).query(position, _NEIGHBOURS, distance_upper_bound=spacing, workers=-1)
-    k, column = np.nonzero(np.isfinite(distance))
-    a, b = edge[k], edge[neighbour[k, column]]
-    low, high = np.minimum(a, b)[a != b], np.maximum(a, b)[a != b]
-    low, high = np.divmod(np.unique(low * len(edges) + high), len(edges))
-    met = edges.meet(low, high)
+    tree, codes = cKDTree(position), []
+    for chunk in slices(len(position), _CHUNK):
+        progress.update(_STAGE, 0.5 * chunk.start / len(position))
+        distance, neighbour = tree.query(position[chunk], _NEIGHBOURS, distance_upper_bound=spacing, workers=-1)
+        k, column = np.nonzero(np.isfinite(distance))
+        a, b = edge[chunk][k], edge[neighbour[k, column]]
+        low, high = np.minimum(a, b)[a != b], np.maximum(a, b)[a != b]
+        codes.append(np.unique(low * len(edges) + high))
+    low, high = np.divmod(np.unique(np.concatenate(codes)), len(edges))
+    met = np.concatenate([edges.meet(low[chunk], high[chunk]) for chunk in slices(max(len(low), 1), _CHUNK)])
     return np.concatenate([low[met], high[met]]), np.concatenate([high[met], low[met]])
 
 

@@ -35,6 +35,9 @@ class Surroundings:
     inside: np.ndarray
 
 
+STAGE = "Placing texels"
+
+
 def look_around(points: TexelPoints, tracer: Tracer, workers: Workers) -> Surroundings:
     """What is around points: by a ray along the normal, and four along the surface to the corners of the texel.
 
@@ -90,5 +93,5 @@ def _of_chunks(
     parts = [empty]
     for part in workers.map(lambda chunk: look(points.where(chunk)), chunks):
         parts.append(part)
-        workers.progress.update("Placing texels", (len(parts) - 1) * _CHUNK / max(len(points), _CHUNK))
+        workers.progress.update(STAGE, min((len(parts) - 1) * _CHUNK / len(points), 1))
     return np.concatenate(parts)

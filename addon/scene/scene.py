@@ -32,6 +32,8 @@ class SceneObjects:
         Whether the object's emission counts (in a bake of one light group, its members' alone).
     seen_by_camera : (o,) bool
         Rays from the camera see the object.
+    held_out : (o,) bool
+        The picture has a hole where the camera sees the object.
     """
 
     names: tuple[str, ...]
@@ -41,11 +43,13 @@ class SceneObjects:
     seen_through_glass: np.ndarray
     emits: np.ndarray
     seen_by_camera: np.ndarray
+    held_out: np.ndarray
 
     @staticmethod
     def seen_by_all(names: tuple[str, ...]) -> "SceneObjects":
         """Objects that all rays see."""
-        return SceneObjects(names, *(np.ones(len(names), bool) for _ in range(6)))
+        a, b, c, d, e, f = np.ones((6, len(names)), bool)
+        return SceneObjects(names, a, b, c, d, e, f, held_out=np.zeros(len(names), bool))
 
 
 @dataclass(frozen=True)

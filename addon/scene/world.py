@@ -14,7 +14,7 @@ _TWO_PI = np.float32(2 * np.pi)
 
 @dataclass(frozen=True)
 class World:
-    """Radiance that comes from each direction in which nothing is met.
+    """Radiance that comes from each direction in which nothing is met. Where it is negative it takes light away.
 
     Attributes
     ----------
@@ -38,11 +38,12 @@ class World:
 
     @cached_property
     def integral(self) -> np.ndarray:
-        """∫ L dω over all directions, (3,) float64, W/m²."""
+        """∫ |L| dω over all directions, (3,) float64, W/m²."""
+        color = np.abs(self.color).astype(np.float64)
         if self.image is None:
-            return self.color.astype(np.float64) * 4 * np.pi
+            return color * 4 * np.pi
         height, width = self.image.shape[:2]
-        return self.color * np.einsum("ijk,i->k", self.image, _solid_angles(height, width), dtype=np.float64)
+        return color * np.einsum("ijk,i->k", np.abs(self.image), _solid_angles(height, width), dtype=np.float64)
 
     def radiance(self, directions: np.ndarray) -> np.ndarray:
         """Radiance from unit directions (n, 3), (n, 3) or (1, 3) float32."""
@@ -68,7 +69,7 @@ class World:
         return np.stack([r * np.cos(azimuth), r * np.sin(azimuth), z], axis=1)
 
     def pdf(self, directions: np.ndarray) -> np.ndarray:
-        """Density of `sample` by solid angle, proportional to the mean radiance of a pixel's colours, (n,) float32."""
+        """Density of `sample` by solid angle, proportional to the mean of |L| over a pixel's colours, (n,) float32."""
         if self.image is None:
             return np.full(len(directions), pdf_uniform_sphere(), np.float32)
         return self._distribution[2].take(self._pixel(directions))
@@ -87,7 +88,7 @@ class World:
         """Choice of a row and of a pixel in each row, and densities (h, w), 1/sr."""
         assert self.image is not None
         height, width = self.image.shape[:2]
-        brightness = (self.image @ (self.color / 3)).astype(np.float64)
+        brightness = (np.abs(self.image) @ (np.abs(self.color) / 3)).astype(np.float64)
         weight = brightness * _solid_angles(height, width)[:, None]
         of_row = weight.sum(axis=1)
         columns = np.cumsum(weight, axis=1) / np.maximum(of_row, 1e-300)[:, None]

@@ -8,11 +8,15 @@ from functools import cached_property
 
 import numpy as np
 
+from ..parallel import slices
+from ..progress import Progress
 from ..sampling.vectors import dot, largest, rows
 from ..scene import Scene
 from ..unrolling import unrolled
 from .protocol import Tracer
 
+_STAGE = "Looking for surfaces in one place"
+_CHUNK = 1 << 16
 _MAX_TRIANGLES = 1 << 20  # looked at, the largest first
 _ONE_PLACE = 2.0**-21
 """How far apart surfaces may be, over their coordinates: about what float32 cannot tell apart."""
@@ -24,9 +28,9 @@ class CoincidentSurfaces:
     Triangles are paired by short rays through their middles; whether a point of one lies on another is then exact.
     """
 
-    def __init__(self, scene: Scene, tracer: Tracer) -> None:
+    def __init__(self, scene: Scene, tracer: Tracer, progress: Progress) -> None:
         self._scene = scene
-        first, second = self._pairs(tracer)
+        first, second = self._pairs(tracer, progress)
         order = np.argsort(first, kind="stable")
         self._second = second[order]
         self._start = np.searchsorted(first[order], np.arange(scene.n_triangles + 2))
@@ -43,11 +47,51 @@ class CoincidentSurfaces:
         return counts
 
     def smother(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Whether another surface lies where points of triangles are, (n,) bool; not for triangle −1."""
+        """Whether light can leave points of triangles past none of the surfaces there, (n,) bool; not for triangle −1.
+
+        See-through surfaces smother nothing: `leave` says what they do.
+        """
         smothered = np.zeros(len(triangle), bool)
+        point, partner = self._partners_at(triangle, u, v)
+        see_through = self._scene.materials.see_through[self._scene.material_of_triangle[partner]]
+        smothered[point[~see_through]] = True
+        return smothered
+
+    def leave(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Share of light that passes the other surfaces where points of triangles are, (n, 3) float32."""
+        scene = self._scene
+        passes = np.ones((len(triangle), 3), np.float32)
+        point, partner = self._partners_at(triangle, u, v)
+        at = partner, *scene.barycentrics(partner, scene.points(triangle[point], u[point], v[point]))
+        share = scene.look_up(scene.materials.tint, *at) * (1 - scene.look_up(scene.materials.coverage, *at))
+        np.multiply.at(passes, point, share)
+        return passes
+
+    def following(
+        self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, first: np.ndarray, seen: np.ndarray
+    ) -> np.ndarray:
+        """The triangle in the same place that comes after each, (n,) int32: in the order of their numbers, round to
+        those that a ray met `first` (n,); −1 after the last.
+
+        Parameters
+        ----------
+        seen : (o,) bool
+            Objects that count.
+        """
+        n = self._scene.n_triangles
+        turns = np.zeros(len(triangle), np.int32)
+        turns[:] = np.where(first == triangle, n, (first - triangle) % n)
+        point, partner = self._partners_at(triangle, u, v)
+        k = np.flatnonzero(seen[self._scene.object_of_triangle[partner]])
+        np.minimum.at(turns, point[k], (partner[k] - triangle[point[k]]) % n)
+        met = (triangle + turns) % n
+        return np.where((triangle >= 0) & (met != first), met, -1).astype(np.int32)
+
+    def _partners_at(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Other triangles that points of triangles (n,) lie on: index of the point and triangle of each, (p,) each."""
         k = np.flatnonzero(self._n_partners[triangle])
         if len(k) == 0:
-            return smothered
+            return np.zeros(0, np.int64), np.zeros(0, np.int32)
         x = self._scene.points(triangle[k], u[k], v[k])
         columns = np.ascontiguousarray(x.T)
         point, nth = unrolled(self._n_partners[triangle[k]])
@@ -59,8 +103,9 @@ class CoincidentSurfaces:
             place = columns[axis][point]
             near = np.flatnonzero((place >= low[axis][partner]) & (place <= high[axis][partner]))
             point, partner = point[near], partner[near]
-        smothered[k[point[_inside(self._scene, self._second[partner], rows(x, point))]]] = True
-        return smothered
+        partner = self._second[partner]
+        on = np.flatnonzero(_inside(self._scene, partner, rows(x, point)))
+        return k[point[on]], partner[on]
 
     @cached_property
     def _bounds(self) -> np.ndarray:
@@ -70,27 +115,36 @@ class CoincidentSurfaces:
         margin = 4 * _ONE_PLACE * np.maximum(np.abs(corners).max(axis=(0, 1), initial=0), 1e-6)
         return np.stack([low - margin, high + margin]).astype(np.float32)
 
-    def _pairs(self, tracer: Tracer) -> tuple[np.ndarray, np.ndarray]:
+    def _pairs(self, tracer: Tracer, progress: Progress) -> tuple[np.ndarray, np.ndarray]:
         """Triangles that lie in one place, each pair both ways round, (p,) int32 each."""
         scene = self._scene
         looked_at = np.arange(scene.n_triangles)
         if len(looked_at) > _MAX_TRIANGLES:
             looked_at = np.argpartition(-scene.areas, _MAX_TRIANGLES)[:_MAX_TRIANGLES]
-        middle = np.full(len(looked_at), np.float32(1 / 3))
-        x, normals = scene.points(looked_at, middle, middle), scene.normals[looked_at]
-        gap = 4 * scene.ray_offset(x)
-        pairs = []
-        for side in (np.float32(1), np.float32(-1)):
-            hits = tracer.closest_hit(x + side * gap * normals, -side * normals, 2 * gap[:, 0])
-            k = np.flatnonzero(hits.hit & (hits.triangle != looked_at))
-            other = hits.triangle[k]
-            flat = np.abs(dot(scene.normals[other], normals[k])) > 1 - 1e-6
-            k, other = k[flat], other[flat]
-            k, other = (a[_inside(scene, other, x[k])] for a in (k, other))
-            pairs.append(np.stack([looked_at[k], other], axis=1))
+        pairs = [np.zeros((0, 2), np.int32)]
+        for chunk in slices(len(looked_at), _CHUNK):
+            progress.update(_STAGE, chunk.start / len(looked_at))
+            pairs += _met_beside(scene, tracer, looked_at[chunk])
         found = np.concatenate(pairs).astype(np.int32)
         both = np.unique(np.concatenate([found, found[:, ::-1]]), axis=0)
         return both[:, 0], both[:, 1]
+
+
+def _met_beside(scene: Scene, tracer: Tracer, triangle: np.ndarray) -> list[np.ndarray]:
+    """Pairs of triangles and those that lie where their middles are, (p, 2) each: by a ray from either side."""
+    middle = np.full(len(triangle), np.float32(1 / 3))
+    x, normals = scene.points(triangle, middle, middle), scene.normals[triangle]
+    gap = 4 * scene.ray_offset(x)
+    pairs = []
+    for side in (np.float32(1), np.float32(-1)):
+        hits = tracer.closest_hit(x + side * gap * normals, -side * normals, 2 * gap[:, 0])
+        k = np.flatnonzero(hits.hit & (hits.triangle != triangle))
+        other = hits.triangle[k]
+        flat = np.abs(dot(scene.normals[other], normals[k])) > 1 - 1e-6
+        k, other = k[flat], other[flat]
+        k, other = (a[_inside(scene, other, x[k])] for a in (k, other))
+        pairs.append(np.stack([triangle[k], other], axis=1))
+    return pairs
 
 
 def _inside(scene: Scene, triangle: np.ndarray, x: np.ndarray) -> np.ndarray:

@@ -9,9 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..progress import Progress
+from ..sampling.vectors import rows
 from ..scene import Scene
 from .coincident import CoincidentSurfaces
-from .protocol import Hits, RayKind, Tracer
+from .onward import onward
+from .protocol import Hits, RayKind, Tracer, seen_by
 
 _MAX_SURFACES = 64  # see-through surfaces along one ray
 _MIX_1, _MIX_2, _STEP = np.uint32(0x7FEB352D), np.uint32(0x846CA68B), np.uint32(0x9E3779B9)
@@ -24,6 +27,8 @@ class LightTracer:
     ----------
     scene : Scene
     tracer : Tracer
+    progress : Progress, optional
+        Of the search for surfaces in one place.
 
     Attributes
     ----------
@@ -31,12 +36,12 @@ class LightTracer:
         `tracer`: where any surface is, see-through or not.
     """
 
-    def __init__(self, scene: Scene, tracer: Tracer) -> None:
+    def __init__(self, scene: Scene, tracer: Tracer, progress: Progress | None = None) -> None:
         self._scene, self.surfaces = scene, tracer
         # One more entry for triangle −1
         self._see_through = np.append(scene.materials.see_through[scene.material_of_triangle], False)
         self._any_see_through = bool(self._see_through.any())
-        self._coincident = CoincidentSurfaces(scene, tracer)
+        self._coincident = CoincidentSurfaces(scene, tracer, progress or Progress())
         self._tints = self._any_see_through or self._coincident.any
         objects = scene.objects
         self._kinds_differ = not (
@@ -66,18 +71,19 @@ class LightTracer:
         hits = hits.with_tint()
         if self._any_see_through:
             self._pass_through(hits, origins, directions, kind)
-        assert hits.tint is not None
-        hits.tint[self.smothered(hits.triangle, hits.u, hits.v)] = 0
+        if self._coincident.any:
+            hits = replace(hits, tint=hits.tinted(self._coincident.leave(hits.triangle, hits.u, hits.v)))
         return hits
 
     def smothered(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Whether another surface lies where points of triangles are, so that no light leaves them, (n,) bool."""
+        """Whether an opaque surface lies where points of triangles are, so that no light leaves them, (n,) bool."""
         return self._coincident.smother(triangle, u, v)
 
     def _pass_through(self, hits: Hits, origins: np.ndarray, directions: np.ndarray, kind: RayKind) -> None:
         """Move hits on to where the rays are stopped."""
         scene, materials = self._scene, self._scene.materials
         open_ = np.flatnonzero(self._see_through[hits.triangle])
+        first = hits.triangle[open_]
         for step in range(_MAX_SURFACES):
             # Draw which rays go through
             met = hits.where(open_)
@@ -85,16 +91,50 @@ class LightTracer:
             through = np.flatnonzero(_hash(origins[open_], directions[open_], step) >= coverage)
             if len(through) == 0:
                 break
-            k, met = open_[through], met.where(through)
+            k, met, first = open_[through], met.where(through), first[through]
 
             # Send them on from behind the surface
             tint = met.tint * scene.look_up(materials.tint, met.triangle, met.u, met.v)
-            start = origins[k] + met.distance[:, None] * directions[k]
-            gap = scene.ray_offset(start)
-            onward = self.surfaces.closest_hit(start + gap * directions[k], directions[k], kind=kind)
-            distance = onward.distance + met.distance + gap[:, 0]
-            hits.put(k, replace(onward, distance=distance, tint=tint))
-            open_ = k[self._see_through[onward.triangle]]
+            beyond, first = self._onward(origins[k], directions[k], met, first, np.inf, kind)
+            hits.put(k, replace(beyond, tint=tint))
+            left = np.flatnonzero(self._see_through[beyond.triangle])
+            open_, first = k[left], first[left]
+
+    def _onward(
+        self,
+        origins: np.ndarray,
+        directions: np.ndarray,
+        passed: Hits,
+        first: np.ndarray,
+        t_max: np.ndarray | float,
+        kind: RayKind,
+    ) -> tuple[Hits, np.ndarray]:
+        """The surface that each ray meets after the one that it passed: another in the same place, else one beyond.
+
+        Parameters
+        ----------
+        first : (n,) int32
+            Triangle that the ray met first of those in the place passed; returned anew for the hits.
+        """
+        scene = self._scene
+
+        def closest(starts: np.ndarray, ways: np.ndarray, left: np.ndarray) -> Hits:
+            return self.surfaces.closest_hit(starts, ways, left, kind=kind)
+
+        if not self._coincident.any:
+            hits = onward(scene, closest, origins, directions, passed, t_max)
+            return hits, hits.triangle
+        seen = seen_by(scene.objects, kind)
+        triangle = self._coincident.following(passed.triangle, passed.u, passed.v, first, seen)
+        here, beyond = np.flatnonzero(triangle >= 0), np.flatnonzero(triangle < 0)
+        hits, at, triangle = Hits.none(len(triangle)), passed.where(here), triangle[here]
+        u, v = scene.barycentrics(triangle, scene.points(at.triangle, at.u, at.v))
+        hits.put(here, Hits(triangle, at.distance, u, v, rows(scene.normals, triangle)))
+        t_max = np.broadcast_to(np.float32(t_max), len(origins))[beyond]
+        hits.put(beyond, onward(scene, closest, origins[beyond], directions[beyond], passed.where(beyond), t_max))
+        first = first.copy()
+        first[beyond] = hits.triangle[beyond]
+        return hits, first
 
     def visibility(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """Share of the light that passes from each origin to its target, (n, 3) or (n, 1) float32."""
@@ -121,11 +161,12 @@ class LightTracer:
         """
         scene, materials = self._scene, self._scene.materials
         passes = np.ones((len(origins), 3), np.float32)
-        ray, left = np.arange(len(origins)), np.asarray(t_max, np.float32)
+        t_max = np.asarray(t_max, np.float32)
+        hits = self.surfaces.closest_hit(origins, directions, t_max, kind=RayKind.SHADOW)
+        ray, first = np.arange(len(origins)), hits.triangle
         for _ in range(_MAX_SURFACES):
-            hits = self.surfaces.closest_hit(origins, directions, left, kind=RayKind.SHADOW)
             k = np.flatnonzero(hits.hit)
-            hits, ray, origins, directions, left = hits.where(k), ray[k], origins[k], directions[k], left[k]
+            hits, ray, first = hits.where(k), ray[k], first[k]
             if len(ray) == 0:
                 return passes
             share = scene.look_up(materials.tint, hits.triangle, hits.u, hits.v)
@@ -133,11 +174,9 @@ class LightTracer:
             if blocks is not None:
                 share[~blocks[scene.object_of_triangle[hits.triangle]]] = 1
             passes[ray] *= share
-            start = origins + hits.distance[:, None] * directions
-            gap = scene.ray_offset(start)
-            left = left - hits.distance - gap[:, 0]
-            k = np.flatnonzero((share > 0).any(axis=1) & (left > 0))
-            origins, directions, left, ray = start[k] + gap[k] * directions[k], directions[k], left[k], ray[k]
+            k = np.flatnonzero((share > 0).any(axis=1))
+            ray, passed = ray[k], hits.where(k)
+            hits, first = self._onward(origins[ray], directions[ray], passed, first[k], t_max[ray], RayKind.SHADOW)
         passes[ray] = 0
         return passes
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import bpy
 
+from ..errors import kind_of
 from ..inspector import VIEWS, View
 from ..settings import Gather, TracerName
 from .debug_views import debug_views
@@ -38,7 +39,10 @@ class PHOTON_BAKE_PT_bake(_Tab, bpy.types.Panel):
         column = _settings_column(self.layout)
         column.row().prop(properties, "targets")
         column.prop(properties, "quality")
-        column.prop(properties, "selected_only")
+        row = column.row()
+        row.active = properties.targets != {"camera"}
+        row.prop(properties, "selected_only")
+        column.prop(properties, "strict")
         _draw_outcome(self.layout, characters_in(context))
 
 
@@ -194,8 +198,24 @@ def _draw_outcome(layout: Any, width: int) -> None:
         _draw_sentence(column, bake_state.error, "ERROR", width)
     if bake_state.result:
         _draw_sentence(column, bake_state.result, "CHECKMARK", width)
+    missing = [warning for warning in bake_state.warnings if kind_of(warning) == "missing"]
+    if missing:
+        _draw_missing(layout, missing, width)
+        column = layout.column(align=True)
     for warning in bake_state.warnings:
-        _draw_sentence(column, warning, "INFO", width)
+        if kind_of(warning) != "missing":
+            _draw_sentence(column, warning, "INFO", width)
+
+
+def _draw_missing(layout: Any, sentences: list[str], width: int) -> None:
+    """One line that opens to a list."""
+    header, body = layout.panel("photon_bake_missing", default_closed=True)
+    n = len(sentences)
+    header.label(text="1 file is missing" if n == 1 else f"{n} files are missing", icon="LIBRARY_DATA_BROKEN")
+    if body is not None:
+        column = body.column(align=True)
+        for sentence in sentences:
+            _draw_sentence(column, sentence, "DOT", width)
 
 
 def _draw_sentence(column: Any, sentence: str, icon: str, width: int) -> None:

@@ -181,7 +181,13 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
         ),
         "selected_only": bpy.props.BoolProperty(
             name="Selected Only",
-            description="Write light to the selected objects only; all objects still scatter and block it",
+            description="Write light to the selected objects only; all objects still scatter and block it. "
+            "A camera's pass shows all of them",
+            default=False,
+        ),
+        "strict": bpy.props.BoolProperty(
+            name="Strict",
+            description="Write nothing where light would differ from Cycles', or where a file is missing",
             default=False,
         ),
         **{knob.name: _property(BakeSettings, knob) for knob in KNOBS},

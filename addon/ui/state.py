@@ -1,6 +1,6 @@
 """The bake that runs, or the last one, as the panel shows it. Never saved with the file."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from time import perf_counter
 
 from ..progress import Progress
@@ -49,7 +49,12 @@ STAGE_SHARES: dict[Gather, dict[str, float]] = {
 LIGHTMAP_SHARES = {"Unwrapping": 1, "Placing texels": 1, "Denoising": 2, "Finishing lightmaps": 1}
 """The same for what lightmaps add to it."""
 
-CAMERA_SHARES = {"Looking through the camera": 2, "Following gloss": 2, "Lighting mirrors": 0.5, "Denoising": 2}
+CAMERA_SHARES = {
+    "Looking through the camera": 2,
+    "Following gloss": 2,
+    "Lighting mirrors": 0.5,
+    "Denoising the pass": 2,
+}
 """The same for what a camera's pass adds to it."""
 
 
@@ -88,9 +93,7 @@ class BakeState:
     def start(self, gather: Gather, targets: Collection[str] = ()) -> Progress:
         """Forget the last bake, and follow a new one through the progress returned."""
         self._forget()
-        self._shares = dict(STAGE_SHARES[gather])
-        for target, shares in (("lightmap", LIGHTMAP_SHARES), ("camera", CAMERA_SHARES)):
-            self._shares |= shares if target in targets else {}
+        self._shares = shares_of(gather, targets)
         self.progress = Progress(self._listen)
         return self.progress
 
@@ -119,10 +122,18 @@ class BakeState:
     def _listen(self, stage: str, fraction: float) -> None:
         self.stage = stage
         self._done[stage] = fraction
-        self.fraction = share_done(self._shares, self._done)
+        self.fraction = max(self.fraction, share_done(self._shares, self._done))
 
 
-def share_done(shares: dict[str, float], done: dict[str, float]) -> float:
+def shares_of(gather: Gather, targets: Collection[str]) -> dict[str, float]:
+    """The stages' shares of a bake to some targets."""
+    shares = dict(STAGE_SHARES[gather])
+    for target, added in (("lightmap", LIGHTMAP_SHARES), ("camera", CAMERA_SHARES)):
+        shares |= added if target in targets else {}
+    return shares
+
+
+def share_done(shares: Mapping[str, float], done: Mapping[str, float]) -> float:
     """Fraction of the whole bake that is done, from its stages' shares and the fractions that they are done to."""
     return sum(share * done.get(stage, 0.0) for stage, share in shares.items()) / sum(shares.values())
 

@@ -166,7 +166,7 @@ def ours(gather, quality, folder):
     seconds = perf_counter() - start
     passes = solved.products[0].passes
     light = passes.indirect_diffuse + passes.caustics / np.maximum(passes.albedo, np.float32(LEAST_ALBEDO))
-    return light, passes, seconds, progress.stage_seconds.get("Denoising", 0.0)
+    return light, passes, seconds, progress.stage_seconds.get("Denoising the pass", 0.0)
 
 
 def samples_for(error, levels, errors):

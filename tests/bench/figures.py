@@ -6,7 +6,7 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from photon_bake.addon.blender import bake_objects, extract_scene, read_camera, receiver_meshes
+from photon_bake.addon.blender import bake_objects, in_render_graph, read_camera, read_scene, receiver_meshes
 from photon_bake.addon.receivers import vertex_receivers
 from photon_bake.addon.tracers import RayKind
 from photon_bake.addon.tracers.embree import EmbreeTracer
@@ -44,14 +44,14 @@ def scenes_in(folder):
 def load(path):
     """Scene, receivers of all objects, and those of the probes where there are some."""
     bpy.ops.wm.open_mainfile(filepath=str(path))
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    objects = bake_objects(depsgraph)
 
-    def receivers(chosen):
-        return vertex_receivers(receiver_meshes(chosen, depsgraph))
+    def read(depsgraph):
+        objects = bake_objects(depsgraph)
+        chosen = [[o for o in objects if (o.name == "Probes") == probes] for probes in (False, True)]
+        return read_scene(depsgraph), *(vertex_receivers(receiver_meshes(some, depsgraph)) for some in chosen)
 
-    everything = receivers([o for o in objects if o.name != "Probes"])
-    return extract_scene(depsgraph), everything, receivers([o for o in objects if o.name == "Probes"])
+    reading, *receivers = in_render_graph(bpy.context.scene, bpy.context.view_layer, read)
+    return reading.scene(bpy.context.scene), *receivers
 
 
 def camera_of_scene(width, height):

@@ -31,7 +31,11 @@ def scene_of(vertices, triangles, albedo=0.5, emission=0.0, lights=None, world=0
         object_of_triangle=np.arange(n, dtype=np.int32),
         materials=Materials.matte_of(albedo, emission),
         objects=SceneObjects(
-            tuple(f"Triangle {i}" for i in range(n)), *(seen.copy() for _ in range(4)), np.ones(n, bool), seen.copy()
+            tuple(f"Triangle {i}" for i in range(n)),
+            *(seen.copy() for _ in range(4)),
+            np.ones(n, bool),
+            seen.copy(),
+            np.zeros(n, bool),
         ),
         lights=lights or Lights.none(),
         world=World.constant(world),

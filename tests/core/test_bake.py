@@ -1,5 +1,7 @@
 """Whole bakes against closed forms: furnaces, planes, corners, thin walls."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from photon_bake.addon.bake import bake, solve
@@ -47,6 +49,16 @@ def test_white_furnace(albedo, gather):
     assert indirect == pytest.approx(albedo / (1 - albedo), rel=0.01 if gather == "final" else 0.02)
     assert indirect + direct == pytest.approx(1 / (1 - albedo), rel=0.02)
     assert np.array_equal(result.value, result.passes["indirect"] + result.passes["direct"])
+
+
+@pytest.mark.parametrize("gather", GATHERS)
+def test_furnace_whose_walls_take_light_away(gather):
+    """Walls of radiance −L in it make the lamp's mean irradiance of 1 one of 1 − πL, of which ρ/(1−ρ) comes back."""
+    albedo, radiance = 0.5, 0.1
+    walls = scene_of(*box(), albedo=albedo, emission=-radiance)
+    scene = replace(walls, lights=box_with_lamp(albedo).lights)
+    result = baked(scene, receivers_in_box(500), gather, n_photons=400_000)
+    assert result.value.mean() == pytest.approx((1 - np.pi * radiance) * albedo / (1 - albedo), rel=0.03)
 
 
 @pytest.mark.parametrize("n_cache_rays", [0, 64])

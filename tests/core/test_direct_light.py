@@ -137,6 +137,18 @@ def test_emissive_mesh_is_an_area_lamp_with_two_sides():
         assert abs(value - lamp_value) < 4 * np.hypot(error, lamp_error)
 
 
+@pytest.mark.parametrize("with_sky", [False, True])
+def test_negative_light_takes_light_away(with_sky):
+    """An emissive square of −2 and a sky of −L give the negative of what they give otherwise."""
+    world = sky_of() if with_sky else World.constant(0)
+    scene = replace(scene_of(*plane(0.5, z=1.0), emission=2.0), world=world)
+    dark = replace(scene.materials, emission=Channel.constant(-scene.materials.emission.value))
+    negative = replace(scene, materials=dark, world=replace(world, color=-world.color))
+    value, error = mean_at(scene, (0.2, 0, 0), UP)
+    assert value > 0
+    assert mean_at(negative, (0.2, 0, 0), UP)[0] == pytest.approx(-value, abs=4 * error)
+
+
 def test_shadow():
     lights = lamp(LightKind.POINT, 7.0, position=(0, 0, 2))
     mesh = plane(0.5, z=1.0)

@@ -141,6 +141,8 @@ def test_few_gather_and_all_are_lit_alike():
     checked = np.arange(0, len(dense), 40)
     all_ = baked(scene, subset(dense, checked), interpolate=False, n_gather_rays=2048)
     assert few.counts["gather_points"] < len(dense) / 2.5
+    assert few.gathered.sum() == few.counts["gather_points"] and not all_.interpolated
+    assert few.interpolated and few.where(slice(9000, 9500)).interpolated  # however many gather elsewhere
     open_ = all_.value.mean(axis=1) > 0
     off = (few.value[checked] - all_.value).mean(axis=1)[open_] / all_.value.mean()
     assert np.sqrt(np.mean(off**2)) < 0.06 and abs(off.mean()) < 0.01 and np.abs(off).max() < 0.4

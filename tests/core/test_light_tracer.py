@@ -99,6 +99,91 @@ def test_only_where_they_overlap():
     assert np.array_equal(dark, overlap) or (dark != overlap).mean() < 0.005
 
 
+def sheet(n, half=1.0, z=0.0, up=True):
+    """A plane of n² quads."""
+    x, y = (axis.ravel() for axis in np.meshgrid(*2 * [np.linspace(-half, half, n + 1)], indexing="ij"))
+    a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    triangles = np.concatenate([np.stack([a, a + n + 1, a + n + 2], 1), np.stack([a, a + n + 2, a + 1], 1)])
+    return np.stack([x, y, np.full(x.size, z)], axis=1).astype(np.float32), triangles[:, :: 1 if up else -1]
+
+
+def layers(*sheets, coverage=(0.5, 0.5), shift=(0, 0, 0)):
+    """Sheets, each of its own coverage."""
+    vertices, triangles = merge(*sheets)
+    material = np.repeat(np.arange(len(sheets)), [len(one[1]) for one in sheets])
+    scene = scene_of(vertices + np.float32(shift), triangles, albedo=[0.5] * len(sheets), material=material)
+    object.__setattr__(scene, "materials", Materials.of(len(sheets), coverage=Channel.constant(coverage)))
+    return scene
+
+
+def at_grazing(angle, n, shift=(0, 0, 0), reach=0.4):
+    """Rays through a middle part of the ground, at an angle to it: where they start and what they aim at."""
+    random = np.random.default_rng(8)
+    at, phi = random.uniform(-0.5, 0.5, (n, 2)), random.uniform(0, 2 * np.pi, n)
+    way = np.stack([np.cos(phi) * np.cos(angle), np.sin(phi) * np.cos(angle), np.full(n, -np.sin(angle))], axis=1)
+    middle = np.concatenate([at, np.zeros((n, 1))], axis=1) + shift
+    return (middle - reach * way).astype(np.float32), (middle + reach * way).astype(np.float32)
+
+
+@pytest.mark.parametrize("height", [0, 20])
+@pytest.mark.parametrize("angle", [1, 0.1, 1e-2, 1e-3, 1e-4])
+def test_flat_rays_pass_a_surface_once(angle, height):
+    """Where rounding has it that a ray meets the same surface again, or its next triangle."""
+    shift = (0.1 * height, 0, height)
+    scene = layers(sheet(8), coverage=[0.5], shift=shift)
+    tracer, (origins, targets) = light_tracer(scene), at_grazing(angle, 4000, shift)
+    passes = tracer.visibility(origins, targets)
+    crosses = (origins[:, 2] > height) & (targets[:, 2] < height)
+    assert crosses.mean() > 0.99
+    np.testing.assert_allclose(passes[crosses], 0.5)
+
+    way = (targets - origins) / np.linalg.norm(targets - origins, axis=1, keepdims=True)
+    through = ~tracer.closest_hit(origins, way.astype(np.float32)).hit
+    assert through[crosses].mean() == pytest.approx(0.5, abs=0.03)
+
+
+@pytest.mark.parametrize("angle", [1.5, 0.3])
+@pytest.mark.parametrize("gap", [1e-3, 1e-5, 3e-6, 0])
+def test_thin_walls_and_surfaces_in_one_place_count_twice(angle, gap):
+    scene = layers(sheet(3), sheet(3, z=-gap, up=gap == 0), coverage=[0.5, 0.2])
+    tracer, (origins, targets) = light_tracer(scene), at_grazing(angle, 4000)
+    passes = tracer.visibility(origins, targets)
+    assert passes.mean() == pytest.approx(0.5 * 0.8, rel=2e-3)
+    way = (targets - origins) / np.linalg.norm(targets - origins, axis=1, keepdims=True)
+    through = ~tracer.closest_hit(origins, way.astype(np.float32)).hit
+    assert through.mean() == pytest.approx(0.5 * 0.8, abs=0.03)
+
+
+def test_no_light_passes_a_wall_that_a_see_through_surface_lies_on():
+    for coverage in ([0.5, 1], [1, 0.5]):
+        scene = layers(*2 * [sheet(3)], coverage=coverage)
+        tracer, (origins, targets) = light_tracer(scene), at_grazing(1.0, 1000)
+        assert tracer.visibility(origins, targets).mean() < 2e-3
+        way = (targets - origins) / np.linalg.norm(targets - origins, axis=1, keepdims=True)
+        assert tracer.closest_hit(origins, way.astype(np.float32)).hit.mean() > 0.998
+
+
+def test_an_unseen_surface_leaves_a_wall_that_it_lies_on_bright():
+    scene = layers(*2 * [sheet(3)], coverage=[0, 1])
+    origins, directions = from_above(1000)
+    hits = light_tracer(scene).closest_hit(origins, directions)
+    assert (scene.material_of_triangle[hits.triangle] == 1).mean() > 0.998
+    assert hits.tint.mean() > 0.998
+
+
+@pytest.mark.parametrize("angle", [1e-2, 1e-3])
+def test_flat_rays_do_not_pass_walls_that_stand_on_the_surface(angle):
+    """A step that clears the surface at such an angle would be a thousand times the margin of a wall."""
+    upright = np.float32([(0, -1, -1), (0, 1, -1), (0, 1, 1), (0, -1, 1)]), np.array([[0, 1, 2], [0, 2, 3]])
+    scene = layers(sheet(4), upright, coverage=[0.5, 1])
+    random = np.random.default_rng(9)
+    n = 2000
+    at = np.stack([-(10 ** random.uniform(-5, -1.5, n)), random.uniform(-0.5, 0.5, n), np.zeros(n)], axis=1)
+    way = np.float32([np.cos(angle), 0, -np.sin(angle)])
+    passes = light_tracer(scene).visibility((at - 0.4 * way).astype(np.float32), (at + 0.4 * way).astype(np.float32))
+    assert not passes.any()
+
+
 def test_neighbours_that_share_an_edge_are_not_in_one_place():
     scene = scene_of(*plane(1.0))
     origins, directions = from_above(1000)

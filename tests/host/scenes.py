@@ -2,6 +2,7 @@
 
 import bpy
 import numpy as np
+from photon_bake.addon.blender import in_render_graph, read_scene
 
 
 def add_mesh(name, vertices, faces, material=None, smooth=False):
@@ -70,16 +71,21 @@ def add_material(name="Material", node="ShaderNodeBsdfPrincipled"):
     return material, surface
 
 
-def add_image_node(material, socket, pixels, byte=True, through_reroute=False):
-    """An image of (h, w, 4) pixels linked to a socket; returns the node."""
+def new_image(pixels, byte=True):
+    """An image of (h, w, 4) pixels, packed into the file."""
     height, width = pixels.shape[:2]
     image = bpy.data.images.new("Picture", width, height, alpha=True, float_buffer=not byte)
     image.pixels.foreach_set(np.ascontiguousarray(pixels, np.float32).ravel())
     image.update()
     image.pack()
+    return image
+
+
+def add_image_node(material, socket, pixels, byte=True, through_reroute=False):
+    """An image of (h, w, 4) pixels linked to a socket; returns the node."""
     tree = material.node_tree
     node = tree.nodes.new("ShaderNodeTexImage")
-    node.image, node.interpolation = image, "Closest"
+    node.image, node.interpolation = new_image(pixels, byte), "Closest"
     end = node.outputs["Color"]
     if through_reroute:
         reroute = tree.nodes.new("NodeReroute")
@@ -102,6 +108,16 @@ def set_world(color, strength=1.0):
     background.inputs["Color"].default_value = (*color, 1)
     background.inputs["Strength"].default_value = strength
     return background
+
+
+def extracted(warnings=None, **options):
+    """The scene as renders show it, as a `Scene`."""
+    return in_graph(lambda graph: read_scene(graph, warnings, **options)).scene(bpy.context.scene)
+
+
+def in_graph(work):
+    """What `work` makes of the graph that renders see."""
+    return in_render_graph(bpy.context.scene, bpy.context.view_layer, work)
 
 
 def depsgraph():
@@ -138,3 +154,19 @@ def cycles_bake(obj, what, samples=64):
     values = np.empty(len(attribute.data) * 4, np.float32)
     attribute.data.foreach_get("color", values)
     return values.reshape(-1, 4)[:, :3]
+
+
+def cycles_picture(obj, kind, side=64):
+    """Cycles' bake of an object with one material and a UV map, such as EMIT, to an image, (side, side, 3) float32."""
+    scene, tree = bpy.context.scene, obj.data.materials[0].node_tree
+    scene.render.engine, scene.cycles.device, scene.cycles.samples = "CYCLES", "CPU", 4
+    target = tree.nodes.new("ShaderNodeTexImage")
+    target.image = bpy.data.images.new("Baked", side, side, float_buffer=True)
+    tree.nodes.active = target
+    bpy.context.view_layer.update()
+    obj.select_set(True)
+    bpy.context.view_layer.objects.active = obj
+    bpy.ops.object.bake(type=kind, target="IMAGE_TEXTURES")
+    values = np.empty(side * side * 4, np.float32)
+    target.image.pixels.foreach_get(values)
+    return values.reshape(side, side, 4)[..., :3]

@@ -5,12 +5,13 @@ import numpy as np
 import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
-from photon_bake.addon.blender import extract_scene, read_camera
+from photon_bake.addon.blender import read_camera
 from photon_bake.addon.blender.camera import read_frame, read_pixel_filter
 from photon_bake.addon.errors import BakeError
 from photon_bake.addon.receivers import seen_surface
 from photon_bake.addon.tracers import LightTracer
 from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.tests.host import scenes
 from photon_bake.tests.host.cycles_passes import render_passes
 from photon_bake.tests.host.scenes import add_material, add_plane
 
@@ -115,7 +116,7 @@ def test_rays_are_those_of_cycles(empty_scene, tmp_path, name):
     cycles = render_passes(empty_scene, tmp_path / "cycles.exr", filter_width=0.01)
 
     camera, frame = read(empty_scene), read_frame(empty_scene)
-    scene = extract_scene(bpy.context.evaluated_depsgraph_get(), for_camera=True)
+    scene = scenes.extracted(for_camera=True)
     seen = seen_surface(scene, LightTracer(scene, EmbreeTracer(scene)), camera)
     row, column = np.divmod(seen.pixel, camera.width)
     there = np.zeros((frame.height, frame.width), bool)

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.bake import solve
-from photon_bake.addon.blender import extract_scene, read_camera
+from photon_bake.addon.blender import read_camera
 from photon_bake.addon.blender.camera import read_pixel_filter
 from photon_bake.addon.gather import DirectLight, camera_gloss, reflected_highlights
 from photon_bake.addon.parallel import Workers
@@ -63,10 +63,9 @@ def combined(scene, path, **options):
 
 def points_seen(scene, n_samples):
     """The scene as it was read, its tracer, and what the camera sees of it."""
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    extracted = extract_scene(depsgraph, for_camera=True)
+    extracted = scenes.extracted(for_camera=True)
     tracer = LightTracer(extracted, EmbreeTracer(extracted))
-    camera, pixel_filter = read_camera(scene, depsgraph), read_pixel_filter(scene)
+    camera, pixel_filter = scenes.in_graph(lambda graph: read_camera(scene, graph)), read_pixel_filter(scene)
     return extracted, tracer, camera_points(extracted, tracer, camera, pixel_filter, n_samples, Workers())
 
 

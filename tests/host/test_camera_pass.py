@@ -69,6 +69,21 @@ def test_one_solve_for_vertices_and_the_camera(empty_scene, tmp_path):
     assert "Indirect" in bpy.data.objects["Floor"].data.color_attributes
 
 
+def test_a_holdout_is_a_hole(empty_scene, tmp_path):
+    """What is not in front of it stays as it was: light still falls on the holdout, and off it."""
+    build_room(empty_scene, (12, 8))
+    pictures = []
+    for holdout in (False, True):
+        bpy.data.objects["Back"].is_holdout = holdout
+        assert bake(tmp_path) == 0
+        pictures.append(channels(tmp_path / "indirect_0001.exr")["Indirect.G"])
+    whole, cut = pictures
+    hole = cut == 0
+    assert (whole[hole] > 0.02).all()
+    assert 0.2 < hole.mean() < 0.9
+    np.testing.assert_allclose(cut[~hole].mean(), whole[~hole].mean(), rtol=0.2)
+
+
 @pytest.mark.parametrize("tracer", ["embree", "multi_image"])
 def test_where_nothing_gives_light_all_is_black(empty_scene, tmp_path, capfd, tracer):
     """As renders are there; a file that renders bakes."""

@@ -3,7 +3,6 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import extract_scene
 from photon_bake.addon.blender.closures import BECKMANN_AS_GGX
 from photon_bake.addon.blender.node_math import mean_fresnel
 from photon_bake.tests.host import scenes
@@ -14,7 +13,7 @@ F0 = 0.04  # of glass at 1.5
 def read(material, warnings=None):
     """Its channels' values, and the other columns."""
     scenes.add_plane(material=material)
-    return extract_scene(scenes.depsgraph(), [] if warnings is None else warnings).materials
+    return scenes.extracted([] if warnings is None else warnings).materials
 
 
 def expect(materials, **values):
@@ -122,7 +121,7 @@ def test_thin_wall():
     for z, base in enumerate((1.0, 0.25)):
         material = principled(Base_Color=(base,) * 3, Transmission_Weight=1.0, Roughness=0.0, Thin_Wall=True)
         scenes.add_plane(material=material).location.z = z
-    materials = extract_scene(scenes.depsgraph()).materials
+    materials = scenes.extracted().materials
     passing = (1 - materials.coverage.value) * materials.tint.value
     np.testing.assert_allclose(passing[:, 0], [0.844, 0.175], atol=3e-3)
     np.testing.assert_allclose((materials.coverage.value * materials.f0.value)[:, 0], 0.156, atol=3e-3)
@@ -216,6 +215,55 @@ def test_mix_of_all_or_nothing_leaves_out_the_other(factor):
     materials = read(material)
     expect(materials, diffuse=0.5)
     assert not materials.diffuse.textured
+
+
+def test_negative_emission():
+    material, tree, show = tree_of()
+    show(shader(tree, "Emission", Color=(1.0, 0.5, 0.25), Strength=-2.0))
+    expect(read(material), emission=(-2, -1, -0.5), diffuse=0)
+
+
+@pytest.mark.parametrize("kind", ["RGB", "Value", "Background"])
+def test_colour_in_the_place_of_a_shader_is_light(kind):
+    material, tree, show = tree_of()
+    node = shader(tree, kind)
+    if kind == "Background":
+        node.inputs["Color"].default_value, node.inputs["Strength"].default_value = (0.5, 0.25, 1, 1), 2
+    else:
+        node.outputs[0].default_value = (1, 0.5, 2, 1) if kind == "RGB" else 2
+    show(node)
+    warnings = []
+    expect(read(material, warnings), emission=2 if kind == "Value" else (1, 0.5, 2), diffuse=0)
+    assert not warnings
+
+
+@pytest.mark.parametrize("kind", ["TexImage", "TexNoise"])
+@pytest.mark.parametrize("in_group", [False, True])
+def test_picture_in_the_place_of_a_shader_is_light(kind, in_group):
+    """As Cycles' bake of what it emits says, a share of it mixed with a shader."""
+    material, tree, show = tree_of()
+    if in_group:
+        group, outer = tree.nodes.new("ShaderNodeGroup"), tree
+        group.node_tree = tree = bpy.data.node_groups.new("Group", "ShaderNodeTree")
+        tree.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketColor")
+    node = shader(tree, kind)
+    if kind == "TexImage":
+        node.image = scenes.new_image(np.random.default_rng(5).uniform(0, 1, (4, 4, 4)))
+    if in_group:
+        tree.links.new(node.outputs["Color"], tree.nodes.new("NodeGroupOutput").inputs[0])
+        tree, node = outer, group
+    mix = tree.nodes.new("ShaderNodeMixShader")
+    tree.links.new(node.outputs["Color" if not in_group else 0], mix.inputs[1])
+    tree.links.new(shader(tree, "BsdfDiffuse").outputs[0], mix.inputs[2])
+    show(mix)
+    obj = scenes.add_plane(material=material)
+    scene = scenes.extracted()
+    rng = np.random.default_rng(1)
+    u, v = rng.uniform(0, 1, (2, 4000)).astype(np.float32)
+    place = rng.integers(0, 2, 4000), np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+    ours = scene.look_up(scene.materials.emission, *place).mean(axis=0)
+    np.testing.assert_allclose(scene.look_up(scene.materials.diffuse, *place), 0.4, atol=1e-6)
+    np.testing.assert_allclose(ours, scenes.cycles_picture(obj, "EMIT").mean(axis=(0, 1)), rtol=0.04)
 
 
 def test_cut_out():
@@ -456,7 +504,7 @@ def test_channels_never_give_more_than_they_get():
             for name, v in zip(("Metallic", "Transmission_Weight", "Alpha"), rng.uniform(0, 1, 3), strict=True)
         }
         scenes.add_plane(material=principled(Base_Color=(1.0, 1.0, 1.0), **values)).location.z = i
-    materials = extract_scene(scenes.depsgraph()).materials
+    materials = scenes.extracted().materials
     diffuse, glass = materials.diffuse.value, materials.glass_transmission.value
     np.testing.assert_array_less(diffuse + glass + materials.f90.value, 2)
     metal = materials.f90.value - diffuse

@@ -180,6 +180,22 @@ def test_a_wrong_light_group_fails_with_a_sentence(capfd):
     assert "no light group 'Key'" in said and "Traceback" not in said
 
 
+@pytest.mark.parametrize(
+    ("name", "says"), [("missing.blend", "There is no file"), ("broken.blend", "cannot be opened by Blender")]
+)
+def test_a_named_file_that_is_not_open_is_not_replaced_by_blenders_own_scene(name, says, tmp_path, capfd, monkeypatch):
+    """Blender goes on with its factory scene where the file of its command line cannot be opened."""
+    (tmp_path / "broken.blend").write_text("no blend")
+    blender = ["blender", "-b", str(tmp_path / "other.blend"), str(tmp_path / name), "-y"]
+    monkeypatch.setattr("sys.argv", [*blender, "-c", "photon_bake", *QUICK])
+    report = tmp_path / "r.json"
+    assert run([*QUICK, "--save", "--report", str(report)]) == 1
+    assert says in (said := capfd.readouterr().err) and str(tmp_path / name) in said and len(said.splitlines()) == 1
+    assert json.loads(report.read_text())["status"] == "failed" and not has_light("Box")
+    monkeypatch.setattr("sys.argv", ["blender", "-b", "--python", "scene.py", "--command", "photon_bake", *QUICK])
+    assert run(QUICK) == 0
+
+
 @pytest.mark.parametrize("option", ["--save", "--report"])
 def test_an_unwritable_place_is_found_before_the_bake(tmp_path, option, capfd, monkeypatch):
     monkeypatch.setattr(BakeJob, "solve", lambda *_: pytest.fail("it baked"))
@@ -211,3 +227,89 @@ def test_a_failed_save_leaves_the_file_as_it_was(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr("photon_bake.addon.output.files.os.replace", lambda *_: (_ for _ in ()).throw(OSError("full")))
     assert run([*QUICK, "--save"]) == 1
     assert blend.read_bytes() == before and [p.name for p in tmp_path.iterdir()] == ["scene.blend"]
+
+
+@pytest.mark.parametrize("name", ["Table, round", " space ", "-dash"])
+def test_any_name_can_be_given(name):
+    cube = add_cube("Cube")
+    cube.name = name
+    assert run([*QUICK, f"--object={name}", "--object", "Floor"]) == 0
+    assert has_light(name) and has_light("Floor") and not has_light("Box")
+
+
+def test_a_name_with_a_comma_counts_as_it_is_where_there_is_such_an_object():
+    add_cube("Floor,Box")
+    assert run([*QUICK, "--objects", "Floor,Box"]) == 0
+    assert has_light("Floor,Box") and not has_light("Floor") and not has_light("Box")
+    assert run([*QUICK, "--objects", "Floor", "--objects", "Box", "--attribute", "Both"]) == 0
+    assert has_light("Floor", "Both") and has_light("Box", "Both")
+
+
+def test_strict_fails_and_writes_nothing(tmp_path, capfd):
+    report, saved = tmp_path / "r.json", tmp_path / "x.blend"
+    bpy.data.objects["Box"].modifiers.new("Bevel", "BEVEL")
+    arguments = [*QUICK, "--report", str(report), "--save", str(saved)]
+    assert run([*arguments, "--strict"]) == 1
+    read = json.loads(report.read_text())
+    assert read["status"] == "failed" and read["message"].startswith("Strict, so nothing was written")
+    assert not saved.exists() and not has_light("Floor")
+    assert run(arguments) == 0
+    read = json.loads(report.read_text())
+    assert dict(zip(read["warnings"], read["warning_kinds"], strict=True))[read["warnings"][0]] == "difference"
+    assert saved.exists() and "warning: " in capfd.readouterr().err
+
+
+def test_a_file_that_cannot_be_saved_in_the_end_is_kept_elsewhere(tmp_path, monkeypatch, capfd):
+    blend, report, refuge = tmp_path / "there" / "x.blend", tmp_path / "r.json", tmp_path / "refuge"
+    blend.parent.mkdir()
+    refuge.mkdir()
+
+    def replace(source, target, real=os.replace):
+        if target == blend:
+            raise OSError(28, "No space left on device")
+        real(source, target)
+
+    monkeypatch.setattr("photon_bake.addon.output.files.os.replace", replace)
+    monkeypatch.setattr("photon_bake.operators.command_line.mkdtemp", lambda prefix: str(refuge))
+    assert run([*QUICK, "--save", str(blend), "--report", str(report)]) == 1
+    read = json.loads(report.read_text())
+    assert read["status"] == "failed" and read["saved"] == str(refuge / "x.blend")
+    assert f"{blend} could not be saved (No space left on device)" in read["message"]
+    assert read["message"].startswith("Baked ") and read["message"] in capfd.readouterr().err
+    bpy.ops.wm.open_mainfile(filepath=str(refuge / "x.blend"))
+    assert has_light("Floor")
+
+
+def test_one_of_two_outputs_that_fails_is_said_and_the_rest_is_written(tmp_path, monkeypatch):
+    report, saved = tmp_path / "r.json", tmp_path / "x.blend"
+
+    def replace(source, target, real=os.replace):
+        if target.suffix == ".exr":
+            raise OSError(28, "No space left on device")
+        real(source, target)
+
+    monkeypatch.setattr("photon_bake.addon.output.files.os.replace", replace)
+    targets = ["--target", "lightmap", "--target", "vertex", "--density", "4", "--output", str(tmp_path)]
+    assert run([*QUICK, *targets, "--save", str(saved), "--report", str(report)]) == 1
+    read = json.loads(report.read_text())
+    assert read["status"] == "failed" and read["files"] == [] and read["saved"] == str(saved)
+    assert "cannot be written (No space left on device)" in read["message"]
+    assert has_light("Floor") and has_light("Box")
+
+
+def test_a_file_name_that_is_too_long_is_found_before_the_bake(tmp_path, capfd, monkeypatch):
+    monkeypatch.setattr(BakeJob, "solve", lambda *_: pytest.fail("it baked"))
+    assert run([*QUICK, "--save", str(tmp_path / ("x" * 250 + ".blend"))]) == 1
+    assert "too long for its folder" in capfd.readouterr().err
+
+
+def test_a_long_file_name_that_fits_is_written(tmp_path):
+    saved = tmp_path / ("ä" * 122 + "x.blend")
+    assert len(os.fsencode(saved.name)) == 251
+    assert run([*QUICK, "--save", str(saved)]) == 0
+    assert [path.name for path in tmp_path.iterdir()] == [saved.name]
+
+
+def test_a_time_that_cannot_hold_is_said(tmp_path, capfd):
+    assert run([*QUICK, "--time", "0.001"]) == 0
+    assert "instead of the 0.001 s" in capfd.readouterr().err

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import cycles_bake, extract_scene
+from photon_bake.addon.blender import cycles_bake
 from photon_bake.addon.blender.atlas import make_atlas
 from photon_bake.addon.blender.materials import DEFAULT_GREY
 from photon_bake.addon.blender.temporary import CyclesError
@@ -44,7 +44,7 @@ def near_corners(scene, inset=1e-3):
 
 
 def data_blocks():
-    kinds = ("meshes", "materials", "objects", "scenes", "images", "node_groups", "worlds", "collections")
+    kinds = ("meshes", "materials", "objects", "scenes", "images", "node_groups", "worlds", "collections", "shape_keys")
     return {kind: sorted(one.name_full for one in getattr(bpy.data, kind)) for kind in kinds}
 
 
@@ -66,7 +66,7 @@ def test_procedural_textures_as_cycles_sees_them(kind, coordinates):
     obj = tiles(material)
     obj.location, obj.rotation_euler = (1, 2, 3), (0.2, 0.4, 0.6)
     warnings = []
-    baked = near_corners(extract_scene(scenes.depsgraph(), warnings))
+    baked = near_corners(scenes.extracted(warnings))
     cycles = scenes.cycles_bake(obj, "COLOR", samples=16).reshape(-1, 4, 3)[:, :3]
     assert np.ptp(cycles) > 0.1
     assert np.abs(baked - cycles).mean() < 0.03
@@ -81,7 +81,7 @@ def test_checks_keep_their_edges():
     texture.inputs["Scale"].default_value = 8
     texture.inputs["Color1"].default_value = (0.7, 0.2, 0.1, 1)
     tiles(material)  # one a check
-    scene = extract_scene(scenes.depsgraph())
+    scene = scenes.extracted()
     u, v = np.random.default_rng(1).uniform(0.05, 0.45, (2, scene.n_triangles)).astype(np.float32)
     albedo = scene.albedo(np.arange(scene.n_triangles), u, v).reshape(8, 8, 2, 3)
     dark = (np.arange(8)[:, None] + np.arange(8)) % 2 == 0
@@ -94,9 +94,9 @@ def test_nothing_is_left_behind_and_nothing_else_changes():
     obj, other = tiles(material), scenes.add_cube("Other")
     other.select_set(True)
     bpy.context.view_layer.objects.active = other
-    depsgraph = scenes.depsgraph()
+    bpy.context.view_layer.update()
     before = data_blocks()
-    extract_scene(depsgraph)
+    scenes.extracted()
     assert data_blocks() == before
     assert bpy.context.view_layer.objects.active == other
     assert [one.name for one in bpy.context.selected_objects] == ["Other"]
@@ -112,15 +112,15 @@ def test_same_content_is_baked_once(monkeypatch):
         copy = first.copy()
         copy.location.x = 3 * i
         bpy.context.scene.collection.objects.link(copy)
-    scene = extract_scene(scenes.depsgraph())
+    scene = scenes.extracted()
     assert len(baked) == 1 and len(scene.materials) == 1
-    extract_scene(scenes.depsgraph())
+    scenes.extracted()
     assert len(baked) == 1
     texture.inputs["Scale"].default_value = 3
-    extract_scene(scenes.depsgraph())
+    scenes.extracted()
     assert len(baked) == 2
     first.data.vertices[0].co.z += 1
-    extract_scene(scenes.depsgraph())
+    scenes.extracted()
     assert len(baked) == 3
 
 
@@ -147,7 +147,7 @@ def test_image_sequences_are_baked_at_each_frame(tmp_path, monkeypatch):
     tiles(material)
     for frame, value in ((1, 0.25), (2, 0.75), (1, 0.25)):
         bpy.context.scene.frame_set(frame)
-        materials = extract_scene(scenes.depsgraph()).materials
+        materials = scenes.extracted().materials
         np.testing.assert_allclose(materials.diffuse.value, value, atol=1e-3)
     assert len(baked) == 2
 
@@ -159,7 +159,7 @@ def test_objects_that_a_material_tells_apart_are_baked_each(monkeypatch):
     second = first.copy()
     first.color, second.color = (1, 0, 0, 1), (0, 0, 1, 1)
     bpy.context.scene.collection.objects.link(second)
-    values = extract_scene(scenes.depsgraph()).materials.diffuse.value
+    values = scenes.extracted().materials.diffuse.value
     assert len(baked) == 2
     np.testing.assert_allclose(sorted(values.tolist()), [[0, 0, 1], [1, 0, 0]], atol=1e-5)
 
@@ -171,7 +171,7 @@ def test_custom_properties_of_objects():
     for value in ((0.3, 0.2, 0.1), (0.1, 0.2, 0.3)):
         obj["paint"] = value
         obj.update_tag()
-        materials = extract_scene(scenes.depsgraph()).materials
+        materials = scenes.extracted().materials
         np.testing.assert_allclose(materials.diffuse.value, [value], atol=1e-5)
 
 
@@ -187,7 +187,7 @@ def test_numbers_and_colours_of_one_material():
     obj.color = (0.5, 0.25, 0.125, 1)
     for name, value in (("Roughness", 0.3), ("Metallic", 1.0), ("Alpha", 0.5), ("Emission Strength", 7.0)):
         obj.data.attributes.new(name, "FLOAT", "POINT").data.foreach_set("value", np.full(81, value, np.float32))
-    materials = extract_scene(scenes.depsgraph()).materials
+    materials = scenes.extracted().materials
     np.testing.assert_allclose(materials.roughness.value[0], 0.3, atol=1e-3)
     np.testing.assert_allclose(materials.coverage.value[0], 0.5, atol=1e-3)
     np.testing.assert_allclose(materials.f0.value[0], [0.5, 0.25, 0.125], atol=1e-3)
@@ -202,7 +202,7 @@ def test_colour_attribute():
     paint = obj.data.color_attributes.new("Paint", "FLOAT_COLOR", "POINT")
     colors = np.random.default_rng(1).uniform(0.2, 0.8, (81, 4)).astype(np.float32)
     paint.data.foreach_set("color", colors.ravel())
-    baked = near_corners(extract_scene(scenes.depsgraph()))
+    baked = near_corners(scenes.extracted())
     corners = np.array([face.vertices[:3] for face in obj.data.polygons])
     assert np.abs(baked - colors[corners][..., :3]).mean() < 0.02
 
@@ -226,7 +226,7 @@ def test_nested_groups():
     tree.links.new(group.outputs[0], output.inputs["Surface"])
     obj = tiles(material)
     before = data_blocks()
-    baked = near_corners(extract_scene(scenes.depsgraph()))
+    baked = near_corners(scenes.extracted())
     assert data_blocks() == before
     cycles = scenes.cycles_bake(obj, "COLOR", samples=16).reshape(-1, 4, 3)[:, :3]
     assert np.abs(baked - cycles).mean() < 0.01
@@ -237,12 +237,36 @@ def test_evaluated_meshes(modifier):
     """Generated coordinates of a mesh with modifiers go by the texture space that it has without."""
     material, _, _ = procedural("ShaderNodeTexGradient")
     tiles(material, 4).modifiers.new("M", modifier)
-    scene = extract_scene(scenes.depsgraph())
+    scene = scenes.extracted()
     triangle, third = np.arange(scene.n_triangles), np.full(scene.n_triangles, 1 / 3, np.float32)
     generated = (scene.points(triangle, third, third)[:, :1] + 1) / 2
     flat = np.abs(scene.normals[:, 2]) > 0.5  # not the thin rims
     expected = np.broadcast_to(np.clip(generated, 0, 1), (scene.n_triangles, 3))
     np.testing.assert_allclose(scene.albedo(triangle, third, third)[flat], expected[flat], atol=0.01)
+
+
+@pytest.mark.parametrize("modifier", ["", "SUBSURF", "ARMATURE"])
+def test_shape_keys(modifier, tmp_path):
+    """The mesh is baked in its shape; no key stays behind, which would keep the file from being saved."""
+    material, _, _ = procedural("ShaderNodeTexGradient")
+    node = material.node_tree.nodes.new("ShaderNodeTexCoord")
+    material.node_tree.links.new(node.outputs["Object"], material.node_tree.nodes["Gradient Texture"].inputs["Vector"])
+    obj = tiles(material, 4)
+    obj.shape_key_add(name="Basis")
+    key = obj.shape_key_add(name="Aside")
+    for point in key.data:
+        point.co.x = point.co.x / 4 + 0.5
+    key.value = 1
+    if modifier:
+        obj.modifiers.new("M", modifier)
+    before = data_blocks()
+    scene = scenes.extracted()
+    assert data_blocks() == before
+    triangle, third = np.arange(scene.n_triangles), np.full(scene.n_triangles, 1 / 3, np.float32)
+    x = scene.points(triangle, third, third)[:, :1]
+    assert 0.2 < x.min() < 0.35 and 0.65 < x.max() < 0.8
+    np.testing.assert_allclose(scene.albedo(triangle, third, third), np.repeat(x, 3, axis=1), atol=0.01)
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"), copy=True)
 
 
 def test_curves_and_instances(monkeypatch):
@@ -262,7 +286,7 @@ def test_curves_and_instances(monkeypatch):
         empty.instance_type, empty.instance_collection, empty.location.x = "COLLECTION", collection, 5 * x
         bpy.context.scene.collection.objects.link(empty)
     before = data_blocks()
-    scene = extract_scene(scenes.depsgraph())
+    scene = scenes.extracted()
     assert data_blocks() == before
     assert len(baked) == 1 and len(scene.objects.names) == 2
     triangle, third = np.arange(scene.n_triangles), np.full(scene.n_triangles, 1 / 3, np.float32)
@@ -281,9 +305,9 @@ def test_what_depends_on_the_ray_is_constant():
     tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[2])
     tree.links.new(mix.outputs[0], surface.inputs["Base Color"])
     tiles(material)
-    np.testing.assert_allclose(extract_scene(scenes.depsgraph()).materials.diffuse.value, 0)
+    np.testing.assert_allclose(scenes.extracted().materials.diffuse.value, 0)
     tree.links.new(path.outputs["Is Diffuse Ray"], mix.inputs[2])
-    materials = extract_scene(scenes.depsgraph()).materials
+    materials = scenes.extracted().materials
     assert materials.textures.pixels.mean() == pytest.approx(0.5, abs=0.1)
 
 
@@ -294,7 +318,7 @@ def test_faces_of_each_slot():
     obj = tiles(red)
     obj.data.materials.append(material)
     obj.data.polygons.foreach_set("material_index", np.arange(64, dtype=np.int32) % 2)
-    baked = near_corners(extract_scene(scenes.depsgraph()))
+    baked = near_corners(scenes.extracted())
     cycles = scenes.cycles_bake(obj, "COLOR", samples=16).reshape(-1, 4, 3)[:, :3]
     np.testing.assert_allclose(baked[::2], np.broadcast_to([1, 0, 0], (32, 3, 3)), atol=1e-6)
     assert np.abs(baked - cycles).mean() < 0.03
@@ -310,7 +334,7 @@ def test_failing_bake_warns_and_takes_the_sockets_own_value(monkeypatch):
     monkeypatch.setattr(cycles_bake, "_bake", fail)
     warnings = []
     before = data_blocks()
-    materials = extract_scene(scenes.depsgraph(), warnings).materials
+    materials = scenes.extracted(warnings).materials
     np.testing.assert_allclose(materials.diffuse.value, DEFAULT_GREY, atol=1e-6)
     assert len(warnings) == 1 and "'Wall'" in warnings[0] and "no Cycles here" in warnings[0]
     assert data_blocks() == before

@@ -3,13 +3,12 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import extract_scene
 from photon_bake.addon.errors import BakeError
 from photon_bake.tests.host import scenes
 
 
 def extract():
-    return extract_scene(scenes.depsgraph())
+    return scenes.extracted()
 
 
 def outward(scene):
@@ -105,49 +104,6 @@ def test_hidden_from_renders():
     assert len(scene.lights) == 0
 
 
-def test_hidden_in_the_viewport_is_named_in_a_warning():
-    scenes.add_cube("Seen")
-    scenes.add_cube("Monitor").hide_viewport = True
-    eye = scenes.add_cube("Eye")
-    bpy.context.view_layer.update()
-    eye.hide_set(True)
-    warnings = []
-    scene = extract_scene(scenes.depsgraph(), warnings)
-    assert scene.objects.names == ("Seen",)
-    assert len(warnings) == 1
-    assert "'Monitor'" in warnings[0]
-    assert "'Eye'" in warnings[0]
-
-
-def test_modifiers_that_differ_in_renders_are_named_in_a_warning():
-    obj = scenes.add_cube("Shape")
-    obj.modifiers.new("Same", "SUBSURF").render_levels = 1
-    obj.modifiers.new("Finer", "SUBSURF").render_levels = 2
-    obj.modifiers.new("Off", "ARRAY").show_viewport = False
-    never = obj.modifiers.new("Never", "SUBSURF")
-    never.show_viewport = never.show_render = False
-    scenes.add_cube("Hidden").modifiers.new("Array", "ARRAY").show_render = False
-    bpy.data.objects["Hidden"].hide_render = True
-    warnings = []
-    extract_scene(scenes.depsgraph(), warnings)
-    assert warnings == [
-        "2 modifier(s) differ in renders and were baked as the viewport shows them ('Finer' of 'Shape', 'Off' of "
-        "'Shape'): give them the same visibility, levels and amounts in both."
-    ]
-
-
-@pytest.mark.parametrize(("levels", "render_levels", "n"), [(1, 1, 0), (0, 6, 1)])
-def test_levels_count_as_the_scene_simplifies_them(levels, render_levels, n):
-    modifier = scenes.add_cube().modifiers.new("Subdivision", "SUBSURF")
-    modifier.levels, modifier.render_levels = 2, 3
-    render = bpy.context.scene.render
-    render.use_simplify = True
-    render.simplify_subdivision, render.simplify_subdivision_render = levels, render_levels
-    warnings = []
-    extract_scene(scenes.depsgraph(), warnings)
-    assert len(warnings) == n
-
-
 def fur(obj, render_type="PATH"):
     """A particle system of hair; returns its settings."""
     obj.modifiers.new("Fur", "PARTICLE_SYSTEM")
@@ -169,20 +125,10 @@ def test_hair_points_and_volumes_are_named_in_a_warning():
     fur(scenes.add_cube("Shaved"))
     bpy.data.objects["Shaved"].modifiers[0].show_viewport = bpy.data.objects["Shaved"].modifiers[0].show_render = False
     warnings = []
-    extract_scene(scenes.depsgraph(), warnings)
+    scenes.extracted(warnings)
     assert len(warnings) == 1
     assert warnings[0].startswith("5 object(s) have hair, points or a volume that is not baked (")
     assert all(f"'{name}'" in warnings[0] for name in ("Lawn", "Dust", "Smoke", "Made", "Bear"))
-
-
-def test_particles_that_the_viewport_thins_out_are_named_in_a_warning():
-    leaf = scenes.add_plane("Leaf")
-    particles = fur(scenes.add_cube("Tree"), "OBJECT")
-    particles.instance_object, particles.display_percentage = leaf, 10
-    warnings = []
-    extract_scene(scenes.depsgraph(), warnings)
-    assert len(warnings) == 1
-    assert "'Fur' of 'Tree'" in warnings[0]
 
 
 def test_ray_visibility():
@@ -229,14 +175,6 @@ def test_mesh_without_faces():
 def test_coordinates_that_are_not_finite(bad):
     scenes.spoil(scenes.add_cube("Broken"), bad)
     with pytest.raises(BakeError, match=r"'Broken'.*finite"):
-        extract()
-
-
-def test_edit_mode():
-    obj = scenes.add_cube("Edited")
-    bpy.context.view_layer.objects.active = obj
-    bpy.ops.object.mode_set(mode="EDIT")
-    with pytest.raises(BakeError, match="'Edited' is in edit mode"):
         extract()
 
 

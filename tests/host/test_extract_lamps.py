@@ -5,7 +5,6 @@ from math import cos, pi, radians
 
 import numpy as np
 import pytest
-from photon_bake.addon.blender import extract_scene
 from photon_bake.addon.blender.lamps import in_light_group
 from photon_bake.addon.blender.light_links import link_lights
 from photon_bake.addon.blender.warn import Warnings
@@ -36,7 +35,7 @@ def radiant(scene):
 def compare(kind, location, samples=32, **options):
     floor = scenes.add_plane("Floor", 1e-3, material=scenes.add_material(node="ShaderNodeBsdfDiffuse")[0])
     lamp = scenes.add_lamp(kind, location=location, **options)
-    scene = extract_scene(scenes.depsgraph())
+    scene = scenes.extracted()
     cycles = scenes.cycles_bake(floor, "DIRECT", samples).mean(0)
     assert cycles.max() > 0
     np.testing.assert_allclose(radiant(scene), cycles, rtol=4e-3)
@@ -84,7 +83,7 @@ def test_a_lamp_s_nodes_multiply_its_power():
     emission.inputs["Strength"].default_value = 2
     emission.inputs["Color"].default_value = (1, 0.5, 0, 1)
     floor = scenes.add_plane("Floor", 1e-3, material=scenes.add_material(node="ShaderNodeBsdfDiffuse")[0])
-    scene = extract_scene(scenes.depsgraph())
+    scene = scenes.extracted()
     cycles = scenes.cycles_bake(floor, "DIRECT", 32).mean(0)
     np.testing.assert_allclose(radiant(scene), cycles, rtol=4e-3, atol=1e-6)
 
@@ -100,7 +99,7 @@ def test_a_blackbody_in_a_lamp_s_nodes():
     light.node_tree.links.new(body.outputs[0], emission.inputs["Color"])
     floor = scenes.add_plane("Floor", 1e-3, material=scenes.add_material(node="ShaderNodeBsdfDiffuse")[0])
     warnings = []
-    scene = extract_scene(scenes.depsgraph(), warnings)
+    scene = scenes.extracted(warnings)
     cycles = scenes.cycles_bake(floor, "DIRECT", 32).mean(0)
     np.testing.assert_allclose(radiant(scene), cycles, rtol=4e-3)
     assert not warnings and len(scenes.bpy.data.lights) == 1
@@ -121,7 +120,7 @@ def add_places(size=2e-3):
 def compare_at_places(samples=1024):
     """Direct light at all PLACES as we sample it, against Cycles: within 1.5 % and four standard errors."""
     places = add_places()
-    scene = linked(extract_scene(scenes.depsgraph()))
+    scene = linked(scenes.extracted())
     direct = DirectLight(
         scene, LightTracer(scene, EmbreeTracer(scene)), light_sources(scene, Sphere(np.zeros(3, np.float32), 4.0))
     )
@@ -229,14 +228,14 @@ def test_collections_in_linked_collections():
     outer.collection_children[0].light_linking.link_state = "EXCLUDE"
     lamp = scenes.add_lamp("POINT")
     lamp.light_linking.receiver_collection = outer
-    lights = linked(extract_scene(scenes.depsgraph())).lights
+    lights = linked(scenes.extracted()).lights
     assert lights.illuminates.tolist() == [[False, False, True]]
 
 
 def test_instances_are_linked_by_what_instances_them():
     cube, instancer = scenes.add_cube("Cube"), scenes.bpy.data.objects.new("Instancer", None)
     lamp = scenes.add_lamp("POINT")
-    scene = extract_scene(scenes.depsgraph())
+    scene = scenes.extracted()
     scene = replace(scene, objects=SceneObjects.seen_by_all(("Cube", "Cube")))
     placed = [(cube, None), (cube, instancer)]
     lamp.light_linking.receiver_collection = collection_of(included=[cube])
@@ -258,7 +257,7 @@ def test_light_groups():
 def test_frame_of_a_rotated_lamp():
     lamp = scenes.add_lamp("AREA", location=(1, 2, 3), shape="RECTANGLE", size=2, size_y=1, scale=(1, 3, 1))
     lamp.rotation_euler = (radians(90), 0, 0)  # shines along +y
-    lights = extract_scene(scenes.depsgraph()).lights
+    lights = scenes.extracted().lights
     np.testing.assert_allclose(lights.position, [[1, 2, 3]])
     np.testing.assert_allclose(lights.direction, [[0, 1, 0]], atol=1e-6)
     np.testing.assert_allclose(lights.axis_x, [[1, 0, 0]], atol=1e-6)
@@ -270,7 +269,7 @@ def test_frame_of_a_rotated_lamp():
 def test_sun_at_an_angle():
     floor = scenes.add_plane("Floor", 1e-3, material=scenes.add_material(node="ShaderNodeBsdfDiffuse")[0])
     scenes.add_lamp("SUN", energy=2, angle=0).rotation_euler = (radians(60), 0, 0)
-    lights = extract_scene(scenes.depsgraph()).lights
+    lights = scenes.extracted().lights
     expected = lights.emission[0, 0] * -lights.direction[0, 2] / pi
     assert expected == pytest.approx(2 * cos(radians(60)) / pi, rel=1e-5)
     assert scenes.cycles_bake(floor, "DIRECT", 4).mean() == pytest.approx(expected, rel=1e-3)
@@ -279,7 +278,7 @@ def test_sun_at_an_angle():
 def test_what_diffuse_surfaces_do_not_see():
     scenes.add_lamp("POINT").visible_diffuse = False
     scenes.add_lamp("AREA").data.cycles.is_portal = True
-    assert len(extract_scene(scenes.depsgraph()).lights) == 0
+    assert len(scenes.extracted().lights) == 0
 
 
 def test_lamps_whose_nodes_cannot_be_read_are_named():
@@ -290,7 +289,7 @@ def test_lamps_whose_nodes_cannot_be_read_are_named():
     noise = light.node_tree.nodes.new("ShaderNodeTexNoise")
     light.node_tree.links.new(noise.outputs[0], emission.inputs["Strength"])
     warnings = []
-    extract_scene(scenes.depsgraph(), warnings)
+    scenes.extracted(warnings)
     assert len(warnings) == 1 and "'Gobo'" in warnings[0]
 
 
@@ -300,6 +299,6 @@ def test_emissive_objects_that_are_linked_are_named():
     glow.light_linking.receiver_collection = collection_of(included=[glow])
     assert emission
     warnings = []
-    scene = extract_scene(scenes.depsgraph())
+    scene = scenes.extracted()
     link_lights(scene, [], [(glow, None)], Warnings(warnings))
     assert len(warnings) == 1 and "'Glow'" in warnings[0]

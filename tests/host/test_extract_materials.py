@@ -3,9 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import extract_scene
-from photon_bake.addon.blender.images import MAX_SIDE, _reduce
-from photon_bake.addon.errors import BakeError
+from photon_bake.addon.blender.texels import MAX_SIDE, StoredImage
 from photon_bake.tests.host import scenes
 
 CHECK = np.random.default_rng(3).uniform(0.1, 1, (2, 2, 4))
@@ -13,7 +11,7 @@ CHECK[..., 3] = 1
 
 
 def extract(warnings=None):
-    return extract_scene(scenes.depsgraph(), warnings)
+    return scenes.extracted(warnings)
 
 
 def quads(obj_material, n=4):
@@ -141,6 +139,33 @@ def test_slots_of_faces_and_of_objects():
     assert set(extract().materials.names) == {"Red", "Blue"}
 
 
+@pytest.mark.parametrize("procedural", [False, True])
+def test_local_and_linked_materials_of_one_name(tmp_path, procedural):
+    def paint(color):
+        material, surface = scenes.add_material("Paint", "ShaderNodeBsdfDiffuse")
+        rgb = material.node_tree.nodes.new("ShaderNodeRGB")
+        rgb.outputs[0].default_value = color
+        if procedural:  # one colour, but only Cycles knows
+            noise = material.node_tree.nodes.new("ShaderNodeTexNoise")
+            noise.inputs["Detail"].default_value = 0
+            mix = material.node_tree.nodes.new("ShaderNodeMixRGB")
+            mix.inputs[0].default_value = 1
+            material.node_tree.links.new(noise.outputs[0], mix.inputs[1])
+            material.node_tree.links.new(rgb.outputs[0], mix.inputs[2])
+            rgb = mix
+        material.node_tree.links.new(rgb.outputs[0], surface.inputs["Color"])
+        return material
+
+    path = str(tmp_path / "library.blend")
+    bpy.data.libraries.write(path, {paint((0.1, 0.2, 0.7, 1))})
+    bpy.data.materials.remove(bpy.data.materials["Paint"])
+    with bpy.data.libraries.load(path, link=True) as (_, here):
+        here.materials = ["Paint"]
+    scenes.add_cube("Linked", material=here.materials[0])
+    scenes.add_cube("Local", material=paint((0.8, 0.3, 0.1, 1)))
+    np.testing.assert_allclose(albedo_of_faces(extract())[[0, -1]], [[0.1, 0.2, 0.7], [0.8, 0.3, 0.1]], atol=1e-4)
+
+
 def test_emission():
     emitter, node = scenes.add_material("Emitter", "ShaderNodeEmission")
     node.inputs["Color"].default_value, node.inputs["Strength"].default_value = (1, 0.5, 0.25, 1), 4
@@ -217,19 +242,6 @@ def test_material_override():
     assert extract().materials.names == ("Red",)
 
 
-def test_missing_image_file(tmp_path):
-    material, surface = scenes.add_material("Wall")
-    node = material.node_tree.nodes.new("ShaderNodeTexImage")
-    node.image = bpy.data.images.new("Bricks", 4, 4)
-    node.image.source, node.image.filepath = "FILE", str(tmp_path / "bricks.png")
-    material.node_tree.links.new(node.outputs["Color"], surface.inputs["Base Color"])
-    cube = scenes.add_cube(material=material)
-    with pytest.raises(BakeError, match=r"'Bricks'.*'Wall'.*bricks\.png"):
-        extract()
-    cube.data.materials.clear()
-    extract()  # a material that nothing uses is not read
-
-
 def test_image_file_is_read_and_its_memory_given_back(tmp_path):
     material, surface = scenes.add_material("Wall", "ShaderNodeBsdfDiffuse")
     node = scenes.add_image_node(material, surface.inputs["Color"], CHECK)
@@ -242,9 +254,9 @@ def test_image_file_is_read_and_its_memory_given_back(tmp_path):
 
 
 def test_reduction_keeps_the_mean():
-    picture = np.random.default_rng(5).uniform(0, 1, (3, 2 * MAX_SIDE + 2 * 37, 3)).astype(np.float32)
-    reduced = _reduce(picture)
-    assert reduced.shape == (3, MAX_SIDE, 3)
+    picture = np.random.default_rng(5).uniform(0, 1, (3, 2 * MAX_SIDE + 2 * 37, 4)).astype(np.float32)
+    reduced = StoredImage(picture, False, False).shown("Closest", "REPEAT")
+    assert reduced.shape == (3, MAX_SIDE, 4)
     np.testing.assert_allclose(reduced.mean((0, 1)), picture.mean((0, 1)), rtol=5e-3)
 
 
@@ -256,6 +268,18 @@ def test_world():
     np.testing.assert_allclose(world, [1, 0.5, 0.25])
     # E/π under an unhidden sky of radiance L is L.
     np.testing.assert_allclose(scenes.cycles_bake(floor, "DIRECT", 256).mean(0), world, rtol=0.02)
+
+
+def test_negative_world():
+    """It takes light away, as in Cycles: of a lamp's, here."""
+    background = scenes.set_world((0.5, 0.25, 0.125), -0.2)
+    np.testing.assert_allclose(extract().world.color, [-0.1, -0.05, -0.025])
+    tree = bpy.context.scene.world.node_tree
+    gradient = tree.nodes.new("ShaderNodeTexGradient")
+    tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"], gradient.inputs["Vector"])
+    tree.links.new(gradient.outputs["Color"], background.inputs["Color"])
+    picture = extract().world.image
+    assert picture.max() <= 0 and picture.min() < -0.19
 
 
 def test_world_that_diffuse_rays_do_not_see():

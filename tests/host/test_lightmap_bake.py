@@ -2,11 +2,13 @@
 
 import json
 import os
+import shutil
 from dataclasses import replace
 
 import bpy
 import numpy as np
 import pytest
+from photon_bake.addon.camera_settings import CameraSettings
 from photon_bake.addon.errors import BakeError, Cancelled
 from photon_bake.addon.gather import Irradiance
 from photon_bake.addon.lightmap_settings import LightmapSettings
@@ -14,12 +16,14 @@ from photon_bake.addon.output.lightmap import FileFormat
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.tracers.embree import EmbreeTracer
-from photon_bake.addon.ui.state import LIGHTMAP_SHARES, STAGE_SHARES, bake_state, share_done
+from photon_bake.addon.ui.state import CAMERA_SHARES, LIGHTMAP_SHARES, STAGE_SHARES, bake_state, share_done
 from photon_bake.operators.bake_job import BakeJob
+from photon_bake.operators.camera_target import WantedCamera
 from photon_bake.operators.command_line import run
 from photon_bake.operators.lightmap_target import WantedLightmaps
 from photon_bake.operators.vertex_target import WantedVertices
 
+from .camera_scenes import add_camera
 from .lightmap_scenes import QUICK, add_room, bake, pixels_of, prepare, uv_of
 from .scenes import add_cube, add_plane
 
@@ -92,8 +96,8 @@ def test_interpolated_light_is_not_filtered_by_itself(tmp_path):
     noisy = np.random.default_rng(0).uniform(1, 2, (n, 3)).astype(np.float32)
 
     def finished(denoiser, n_records):
-        counts = {"gather_points": n_records}
-        light = Irradiance(noisy, np.full(n, 0.3, np.float32), {"indirect": noisy}, counts)
+        passes, gathered = {"indirect": noisy}, np.arange(n) < n_records
+        light = Irradiance(noisy, np.full(n, 0.3, np.float32), passes, {}, gathered=gathered)
         of = replace(points.target, settings=replace(points.target.settings, denoiser=denoiser))
         return replace(points, target=of).finish(light, Workers()).images[0]
 
@@ -154,41 +158,80 @@ def test_a_cancelled_bake_changes_nothing(tmp_path):
     assert state() == before and not (tmp_path / "maps").exists()
 
 
-def test_a_mesh_edited_meanwhile_is_refused(tmp_path):
+def test_a_mesh_edited_meanwhile_is_left_out_alone(tmp_path):
     bake(tmp_path)
-    old = (tmp_path / "scene_Floor_indirect.exr").read_bytes()
+    old = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     job = prepare(tmp_path, density=8.0)
     solved = job.solve(QUICK, Progress())
-    mesh = bpy.data.objects["Floor"].data
-    mesh.loops.add(3)
-    with pytest.raises(BakeError, match="'Floor' was changed during the bake"):
-        job.write(solved, Progress())
-    assert (tmp_path / "scene_Floor_indirect.exr").read_bytes() == old
+    bpy.data.objects["Floor"].data.loops.add(3)
+    written = job.write(solved, Progress())
+    assert [path.name for path in written.files] == ["scene_Box_indirect.exr"]
+    (warning,) = job.warnings
+    assert "'Floor' got no light, since its mesh was changed" in warning
+    assert (tmp_path / "scene_Floor_indirect.exr").read_bytes() == old["scene_Floor_indirect.exr"]
+    assert (tmp_path / "scene_Box_indirect.exr").read_bytes() != old["scene_Box_indirect.exr"]
+
+
+def test_renamed_objects_and_meshes_get_their_lightmaps(tmp_path):
+    job = prepare(tmp_path, density=4.0)
+    solved = job.solve(QUICK, Progress())
+    floor = bpy.data.objects["Floor"]
+    floor.name, floor.data.name = "Ground", "Ground"
+    job.write(solved, Progress())
+    assert job.warnings == [] and "Lightmap" in floor.data.uv_layers and "lightmap_image" in floor
+
+
+def test_edit_mode_entered_meanwhile_is_come_back_to(tmp_path):
+    job = prepare(tmp_path, density=4.0)
+    solved = job.solve(QUICK, Progress())
+    floor = bpy.data.objects["Floor"]
+    bpy.context.view_layer.objects.active = floor
+    bpy.ops.object.mode_set(mode="EDIT")
+    job.write(solved, Progress())
+    assert floor.mode == "EDIT" and job.warnings == []
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert "Lightmap" in floor.data.uv_layers and "lightmap_image" in floor
+
+
+def full_disk(monkeypatch, of):
+    """A disk that has no room for files whose name has some word in it."""
+
+    def replace(source, target, real=os.replace):
+        if of in str(target):
+            raise OSError(28, "No space left on device")
+        real(source, target)
+
+    monkeypatch.setattr("photon_bake.addon.output.files.os.replace", replace)
 
 
 def test_a_full_disk_leaves_the_old_images(tmp_path, monkeypatch):
     bake(tmp_path)
     old = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     job = prepare(tmp_path, density=8.0)
-    solved, before, written = job.solve(QUICK, Progress()), state(), []
-
-    def replace(source, target, real=os.replace):
-        written.append(target)
-        if len(written) > 1:
-            raise OSError(28, "No space left on device")
-        real(source, target)
-
-    monkeypatch.setattr("photon_bake.addon.output.files.os.replace", replace)
+    solved, before = job.solve(QUICK, Progress()), state()
+    full_disk(monkeypatch, "indirect")
     with pytest.raises(BakeError, match="No space left") as error:
         job.write(solved, Progress())
     assert "\n" not in str(error.value) and state() == before
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == old
 
 
-def test_an_image_open_elsewhere_leaves_all_as_they_were(tmp_path, monkeypatch):
+def test_what_a_full_disk_has_room_for_is_written(tmp_path, monkeypatch):
+    job = prepare(tmp_path, density=4.0)
+    solved = job.solve(QUICK, Progress())
+    full_disk(monkeypatch, "Floor")
+    written = job.write(solved, Progress())
+    assert [path.name for path in written.files] == ["scene_Box_indirect.exr"]
+    (failure,) = written.failures
+    assert f"{tmp_path / 'scene_Floor_indirect.exr'} cannot be written (No space left on device)" in failure
+    assert "lightmap_image" in bpy.data.objects["Box"] and "lightmap_image" not in bpy.data.objects["Floor"]
+    assert [path.name for path in tmp_path.iterdir()] == ["scene_Box_indirect.exr"]
+
+
+def test_an_image_open_elsewhere_stays_as_it_was(tmp_path, monkeypatch):
     """Windows refuses to open such a file for writing."""
     bake(tmp_path)
-    old = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    old = (tmp_path / "scene_Floor_indirect.exr").read_bytes()
     job = prepare(tmp_path, density=8.0)
     solved = job.solve(QUICK, Progress())
 
@@ -200,10 +243,10 @@ def test_an_image_open_elsewhere_leaves_all_as_they_were(tmp_path, monkeypatch):
         return real(path, mode, *rest)
 
     monkeypatch.setattr(type(tmp_path), "open", in_use)
-    with pytest.raises(BakeError, match=r"Floor.*cannot be written"):
-        job.write(solved, Progress())
+    (failure,) = job.write(solved, Progress()).failures
     monkeypatch.undo()
-    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == old
+    assert "scene_Floor_indirect.exr cannot be written (The file is being used" in failure
+    assert (tmp_path / "scene_Floor_indirect.exr").read_bytes() == old
 
 
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root may write anywhere")
@@ -281,6 +324,25 @@ def test_the_progress_bar_knows_the_stages_of_lightmaps(tmp_path):
     assert set(LIGHTMAP_SHARES) <= set(shown) and done == sorted(done)
 
 
+def test_the_progress_of_several_targets_never_falls(tmp_path):
+    """Of targets that both are denoised, and lightmaps that are looked around more than once."""
+    bpy.context.scene.render.resolution_x, bpy.context.scene.render.resolution_y = 24, 16
+    add_camera(bpy.context.scene, (0, -8, 2))
+    shown, done, shares = {}, [], STAGE_SHARES["final"] | LIGHTMAP_SHARES | CAMERA_SHARES
+    assert len(shares) == len(STAGE_SHARES["final"]) + len(LIGHTMAP_SHARES) + len(CAMERA_SHARES)
+
+    def listen(stage, fraction):
+        assert fraction >= shown.get(stage, 0) or stage not in shares, stage
+        shown[stage] = fraction
+        done.append(share_done(shares, shown))
+
+    progress = Progress(listen)
+    settings = LightmapSettings(density=4.0, denoiser="own")
+    wanted = WantedLightmaps(settings, tmp_path, "scene"), WantedCamera(CameraSettings(), tmp_path), WantedVertices()
+    BakeJob.prepare(bpy.context, wanted, progress).solve(QUICK, progress)
+    assert {"Denoising", "Denoising the pass"} <= set(shown) and done == sorted(done)
+
+
 def test_the_command_bakes_both_targets(tmp_path, capfd):
     maps, report, sheet = tmp_path / "maps", tmp_path / "r.json", tmp_path / "sheet.png"
     options = ["--target", "vertex", "--output", str(maps), "--preview", str(sheet), "--report", str(report)]
@@ -299,3 +361,21 @@ def test_the_command_names_the_object_that_cannot_have_a_lightmap(tmp_path, capf
     assert run([*COMMAND, "--output", str(tmp_path), "--uv", "UVMap"]) == 1
     said = capfd.readouterr().err
     assert "'Box' has no UV map 'UVMap'" in said and "Traceback" not in said and not list(tmp_path.iterdir())
+
+
+def test_a_name_that_is_too_long_is_found_before_the_bake(tmp_path):
+    bpy.data.objects["Box"].name = "B" * 63
+    job = prepare(tmp_path / ("d" * 200), density=4.0)
+    job.write(job.solve(QUICK, Progress()), Progress())
+    wanted = WantedLightmaps(LightmapSettings(density=4.0), tmp_path, "s" * 180)
+    with pytest.raises(BakeError, match=r"too long for its folder, which takes 255 bytes: shorten it\."):
+        BakeJob.prepare(bpy.context, [wanted], Progress())
+
+
+def test_too_little_room_is_found_before_the_bake(tmp_path, monkeypatch):
+    job = prepare(tmp_path, density=4.0)
+    job.check_space()
+    usage = shutil.disk_usage(tmp_path)._replace(free=1000)
+    monkeypatch.setattr("photon_bake.addon.output.files.shutil.disk_usage", lambda _: usage)
+    with pytest.raises(BakeError, match=r"has 0 MB free, and up to .* MB would be written: make room"):
+        job.check_space()

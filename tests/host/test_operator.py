@@ -6,16 +6,18 @@ from dataclasses import fields
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.errors import BakeError, Cancelled
+from photon_bake.addon.errors import BakeError, Cancelled, kind_of
 from photon_bake.addon.inspector import Inspector
+from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.settings import CHOICES, BakeSettings, settings_for
 from photon_bake.addon.ui.state import STAGE_SHARES, bake_state, share_done
 from photon_bake.operators.bake_indirect import Solver
 from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.vertex_target import WantedVertices
+from photon_bake.operators.lightmap_target import WantedLightmaps
+from photon_bake.operators.vertex_target import VertexPoints, WantedVertices
 
-from .scenes import add_cube, add_lamp, add_plane
+from .scenes import add_cube, add_lamp, add_material, add_plane
 
 GATHERS = [gather for gather in CHOICES["gather"] if gather != "photon_volumes"]  # which is a camera's alone
 
@@ -140,6 +142,34 @@ def test_a_cancelled_bake_changes_nothing(room, monkeypatch):
     assert light_of("Box") is None and not bake_state.running and not bake_state.error
 
 
+def test_reading_can_be_cancelled_at_any_time(room, tmp_path):
+    """Many instances, many meshes, materials: each is a step after which the reading may be told to stop."""
+    data = bpy.data.objects["Box"].data
+    for i in range(300):
+        bpy.context.scene.collection.objects.link(bpy.data.objects.new(f"Box {i}", data))
+    for i in range(5):
+        add_plane(f"Plane {i}", material=add_material(f"Material {i}")[0])
+    asked = []
+
+    class CancelsAfter(Progress):
+        def check(self):
+            asked.append(1)
+            if len(asked) > times:
+                self.cancel()
+            super().check()
+
+    wanted, names = [WantedLightmaps(LightmapSettings(density=1.0), tmp_path, "scene"), WantedVertices()], ["Floor"]
+    names += [f"Plane {i}" for i in range(5)]
+    times = 10_000
+    BakeJob.prepare(bpy.context, wanted, CancelsAfter(), names)
+    assert len(asked) > 25
+    for times in range(0, len(asked), 3):
+        asked.clear()
+        with pytest.raises(Cancelled):
+            BakeJob.prepare(bpy.context, wanted, CancelsAfter(), names)
+        assert len(asked) == times + 1
+
+
 def test_a_fault_of_ours_is_told_and_leaves_nothing_running(room, monkeypatch, capfd):
     def solve(self, settings, progress, inspector):
         raise ZeroDivisionError("by zero")
@@ -179,14 +209,111 @@ def test_a_thread_solves_and_can_be_stopped(room):
         stopped.solved()
 
 
-def test_a_mesh_edited_meanwhile_is_refused(room):
+def test_all_of_a_bake_keeps_to_the_memory(room, monkeypatch):
+    given = []
+
+    def finish(points, irradiance, workers):
+        given.append(workers.memory)
+
+    monkeypatch.setattr(VertexPoints, "finish", finish)
+    room.memory = 321
+    bake = BakeJob.prepare(bpy.context, [WantedVertices()], Progress())
+    bake.solve(room.settings(), Progress())
+    assert given == [321]
+
+
+def test_a_mesh_edited_meanwhile_is_left_out_alone(room):
     progress = Progress()
     bake = BakeJob.prepare(bpy.context, [WantedVertices()], progress)
     light = bake.solve(room.settings(), progress)
     bpy.data.objects["Floor"].data.vertices.add(1)
-    with pytest.raises(BakeError, match="Floor"):
-        bake.write(light, progress)
-    assert light_of("Box") is None
+    bpy.data.objects["Lamp"].location.x += 1
+    bpy.context.view_layer.update()
+    assert bake.write(light, progress).failures == []
+    assert light_of("Floor") is None and light_of("Box")[:, :3].max() > 0
+    moved, changed = (warning for warning in bake.warnings if kind_of(warning) == "difference")
+    assert "'Floor' got no light, since its mesh was changed" in changed
+    assert "Light is that of where object 'Lamp' stood" in moved
+
+
+def test_undo_and_other_names_are_harmless(room):
+    """Undo makes all data-blocks anew; here a renamed object stands for that, and a name that another one took."""
+    progress = Progress()
+    bake = BakeJob.prepare(bpy.context, [WantedVertices()], progress)
+    light = bake.solve(room.settings(), progress)
+    bpy.data.objects["Floor"].name = "Ground"
+    add_cube("Floor")
+    bake.write(light, progress)
+    assert light_of("Ground") is not None and light_of("Floor") is None
+    assert not any(kind_of(warning) == "difference" for warning in bake.warnings)
+
+
+class Broken:
+    """A product that cannot be written."""
+
+    files, counts = [], {}
+
+    def concerns(self):
+        return []
+
+    def write(self):
+        raise BakeError("The disk is full.")
+
+
+def test_one_of_two_outputs_that_fails_is_said_and_the_other_is_written(room, monkeypatch):
+    solve = BakeJob.solve
+    monkeypatch.setattr(BakeJob, "solve", lambda *at: with_broken(solve(*at)))
+    with pytest.raises(RuntimeError, match=r"The disk is full\. The rest was written\."):
+        bpy.ops.photon_bake.bake_indirect()
+    assert light_of("Box")[:, :3].max() > 0 and "points in" in bake_state.result
+    assert bake_state.error == "The disk is full." and not bake_state.running
+
+
+def with_broken(solved):
+    solved.products.insert(0, Broken())
+    return solved
+
+
+def test_strict_writes_nothing_where_light_differs(room):
+    room.strict = True
+    add_cube("Twin").location.x = 3
+    bpy.data.objects["Twin"].data = bpy.data.objects["Box"].data
+    with pytest.raises(RuntimeError, match=r"Strict, so nothing was written.*shared by"):
+        bpy.ops.photon_bake.bake_indirect()
+    assert light_of("Floor") is None and bake_state.error
+    room.strict = False
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
+
+
+def test_strict_allows_advice(room):
+    room.strict = True
+    add_lamp("AREA", "Flat", scale=(0, 0, 0))
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
+    assert any("no area" in warning for warning in bake_state.warnings)
+
+
+def test_strict_is_found_before_the_work(room, monkeypatch):
+    room.strict = True
+    bpy.data.objects["Box"].modifiers.new("Bevel", "BEVEL")
+    image = bpy.data.images.new("Gone", 2, 2)
+    image.source, image.filepath = "FILE", "//gone.png"
+    material, surface = add_material("Paper")
+    node = material.node_tree.nodes.new("ShaderNodeTexImage")
+    node.image = image
+    material.node_tree.links.new(node.outputs[0], surface.inputs[0])
+    bpy.data.objects["Floor"].data.materials.append(material)
+    monkeypatch.setattr(BakeJob, "solve", lambda *_: pytest.fail("it baked"))
+    with pytest.raises(RuntimeError, match="Strict, so nothing was written"):
+        bpy.ops.photon_bake.bake_indirect()
+
+
+def test_selected_only_says_nothing_of_a_camera(room, tmp_path):
+    bpy.ops.object.camera_add(location=(0, -8, 3), rotation=(1.2, 0, 0))
+    bpy.context.scene.camera = bpy.context.object
+    bpy.context.scene.render.resolution_x = bpy.context.scene.render.resolution_y = 8
+    room.selected_only, room.targets, room.camera.folder = True, {"camera"}, str(tmp_path)
+    bpy.ops.object.select_all(action="DESELECT")
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
 
 
 def test_properties_are_the_engines_knobs(empty_scene):

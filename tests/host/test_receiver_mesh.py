@@ -4,11 +4,12 @@ import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.blender import bake_objects, receiver_meshes
+from photon_bake.addon.errors import BakeError
 from photon_bake.tests.host import scenes
 
 
 def receiver(obj):
-    (mesh,) = receiver_meshes([obj], scenes.depsgraph())
+    (mesh,) = scenes.in_graph(lambda graph: receiver_meshes([obj], graph))
     return mesh
 
 
@@ -66,7 +67,7 @@ def test_several_objects_of_one_mesh():
     other = bpy.data.objects.new("Other", one.data)
     bpy.context.scene.collection.objects.link(other)
     other.location = (5, 0, 0)
-    first, second = receiver_meshes([one, other], scenes.depsgraph())
+    first, second = scenes.in_graph(lambda graph: receiver_meshes([one, other], graph))
     assert first.mesh_name == second.mesh_name
     assert (first.object_name, second.object_name) == ("Cube", "Other")
     np.testing.assert_allclose(second.positions - first.positions, np.broadcast_to([5, 0, 0], (8, 3)))
@@ -80,7 +81,7 @@ def test_objects_by_default():
     scenes.add_cube("Bevelled").modifiers.new("Bevel", "BEVEL").limit_method = "NONE"
     scenes.add_lamp("POINT")
     warnings = []
-    assert [obj.name for obj in bake_objects(scenes.depsgraph(), None, warnings)] == ["Seen"]
+    assert [obj.name for obj in scenes.in_graph(lambda graph: bake_objects(graph, None, warnings))] == ["Seen"]
     assert len(warnings) == 3
     assert all(any(f"'{name}'" in warning for warning in warnings) for name in ("Empty", "Flat", "Bevelled"))
 
@@ -88,5 +89,7 @@ def test_objects_by_default():
 def test_objects_by_name():
     for name in "ABC":
         scenes.add_cube(name).hide_render = name == "B"
-    # Named twice is baked once; hidden from renders may still be asked for.
-    assert [obj.name for obj in bake_objects(scenes.depsgraph(), ["B", "A", "B"])] == ["B", "A"]
+    # Named twice is baked once.
+    assert [obj.name for obj in scenes.in_graph(lambda graph: bake_objects(graph, ["C", "A", "C"]))] == ["C", "A"]
+    with pytest.raises(BakeError, match="'B' is hidden in renders"):
+        scenes.in_graph(lambda graph: bake_objects(graph, ["B"]))

@@ -30,7 +30,7 @@ def scrambled_grid(flat=True, n=5):
 
 
 def receiver(obj):
-    (mesh,) = receiver_meshes([obj], scenes.depsgraph())
+    (mesh,) = scenes.in_graph(lambda graph: receiver_meshes([obj], graph))
     return mesh
 
 
@@ -137,7 +137,7 @@ def test_other_modifiers_are_refused(kind, settings):
     modifier = add_modifier(obj, kind, settings)
     with pytest.raises(BakeError, match=f"'Grid'.*'{modifier.name}'.*apply"):
         receiver(obj)
-    modifier.show_viewport = False
+    modifier.show_render = False
     assert receiver(obj).positions.shape == (25, 3)
 
 

@@ -8,10 +8,11 @@ import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.bake import bake
-from photon_bake.addon.blender import bake_objects, extract_scene, receiver_meshes
+from photon_bake.addon.blender import bake_objects, receiver_meshes
 from photon_bake.addon.receivers import vertex_receivers
 from photon_bake.addon.settings import settings_for
 from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.tests.host.scenes import extracted, in_graph
 
 SCENES = Path(os.environ.get("PHOTON_BAKE_SCENES", Path(__file__).resolve().parents[3] / "shared/scenes"))
 CORNELL = SCENES / "cornell/cornell.blend"
@@ -28,9 +29,8 @@ def truth():
 def at_probes(gather, quality, **changes):
     """E/π at each probe, (n, 3)."""
     bpy.ops.wm.open_mainfile(filepath=str(CORNELL))
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    probes = vertex_receivers(receiver_meshes(bake_objects(depsgraph, ["Probes"]), depsgraph))
-    scene = extract_scene(depsgraph)
+    probes = vertex_receivers(in_graph(lambda graph: receiver_meshes(bake_objects(graph, ["Probes"]), graph)))
+    scene = extracted()
     light = bake(scene, probes, settings_for(quality, gather=gather, **changes), EmbreeTracer(scene))
     return light.value[probes.targets[0].receiver_of_element].reshape(-1, 3, 3).mean(axis=1) / np.pi
 

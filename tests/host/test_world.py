@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
-from photon_bake.addon.blender import cycles_world, extract_scene
+from photon_bake.addon.blender import cycles_world
 from photon_bake.addon.blender.temporary import CyclesError
 from photon_bake.addon.blender.warn import Warnings
 from photon_bake.addon.blender.world import read_world
@@ -107,7 +107,8 @@ def add_faces():
 
 
 def read(warnings=None, **options):
-    return read_world(scenes.depsgraph(), Warnings(warnings), **options)
+    graph = scenes.depsgraph()
+    return read_world(graph, **options).world(graph.scene, Warnings(warnings))
 
 
 def radiant(world):
@@ -145,7 +146,7 @@ def test_pictures(name):
 def test_light_from_a_picture_as_a_bake_finds_it():
     hdri()
     faces = add_faces()
-    scene = extract_scene(scenes.depsgraph())
+    scene = scenes.extracted()
     sources = light_sources(scene, Sphere(np.zeros(3, np.float32), 1.0))
     direct = DirectLight(scene, LightTracer(scene, EmbreeTracer(scene)), sources)
     cycles = scenes.cycles_bake(faces, "DIRECT", 1024).reshape(-1, 3, 3).mean(axis=1)

@@ -5,7 +5,8 @@ from math import pi
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import write_color_attribute
+from photon_bake.addon.blender import color_attribute
+from photon_bake.addon.blender.as_read import AsRead, Placement, edit_mode_left
 from photon_bake.addon.errors import BakeError
 from photon_bake.addon.receivers import AttributeTarget, Receivers
 from photon_bake.tests.host import scenes
@@ -20,6 +21,15 @@ def receivers_for(*objects_and_domains, offset=0):
         n += count
     zeros = np.zeros((n, 3), np.float32)
     return Receivers(zeros, zeros, np.zeros(n, np.float32), tuple(targets))
+
+
+def write_color_attribute(light, receivers, name, meanwhile=None):
+    """Write to objects that nothing happened to, unless it is said what they were like."""
+    return color_attribute.write_color_attribute(light, receivers, name, meanwhile or as_read(receivers))
+
+
+def as_read(receivers):
+    return [AsRead.of(bpy.data.objects[target.object_name]) for target in receivers.targets]
 
 
 def values(n):
@@ -46,8 +56,19 @@ def test_written_and_active(domain):
     np.testing.assert_array_equal(rgba[:, 3], 1)
     colors = obj.data.color_attributes
     assert colors.active_color.name == "Indirect"
-    assert colors[colors.render_color_index].name == "Indirect"
     assert "Other" in colors
+
+
+@pytest.mark.parametrize("there", ["", "Paint"])
+def test_color_that_renders_fall_back_on_stays(there):
+    obj = scenes.add_cube()
+    if there:
+        obj.data.color_attributes.new(there, "FLOAT_COLOR", "CORNER")
+    for domain in ("POINT", "CORNER"):  # the second replaces the first's attribute
+        receivers = receivers_for((obj, domain))
+        write_color_attribute(values(len(receivers)), receivers, "Indirect")
+        assert obj.data.attributes.default_color_name == there
+        assert obj.data.color_attributes.active_color.name == "Indirect"
 
 
 def test_element_without_receiver_is_black():
@@ -121,29 +142,129 @@ def test_names_that_cannot_be(name):
     assert_refused("name", receivers_for((scenes.add_cube(), "POINT")), name)
 
 
-def test_taken_names_are_refused_before_anything_is_written():
+def test_taken_names_are_refused():
     free, taken = scenes.add_cube("Free"), scenes.add_plane("Taken")
-    receivers = receivers_for((free, "POINT"), (taken, "POINT"))
+    receivers = receivers_for((taken, "POINT"))
     assert_refused("'Taken'.*not a colour", receivers, "UVMap")
     taken.vertex_groups.new(name="Indirect")
     assert_refused("'Taken'.*vertex group", receivers)
+    (warning,) = write_color_attribute(values(12), receivers_for((free, "POINT"), (taken, "POINT")), "Indirect")
+    assert "Left out" in warning and "'Taken'" in warning and "Indirect" in free.data.attributes
 
 
-def test_mesh_that_changed_meanwhile():
-    obj = scenes.add_cube()
-    receivers = receivers_for((obj, "POINT"))
+def light_after(change):
+    """Warnings, when `change(obj)` happens to the first of two cubes between reading and writing; and both."""
+    one, two = scenes.add_cube("One"), scenes.add_cube("Two")
+    receivers = receivers_for((one, "POINT"), (two, "POINT"))
+    meanwhile = as_read(receivers)
+    change(one)
+    return write_color_attribute(values(16), receivers, "Indirect", meanwhile), two
+
+
+def other_mesh(obj):
     obj.data = scenes.add_plane().data
-    assert_refused("'Cube' was changed", receivers)
-    bpy.data.objects.remove(obj)
-    assert_refused("'Cube' is gone", receivers)
 
 
-def test_edit_mode():
+def other_faces(obj):
+    obj.data.flip_normals()
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (other_mesh, "its mesh was changed"),
+        (other_faces, "its mesh was changed"),
+        (lambda obj: obj.data.vertices.add(1), "its mesh was changed"),
+        (lambda obj: bpy.data.objects.remove(obj), "it was deleted"),
+    ],
+)
+def test_a_mesh_that_changed_meanwhile_is_left_out_alone(change, says):
+    (warning,), two = light_after(change)
+    assert f"'One' got no light, since {says}" in warning and warning.endswith(".")
+    assert "Indirect" in two.data.attributes
+    assert not any("Indirect" in mesh.attributes for mesh in bpy.data.meshes if mesh != two.data)
+
+
+def test_nothing_left_to_write_is_an_error():
     obj = scenes.add_cube()
     receivers = receivers_for((obj, "POINT"))
-    bpy.context.view_layer.objects.active = obj
+    meanwhile = as_read(receivers)
+    bpy.data.objects.remove(obj)
+    with pytest.raises(BakeError, match="'Cube' got no light, since it was deleted"):
+        write_color_attribute(values(8), receivers, "Indirect", meanwhile)
+
+
+def rename(obj):
+    obj.name, obj.data.name = "Another", "Mesh of another"
+
+
+def test_renaming_is_harmless():
+    warnings, _ = light_after(rename)
+    assert warnings == [] and read(bpy.data.objects["Another"])[1][:, :3].max() > 0
+
+
+def test_names_that_were_exchanged_keep_their_light():
+    one, two = scenes.add_cube("One"), scenes.add_cube("Two")
+    receivers = receivers_for((one, "POINT"), (two, "POINT"))
+    meanwhile, light = as_read(receivers), values(16)
+    one.name, two.name = "Third", "One"
+    write_color_attribute(light, receivers, "Indirect", meanwhile)
+    np.testing.assert_allclose(read(one)[1][:, :3], light[:8] / pi, rtol=1e-6)
+    np.testing.assert_allclose(read(two)[1][:, :3], light[8:] / pi, rtol=1e-6)
+
+
+def move_vertex(obj):
+    obj.data.vertices[0].co.x += 0.1
+
+
+def test_light_of_moved_vertices_comes_with_a_notice():
+    (warning,), _ = light_after(move_vertex)
+    assert "Vertices of object 'One' were moved" in warning
+    assert read(bpy.data.objects["One"])[1][:, :3].max() > 0
+
+
+def edit(*objects):
+    bpy.ops.object.select_all(action="DESELECT")
+    for obj in objects:
+        obj.select_set(True)
+    bpy.context.view_layer.objects.active = objects[0]
     bpy.ops.object.mode_set(mode="EDIT")
-    with pytest.raises(BakeError, match="'Cube' is in edit mode"):
-        write_color_attribute(values(8), receivers, "Indirect")
+
+
+@pytest.mark.parametrize("n", [1, 2])
+def test_edit_mode_is_left_and_come_back_to(n):
+    objects = [scenes.add_cube(name) for name in ("One", "Two", "Three")]
+    receivers = receivers_for(*((obj, "CORNER") for obj in objects))
+    meanwhile, light = as_read(receivers), values(len(receivers))
+    edit(*objects[:n])
+    objects[2].select_set(True)
+    with edit_mode_left():
+        assert write_color_attribute(light, receivers, "Indirect", meanwhile) == []
+    assert [obj.mode for obj in objects] == ["EDIT"] * n + ["OBJECT"] * (3 - n)
+    assert [obj.select_get() for obj in objects] == [True, n == 2, True]
     bpy.ops.object.mode_set(mode="OBJECT")
-    assert "Indirect" not in obj.data.attributes
+    for i, obj in enumerate(objects):
+        np.testing.assert_allclose(read(obj)[1][:, :3], light[24 * i : 24 * (i + 1)] / pi, rtol=1e-6)
+
+
+def test_what_was_edited_meanwhile_is_left_out():
+    obj, other = scenes.add_cube("One"), scenes.add_cube("Two")
+    receivers = receivers_for((obj, "POINT"), (other, "POINT"))
+    meanwhile = as_read(receivers)
+    edit(obj)
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.mesh.subdivide()
+    with edit_mode_left():
+        (warning,) = write_color_attribute(values(16), receivers, "Indirect", meanwhile)
+    assert "'One' got no light" in warning and obj.mode == "EDIT" and "Indirect" in other.data.attributes
+
+
+def test_objects_that_stand_elsewhere_are_named():
+    scenes.add_cube("One"), scenes.add_cube("Two")
+    bpy.context.view_layer.update()
+    placement = Placement(bpy.context.view_layer)
+    assert placement.moved(bpy.context.view_layer) == []
+    bpy.data.objects["Two"].location.x = 0.01
+    bpy.data.objects["One"].name = "Renamed"
+    bpy.context.view_layer.update()
+    assert placement.moved(bpy.context.view_layer) == ["Two"]

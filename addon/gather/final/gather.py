@@ -85,7 +85,10 @@ class FinalGather:
         irradiance = np.maximum(weights.apply(spread.blended(records.irradiance, around)), 0).astype(np.float32)
         slope = _slope(records, spread, around, weights) if self._receivers.directional else None
         stderr = np.sqrt(spread.variance(records, weights)).astype(np.float32)
-        return Gathered(Estimate(irradiance, stderr, slope), len(records), int(records.n_rays.sum()))
+        gathered = np.zeros(len(irradiance), bool)
+        gathered[records.receiver] = True
+        light = Estimate(irradiance, stderr, slope, gathered)
+        return Gathered(light, len(records), int(records.n_rays.sum()))
 
 
 def _slope(records: Records, spread: Spread, around: Weights | None, weights: Weights) -> np.ndarray:

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..oidn import filtered
+from ..oidn import MOST_MEMORY, filtered
 from .passes import CameraPass
 
 
-def denoised(passes: CameraPass, diffuse: bool) -> CameraPass:
+def denoised(passes: CameraPass, diffuse: bool, memory: int = MOST_MEMORY) -> CameraPass:
     """The pass with less noise in gloss, and in indirect diffuse light if asked. Caustics stay as they are.
 
     The filter sees the albedo and the normals, by which it knows edges.
@@ -18,11 +18,15 @@ def denoised(passes: CameraPass, diffuse: bool) -> CameraPass:
     diffuse : bool
         Whether indirect diffuse light is filtered too. Where it is interpolated, its noise is smoother than the filter
         can tell from light.
+    memory : int
+        Megabytes that the filter may take for itself.
     """
     guides = {"albedo": np.clip(passes.albedo, 0, 1), "normal": passes.normal}
 
     def smooth(picture: np.ndarray) -> np.ndarray:
-        return filtered("RT", picture, {"hdr": True, "cleanAux": True}, guides) if picture.any() else picture
+        if not picture.any():
+            return picture
+        return filtered("RT", picture, {"hdr": True, "cleanAux": True}, guides, memory)
 
     light = smooth(passes.indirect_diffuse) if diffuse else passes.indirect_diffuse
     return replace(passes, indirect_diffuse=light, glossy=smooth(passes.glossy))

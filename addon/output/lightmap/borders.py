@@ -10,7 +10,7 @@ gathered; the second that both places a and b of a seam look alike; the third, w
 straight lines to texels of which nothing is known. All other texels keep their values.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,7 @@ from scipy.ndimage import binary_dilation, distance_transform_edt
 from scipy.sparse import coo_array, csr_array, vstack
 
 from ...parallel import Workers
+from ...progress import Progress
 from ...receivers import Seams
 from .texel_images import TexelImage
 
@@ -56,7 +57,7 @@ def with_borders(images: Sequence[TexelImage], seams: Seams, workers: Workers) -
     """
     if not images:
         return []
-    plane = _Plane.of(images)
+    plane = _Plane.of(images, workers.progress)
     active = plane.outside | plane.off_centre
     looks = plane.seam_look_ups(seams)
     for look in looks:
@@ -108,11 +109,14 @@ class _Plane:
     off_centre: np.ndarray
 
     @staticmethod
-    def of(images: Sequence[TexelImage]) -> "_Plane":
+    def of(images: Sequence[TexelImage], progress: Progress) -> "_Plane":
         """The texels of images."""
         height, width = np.array([image.covered.shape for image in images], np.int64).T
         first = np.cumsum([0, *(width * height)])[:-1]
-        columns = [_columns(image) for image in images]
+        columns = []
+        for image in images:
+            progress.check()
+            columns.append(_columns(image))
         joined = [np.concatenate(column) for column in zip(*columns, strict=True)]
         return _Plane(width, height, first, np.repeat(np.arange(len(images)), width * height), *joined)
 
@@ -192,14 +196,19 @@ def _least_squares(matrix: csr_array, target: np.ndarray, start: np.ndarray, wor
     """Values x (n, c) with least |matrix x − target|², the one near `start` where there are several."""
     normal = (matrix.T @ matrix).tocsr()
     right = matrix.T @ target
-    columns = workers.map(lambda c: _conjugate_gradients(normal, right[:, c], start[:, c]), range(start.shape[1]))
+    check = workers.progress.check
+    columns = workers.map(
+        lambda c: _conjugate_gradients(normal, right[:, c], start[:, c], check), range(start.shape[1])
+    )
     return np.stack(list(columns), axis=1)
 
 
-def _conjugate_gradients(matrix: csr_array, right: np.ndarray, start: np.ndarray) -> np.ndarray:
+def _conjugate_gradients(
+    matrix: csr_array, right: np.ndarray, start: np.ndarray, check: Callable[[], None]
+) -> np.ndarray:
     """Solve matrix x = right for x (n,), preconditioned by the diagonal (Hestenes and Stiefel 1952).
 
-    SciPy's own takes many threads for each of its short sums.
+    SciPy's own takes many threads for each of its short sums. `check` is called at each step, to be cancelled.
     """
     x = start.astype(np.float64)
     scale = 1 / np.maximum(matrix.diagonal(), 1e-12)
@@ -210,6 +219,7 @@ def _conjugate_gradients(matrix: csr_array, right: np.ndarray, start: np.ndarray
     for _ in range(_STEPS):
         if size <= enough:
             break
+        check()
         image = matrix @ step
         length = size / max(_sum(step, image), 1e-300)
         x += length * step

@@ -75,14 +75,16 @@ def finish_lightmaps(
         Standard error of each one's light, in its unit: what has none is not denoised.
     """
     options, workers = options or FinishOptions(), workers or Workers()
-    images = texel_images(values, stderr, receivers, texels)
-    images = denoised(images, options.denoiser, workers)
     progress = workers.progress
+    images = texel_images(values, stderr, receivers, texels, progress)
+    images = denoised(images, options.denoiser, workers)
     progress.update(_STAGE, 0)
     seams = texels.seams if options.stitch else Seams.none()
     bordered = with_borders(images, seams, workers)
-    progress.update(_STAGE, 0.7)
-    return [
-        Finished.of(dilated(image.value, image.known, options.padding), dilated(texels_of.normal, texels_of.covered))
-        for image, texels_of in zip(bordered, images, strict=True)
-    ]
+    finished = []
+    for number, (image, texels_of) in enumerate(zip(bordered, images, strict=True)):
+        progress.update(_STAGE, 0.7 + 0.3 * number / len(images))
+        light = dilated(image.value, image.known, options.padding)
+        finished.append(Finished.of(light, dilated(texels_of.normal, texels_of.covered)))
+    progress.update(_STAGE, 1)
+    return finished

@@ -34,30 +34,30 @@ def denoised_by_oidn(image: TexelImage, workers: Workers, stage: str) -> np.ndar
         workers.progress.update(stage, number / n_passes)
         own = pass_of_texel == number
         row, column = distance_transform_edt(~own, return_distances=False, return_indices=True)
-        result[own] = _all_filtered(image.value[row, column], image.normal[row, column])[own]
+        result[own] = _all_filtered(image.value[row, column], image.normal[row, column], workers.memory)[own]
     reach = _REACH * np.sqrt(image.smooth_variance())[..., None]
     return np.clip(result, image.value - reach, image.value + reach)
 
 
-def _all_filtered(values: np.ndarray, normals: np.ndarray) -> np.ndarray:
+def _all_filtered(values: np.ndarray, normals: np.ndarray, memory: int) -> np.ndarray:
     """Light, and its slope if there is one, through the filter, which expects L1 as shares of L0.
 
     With a share S = L1/(2 L0), light is L0 (1 + 2 S·n), which gives L0 and the slope, L1, of what was filtered.
     """
-    light = _filtered(values[..., :3], directional=False)
+    light = _filtered(values[..., :3], False, memory)
     if values.shape[2] == 3:
         return light
     slope = values[..., 3:].reshape(*normals.shape, 3)
     shares = shares_of(*directional_light(values[..., :3], slope, normals))
-    shares = np.stack([_filtered(shares[..., axis, :], directional=True) for axis in range(3)], axis=2)
+    shares = np.stack([_filtered(shares[..., axis, :], True, memory) for axis in range(3)], axis=2)
     constant = light / np.maximum(1 + 2 * (normals[..., None] * shares).sum(axis=2), _LEAST_OF_L0)
     slope = 2 * constant[..., None, :] * shares
     return np.concatenate([light, slope.reshape(*light.shape[:2], 9)], axis=2)
 
 
-def _filtered(values: np.ndarray, directional: bool) -> np.ndarray:
+def _filtered(values: np.ndarray, directional: bool, memory: int) -> np.ndarray:
     """Three channels (h, w, 3) through the filter."""
-    return filtered("RTLightmap", values, {"directional": directional})
+    return filtered("RTLightmap", values, {"directional": directional}, memory=memory)
 
 
 def _passes(chart: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import uniform_filter
 
+from ...progress import Progress
 from ...receivers import Receivers, Texels
 
 
@@ -47,7 +48,9 @@ class TexelImage:
         return np.clip(total / np.maximum(share, np.float32(0.04)), 0, 9 * own)
 
 
-def texel_images(values: np.ndarray, stderr: np.ndarray, receivers: Receivers, texels: Texels) -> list[TexelImage]:
+def texel_images(
+    values: np.ndarray, stderr: np.ndarray, receivers: Receivers, texels: Texels, progress: Progress | None = None
+) -> list[TexelImage]:
     """The images of receivers' values.
 
     Parameters
@@ -58,6 +61,8 @@ def texel_images(values: np.ndarray, stderr: np.ndarray, receivers: Receivers, t
     """
     images = []
     for image, size in enumerate(texels.sizes):
+        if progress is not None:
+            progress.check()
         k = np.flatnonzero(texels.image == image)
         weight, chart = texels.weight[k].astype(np.float64), texels.chart[k]
         texel = texels.row[k].astype(np.int64) * size[1] + texels.column[k]

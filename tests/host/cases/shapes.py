@@ -11,7 +11,7 @@ import numpy as np
 from mathutils import Matrix
 
 from .registry import case
-from .stage import box, lamp, matte, mesh, probes, put, quad, room
+from .stage import SIDES, box, lamp, matte, mesh, probes, put, quad, room
 
 GROUP = "Shapes and objects"
 
@@ -197,7 +197,7 @@ def displace():
     modified(box("Shape", (0, 0, -0.5), (0.3, 0.3, 0.3), red()), "DISPLACE", strength=0.7, mid_level=0)
 
 
-@case("A modifier that the viewport does not show", GROUP, unsupported="Shape")
+@case("A modifier that the viewport does not show", GROUP)
 def render_modifier():
     # In renders, five plates instead of one.
     shaded_room()
@@ -206,17 +206,37 @@ def render_modifier():
     modified(shape, "ARRAY", **settings, constant_offset_displace=(0.5, 0, 0), show_viewport=False)
 
 
-@case("More subdivisions in renders", GROUP, unsupported="Shape")
+@case("More subdivisions in renders", GROUP)
 def render_levels():
     # A box in the viewport, a ball in renders.
     shaded_room()
     modified(box("Shape", (0, 0, -0.4), (0.8, 0.8, 0.8), red()), "SUBSURF", levels=0, render_levels=3)
 
 
-@case("An object hidden in the viewport", GROUP, unsupported="Shape")
+@case("An object hidden in the viewport", GROUP)
 def viewport_hidden():
     shaded_room()
     plate(0.8).hide_viewport = True
+
+
+def into_set(objects):
+    """Move objects into the scene's Background Set."""
+    background = bpy.context.scene.background_set = bpy.data.scenes.new("Set")
+    for obj in objects:
+        bpy.context.scene.collection.objects.unlink(obj)
+        background.collection.objects.link(obj)
+
+
+@case("Background Set with a lamp", GROUP)
+def lamp_in_set():
+    shaded_room()
+    into_set([obj for obj in bpy.data.objects if obj.type == "LIGHT"])
+
+
+@case("Background Set with walls", GROUP)
+def walls_in_set():
+    shaded_room()
+    into_set([bpy.data.objects[name] for name in SIDES])
 
 
 @case("Geometry nodes: instances on points", GROUP)

@@ -1,0 +1,63 @@
+"""What rays meet beyond a surface that they passed: each surface once, however flat they pass it.
+
+A hit is known to a few units in the last place, across its surface; along a ray that is as much over the sine of the
+angle between them. A ray that starts again just beyond a hit may thus meet the same surface again. It does so on the
+same side of a surface that is parallel, and no farther from the plane passed than rounding reaches: that is how such
+hits are told from others. Longer steps would miss walls that stand on the surface.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ..sampling.vectors import dot, rows
+from ..scene import Scene
+from .protocol import Hits
+
+_STEP = np.float32(1 / 8)
+"""How far beyond a hit rays start again, over `Scene.ray_offset`, which leaves a wide margin; twice as far each time
+that they meet the same surface."""
+
+_PARALLEL = np.float32(1 - 1e-5)
+_MAX_AGAIN = 16
+
+ClosestHit = Callable[[np.ndarray, np.ndarray, np.ndarray], Hits]
+"""The first hits of rays, by origins (n, 3), directions (n, 3) and farthest distances (n,)."""
+
+
+def onward(
+    scene: Scene,
+    closest_hit: ClosestHit,
+    origins: np.ndarray,
+    directions: np.ndarray,
+    passed: Hits,
+    t_max: np.ndarray | float = np.inf,
+) -> Hits:
+    """The first hit of each ray beyond the one that it passed, with its distance from the ray's origin."""
+    gap = scene.ray_offset(origins + passed.distance[:, None] * directions)[:, 0]
+    t_max = np.broadcast_to(np.float32(t_max), len(gap))
+
+    def beyond(k: np.ndarray | slice, start: np.ndarray) -> Hits:
+        far_on, flown = start + _STEP * gap[k], directions[k]
+        found = closest_hit(origins[k] + far_on[:, None] * flown, flown, np.maximum(t_max[k] - far_on, 0))
+        return replace(found, distance=found.distance + far_on)
+
+    hits = beyond(slice(None), passed.distance)
+    k = np.flatnonzero(_meet_it_again(hits, passed, directions, gap))
+    for turn in range(_MAX_AGAIN):
+        if len(k) == 0:
+            break
+        found = beyond(k, hits.distance[k] + (2**turn) * _STEP * gap[k])
+        hits.put(k, found)
+        k = k[_meet_it_again(found, passed.where(k), directions[k], gap[k])]
+    return hits
+
+
+def _meet_it_again(hits: Hits, passed: Hits, directions: np.ndarray, gap: np.ndarray) -> np.ndarray:
+    """Whether rays met the surface that they had passed, (n,) bool."""
+    again = hits.hit & (dot(hits.normal, passed.normal) > _PARALLEL)
+    k = np.flatnonzero(again)
+    across = np.abs(dot(rows(passed.normal, k), rows(directions, k)))
+    again[k] = (hits.distance[k] - passed.distance[k]) * across <= gap[k]
+    return again
