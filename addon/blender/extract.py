@@ -80,7 +80,7 @@ def read_scene(
     Raises
     ------
     BakeError
-        If an object has coordinates that are not finite, or there is no such light group.
+        If there is no such light group.
     Cancelled
         If `progress` was cancelled.
     """
@@ -91,6 +91,8 @@ def read_scene(
     found.walk(progress)
     warn_of_hair(found.hairy, warn)
     placed = _place(found.sources, _matrices(depsgraph), materials, progress.part(_WALKED, _PLACED))
+    for name in dict.fromkeys(placed.lost_names):
+        warn.add(f"Object '{name}' has vertices or a transform that are not finite: what of it is there is left out.")
     left = placed.drop_degenerate()
     objects = [placed_by for source in found.sources for placed_by in source.placed_by]
     scene = Scene(

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..parallel import ordered_map, slices
 from .meshes import LocalMesh
-from .transforms import check_finite, moved, normal_matrices, turned, unit
+from .transforms import moved, normal_matrices, turned, unit, within_reach
 
 MIN_HEIGHT = 1e-7
 """A triangle lower than this share of its longest edge is dropped: in float32 it has no area of its own."""
@@ -105,12 +105,15 @@ class _Batch:
     ----------
     unit_normals : (n, 3) float32
         The copies' normals in the world; NaN where one has no direction.
+    lost_names : set of str
+        Of copies of which a vertex has no place, as far as `positions` were asked for.
     """
 
     def __init__(self, models: Models, of_copy: np.ndarray, matrices: np.ndarray, names: list[str]) -> None:
         self.models = models
         self.matrices = matrices.astype(np.float64)
         self.names = names
+        self.lost_names: set[str] = set()
         self.vertices = _Copies(models.n_vertices, of_copy)
         self.normals = _Copies(models.n_normals, of_copy)
         self.triangles = _Copies(models.n_triangles, of_copy)
@@ -124,10 +127,13 @@ class _Batch:
         self.unit_normals[chunk] = unit(turned(self.models.normals.take(row, 0), self._normal_matrices, copy))
 
     def positions(self, chunk: slice) -> np.ndarray:
-        """Vertices in the world, (r, 3) float32."""
+        """Vertices in the world, (r, 3) float32; NaN where one is not finite or too far out."""
         copy, row = self.vertices.rows(chunk)
         positions = moved(self.models.vertices.take(row, 0), self.matrices, copy)
-        check_finite(positions, lambda at: self.names[copy[min(at, len(copy) - 1)]])
+        lost = ~within_reach(positions)
+        if lost.any():
+            positions[lost] = np.nan
+            self.lost_names.update(self.names[at] for at in np.unique(np.broadcast_to(copy, len(lost))[lost]))
         return positions
 
 
@@ -145,6 +151,8 @@ class PlacedMeshes:
         Of unit length.
     corner_uvs : (t, 3, 2) float32
     material_of_triangle, object_of_triangle : (t,) int32
+    lost_names : list of str
+        Of objects that have vertices which are not finite or too far out; triangles there have no area.
     """
 
     def __init__(self, n_vertices: int, n_triangles: int) -> None:
@@ -154,6 +162,7 @@ class PlacedMeshes:
         self.corner_uvs = np.zeros((n_triangles, 3, 2), np.float32)
         self.material_of_triangle = np.empty(n_triangles, np.int32)
         self.object_of_triangle = np.empty(n_triangles, np.int32)
+        self.lost_names: list[str] = []
         self._whole = np.empty(n_triangles, bool)
         self._first_vertex = np.zeros(0, np.int32)  # of each object
         self._n_vertices = self._n_triangles = 0
@@ -170,17 +179,13 @@ class PlacedMeshes:
             Local to world.
         names : list of str
             Of the k objects, for messages.
-
-        Raises
-        ------
-        BakeError
-            If a coordinate is not finite.
         """
         batch = _Batch(models, of_copy, matrices, names)
         first_object = len(self._first_vertex)
         self._first_vertex = np.append(self._first_vertex, batch.vertices.first + np.int32(self._n_vertices))
         _in_chunks(batch.vertices.n, lambda chunk: self._add_vertices(batch, chunk))
         _in_chunks(batch.triangles.n, lambda chunk: self._add_triangles(batch, first_object, chunk))
+        self.lost_names += sorted(batch.lost_names)
         self._n_vertices += batch.vertices.n
         self._n_triangles += batch.triangles.n
 
@@ -219,6 +224,9 @@ class PlacedMeshes:
         for name in _OF_TRIANGLES:
             setattr(self, name, getattr(self, name)[:n])
         whole = self._whole[:n]
+        if self.lost_names:  # none of the triangles that are left has these vertices: they go where another one is
+            some = self.vertices[self.triangles[np.argmax(whole), 0]] if whole.any() else np.float32(0)
+            self.vertices = np.where(np.isnan(self.vertices[:, :1]), some, self.vertices)
         if whole.all():
             return np.ones(len(self._first_vertex), bool)
         left = np.bincount(self.object_of_triangle[whole], minlength=len(self._first_vertex)) > 0

@@ -117,7 +117,7 @@ def receiver_mesh(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> 
     check_target(obj, depsgraph)
     mesh, evaluated_object = obj.data, obj.evaluated_get(depsgraph)
     evaluated, matrix = evaluated_mesh(evaluated_object, depsgraph), np.array(evaluated_object.matrix_world, np.float64)
-    local = attribute(evaluated, "position", "vector", (len(evaluated.vertices), 3), np.float32)[: len(mesh.vertices)]
+    local = _positions(evaluated)[: len(mesh.vertices)]
     normals, on_corners = _normals(obj, evaluated, local)
     face_sizes = np.empty(len(mesh.polygons), np.int32)
     mesh.polygons.foreach_get("loop_total", face_sizes)
@@ -169,10 +169,16 @@ def check_shape(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> No
     if not len(obj.data.polygons):
         raise BakeError(f"Object '{obj.name}' has no faces to bake to: give it some, or leave it out.")
     evaluated = obj.evaluated_get(depsgraph)
-    linear = np.array(evaluated.matrix_world, np.float64)[:3, :3]
-    to_world(np.zeros((1, 3), np.float32), np.array(evaluated.matrix_world, np.float64), obj.name)
+    matrix = np.array(evaluated.matrix_world, np.float64)
+    to_world(_positions(evaluated_mesh(evaluated, depsgraph)), matrix, obj.name)
+    linear = matrix[:3, :3]
     if abs(np.linalg.det(linear)) <= 1e-9 * np.linalg.norm(linear, axis=0).prod():
         raise BakeError(f"Object '{obj.name}' has zero scale along an axis: give it a scale (N panel > Item > Scale).")
+
+
+def _positions(mesh: "bpy.types.Mesh") -> np.ndarray:
+    """Of the vertices in local space, (v, 3) float32, m."""
+    return attribute(mesh, "position", "vector", (len(mesh.vertices), 3), np.float32)
 
 
 def _check_modifiers(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> None:

@@ -49,6 +49,10 @@ def test_empty_mesh():
 def test_coordinates_that_are_not_finite(bad):
     scenes.spoil(scenes.add_cube("Broken"), bad)
     assert_refused("'Broken'.*finite", ["Broken"])
+    scenes.add_cube("Whole")
+    warnings, graph = [], scenes.depsgraph()
+    assert [obj.name for obj in bake_objects(graph, warnings=warnings)] == ["Whole"]
+    assert "Left out: Object 'Broken'" in warnings[0]
 
 
 @pytest.mark.parametrize("scale", [(0, 1, 1), (0, 0, 0), (1, 1, 0)])
