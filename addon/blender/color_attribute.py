@@ -34,8 +34,9 @@ def write_color_attribute(irradiance_value: np.ndarray, receivers: Receivers, at
     """Write E / π to a FLOAT_COLOR attribute of each target's mesh, and make it the active colour.
 
     The colour that renders fall back on, which a Color Attribute node without a name reads, stays what it was, even
-    where there was none: otherwise the light would change the materials that it was baked with. An attribute of that name is replaced where its domain or type differ. A mesh that several targets share gets the
-    mean of their values. Either all meshes are written or none.
+    where there was none: otherwise the light would change the materials that it was baked with. An attribute of that
+    name is replaced where its domain or type differ. A mesh that several targets share gets the mean of their values.
+    Either all meshes are written or none.
 
     Parameters
     ----------

@@ -9,10 +9,12 @@ import numpy as np
 
 from ..errors import BakeError
 from ..scene import Lights, Scene, SceneObjects
+from .instance_groups import alike, reads_by_instance
 from .lamps import in_light_group, read_lamp
 from .light_links import Placed, link_lights
 from .materials import MaterialTable
 from .meshes import LocalMesh, count_triangles, read_mesh, used_slots
+from .object_values import ObjectValues, Reading, Values
 from .placing import Model, Models, PlacedMeshes
 from .visibility import (
     ALL_RAYS,
@@ -164,7 +166,8 @@ class _Found:
         self._materials = materials
         self._override = material_override
         self._warnings = warnings
-        self._looks: dict[tuple[bpy.types.Object, bpy.types.ID | None], _Look] = {}
+        self._looks: dict[tuple[bpy.types.Object, bpy.types.ID | None, int], _Look] = {}
+        self._values_of_row: dict[int, dict[Reading, np.ndarray]] = {}
         self._parents: dict[bpy.types.Object, ObjectVisibility] = {}
         self._used_slots: dict[bpy.types.Mesh, list[int]] = {}
         self._sources: dict[bpy.types.Mesh, dict[tuple[int, ...], _Source]] = {}
@@ -187,9 +190,11 @@ class _Found:
 
     def walk(self, depsgraph: "bpy.types.Depsgraph") -> None:
         """Find all there is."""
+        self._tell_instances_apart(depsgraph)
         for row, instance in enumerate(depsgraph.object_instances):
             obj = instance.object
-            key = (obj.original, obj.data)
+            known = self._values_of_row.get(row, {})
+            key = (obj.original, obj.data, id(known) if known else 0)
             look = self._looks.get(key)
             if look is None:
                 visibility = self._visibility.of(obj)
@@ -206,12 +211,31 @@ class _Found:
                 self._add_lamp(instance, look.name, placed_by)
             elif rays & self._counted_rays:
                 if not look.known:
-                    look.known, look.source = True, self._source(obj)
+                    look.known, look.source = True, self._source(obj, ObjectValues.of(instance, dict(known)))
                 if look.source is not None:
                     look.source.rows.append(row)
                     look.source.names.append(look.name)
                     look.source.rays.append(rays)
                     look.source.placed_by.append(placed_by)
+
+    def _tell_instances_apart(self, depsgraph: "bpy.types.Depsgraph") -> None:
+        """Find what materials read that differs by instance; objects with very many values are told of."""
+        if not reads_by_instance(bpy.data.materials):
+            return
+        for original, n, values_of_row in alike(depsgraph, self._differing):
+            self._values_of_row |= values_of_row
+            n_groups = len({id(values) for values in values_of_row.values()})
+            if n > n_groups:
+                self._warnings.add(
+                    f"The instances of '{original.name}' look different by {n} values that their material reads of "
+                    f"each, and are baked in {n_groups} groups that have the mean of theirs."
+                )
+
+    def _differing(self, obj: "bpy.types.Object") -> tuple[list[Reading], int]:
+        """What the materials of an evaluated object read that differs by instance, and as how many it may be held."""
+        of_slots = [self._materials.differing(material) for material in self._slots(obj)]
+        readings = sorted({reading for readings, _ in of_slots for reading in readings})
+        return readings, min((most for readings, most in of_slots if readings), default=0)
 
     def _add_lamp(self, instance: "bpy.types.DepsgraphObjectInstance", name: str, placed_by: Placed) -> None:
         if in_light_group(*placed_by, self._light_group):
@@ -226,24 +250,30 @@ class _Found:
             self._parents[parent] = self._visibility.of(parent)
         return self._parents[parent]
 
-    def _source(self, obj: "bpy.types.Object") -> _Source | None:
+    def _source(self, obj: "bpy.types.Object", values: Values) -> _Source | None:
         """The source that a mesh object's instances share with those of all others like it; None without faces."""
         if obj.original.type == "MESH" and obj.original.mode == "EDIT":
             raise BakeError(f"Object '{obj.name}' is in edit mode: leave edit mode to bake.")
         mesh = obj.data
         if not len(mesh.polygons):
             return None
-        material_of_slot = self._material_of_slot(obj)
+        material_of_slot = self._material_of_slot(obj, values)
         of_mesh = self._sources.setdefault(mesh, {})
         return of_mesh.setdefault(tuple(material_of_slot.values()), _Source(mesh, material_of_slot))
 
-    def _material_of_slot(self, obj: "bpy.types.Object") -> dict[int, int]:
+    def _slots(self, obj: "bpy.types.Object") -> "list[bpy.types.Material | None]":
+        """The materials of an evaluated object's slots."""
+        return [self._override] if self._override else [slot.material for slot in obj.material_slots] or [None]
+
+    def _material_of_slot(self, obj: "bpy.types.Object", values: Values) -> dict[int, int]:
         """Material of each slot that an object's faces use. Slots past the last one mean the last."""
         mesh = obj.data
         if mesh not in self._used_slots:
             self._used_slots[mesh] = used_slots(mesh)
-        slots = [self._override] if self._override else [slot.material for slot in obj.material_slots] or [None]
-        return {used: self._materials.add(slots[min(used, len(slots) - 1)], obj) for used in self._used_slots[mesh]}
+        slots = self._slots(obj)
+        return {
+            used: self._materials.add(slots[min(used, len(slots) - 1)], obj, values) for used in self._used_slots[mesh]
+        }
 
 
 def _matrices(depsgraph: "bpy.types.Depsgraph") -> np.ndarray:

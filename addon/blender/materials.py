@@ -12,9 +12,11 @@ from .closures import Closure, combine, read_closures
 from .cycles_bake import BakeRequest, bake_values, sees_object
 from .expressions import Evaluator, UnreadableError, default_value, no_images
 from .images import ImageTable
+from .instance_groups import MOST_BAKED_GROUPS, MOST_GROUPS
 from .lobes import Lobe, Lobes
 from .meshes import attribute
 from .nodes import Place, output_node, source, uses_nodes
+from .object_values import Reading, Values, of_scene, readings_in
 from .shortcomings import shortcomings
 from .temporary import CyclesError
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of
@@ -99,7 +101,12 @@ class MaterialTable:
         self._index: dict[tuple, int] = {}
         self._entries: list[Surface | _Pending] = []
 
-    def add(self, material: "bpy.types.Material | None", obj: "bpy.types.Object | None" = None) -> int:
+    def add(
+        self,
+        material: "bpy.types.Material | None",
+        obj: "bpy.types.Object | None" = None,
+        values: Values = of_scene,
+    ) -> int:
         """Index of a material, where None is Cycles' default grey.
 
         Parameters
@@ -109,16 +116,31 @@ class MaterialTable:
         obj : bpy.types.Object, optional
             Evaluated mesh object (of an instance, the instanced one) that the material is on. Without it nothing is
             baked.
+        values : Values
+            What the material may read of that object.
         """
-        identity = material.original.session_uid if material else 0  # a local and a linked one may share a name
-        if identity not in self._readers:
-            self._readers[identity] = _Reader(material, self._images, self._warnings)
-        reader = self._readers[identity]
-        key = (identity, *reader.appearance(obj)) if reader.needs_bake and obj else (identity,)
+        reader = self._reader(material)
+        read = reader.read(values)
+        key: tuple = (reader.identity, *(value.tobytes() for value in read.values()))
+        needs_bake = reader.needs_bake and obj is not None
+        if needs_bake:
+            key += reader.appearance(obj)
         if key not in self._index:
             self._index[key] = len(self._entries)
-            self._entries.append(reader.pending(obj) if len(key) > 1 else reader.surface())
+            self._entries.append(reader.pending(obj, read) if needs_bake else reader.surface(read))
         return self._index[key]
+
+    def differing(self, material: "bpy.types.Material | None") -> tuple[list[Reading], int]:
+        """What a material reads that differs by instance, and as how many it may be held."""
+        reader = self._reader(material)
+        most = MOST_BAKED_GROUPS if reader.needs_bake else MOST_GROUPS
+        return [reading for reading in reader.readings if reading.differs_by_instance], most
+
+    def _reader(self, material: "bpy.types.Material | None") -> "_Reader":
+        identity = material.original.session_uid if material else 0  # a local and a linked one may share a name
+        if identity not in self._readers:
+            self._readers[identity] = _Reader(material, identity, self._images, self._warnings)
+        return self._readers[identity]
 
     def coordinates(self, index: int) -> Coordinates | None:
         """Texture coordinates that a material reads, or None where it has no texture."""
@@ -152,6 +174,8 @@ class _Reader:
 
     Attributes
     ----------
+    readings : list of Reading
+        What it reads of the object that it is on.
     pictures : dict
         The images that its values depend on, by node.
     varying : list of Place
@@ -160,16 +184,20 @@ class _Reader:
         Whether only Cycles can evaluate some of them.
     """
 
-    def __init__(self, material: "bpy.types.Material | None", images: ImageTable, warnings: Warnings) -> None:
-        self.material = material
+    def __init__(
+        self, material: "bpy.types.Material | None", identity: int, images: ImageTable, warnings: Warnings
+    ) -> None:
+        self.material, self.identity = material, identity
         self.name = material.name if material else "Default"
         self.images = images
         self.warnings = warnings
         self.closures: list[Closure] = []
         self.pictures: dict[tuple, Picture] = {}
         self.varying: dict[Place, None] = {}
+        self.readings: list[Reading] = []
         self.needs_bake = False
         if material and uses_nodes(material):
+            self.readings = readings_in(material.node_tree)
             self.closures = read_closures(material)
             for what in shortcomings(material, self.closures):
                 self.warn(what)
@@ -185,7 +213,7 @@ class _Reader:
         """The value of a socket if it is constant; otherwise ½, having taken note of what it depends on."""
         depends: list[Place] = []
         try:
-            value = Evaluator(lambda image: self.note(image, depends)).value(place)
+            value = Evaluator(lambda image: self.note(image, depends), self.stand_in).value(place)
         except UnreadableError:
             self.needs_bake = True
             depends.append(place)
@@ -193,6 +221,21 @@ class _Reader:
         if depends:
             self.varying[place] = None
         return value
+
+    def read(self, values: Values) -> dict[Reading, np.ndarray]:
+        """What it reads of an object; zero where that is not known."""
+        found = {}
+        for one in self.readings:
+            value = values(one)
+            if self.material and one == _MATERIAL_INDEX:
+                value = np.full(4, self.material.pass_index, np.float32)
+            found[one] = np.zeros(4, np.float32) if value is None else value
+        return found
+
+    @staticmethod
+    def stand_in(reading: Reading) -> np.ndarray:
+        """A value that an object may have."""
+        return np.full(4, 0.5, np.float32)
 
     def note(self, image: Place, depends: list[Place]) -> np.ndarray:
         """A stand-in for an image's pixels."""
@@ -205,17 +248,18 @@ class _Reader:
             self.pictures[_key(image)] = Picture(pixels, node.extension, coordinates)
         return np.full((1, 1, 4), 0.5, np.float32)
 
-    def surface(self) -> Surface:
-        """The material without a bake."""
+    def surface(self, read: dict[Reading, np.ndarray]) -> Surface:
+        """The material without a bake, on an object of which it reads some values."""
         if not self.closures:
             return self.made_of(self.without_closures())
         grid = Grid.of(list(self.pictures.values())) if self.pictures and not self.needs_bake else None
         if grid is None:
-            return self.made_of(combine(self.closures, self.guess))
-        evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]))
+            return self.made_of(combine(self.closures, lambda place: self.guess(place, read)))
+        evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]), read.get)
         coordinates = grid.place(next(iter(self.pictures.values())).coordinates)
         lobes = combine(self.closures, evaluator.value)
-        self.pictures.clear()
+        if not self.readings:
+            self.pictures.clear()
         return self.made_of(lobes, coordinates, grid.extends)
 
     def made_of(self, lobes: Lobes, coordinates: Coordinates | None = None, extends: bool = False) -> Surface:
@@ -234,10 +278,10 @@ class _Reader:
         volume_alone = output and source(output.inputs["Volume"]) and not source(output.inputs["Surface"])
         return Lobes(transparent=np.full((1, 1, 3), float(bool(volume_alone)), np.float32))
 
-    def guess(self, place: Place) -> np.ndarray:
+    def guess(self, place: Place, read: dict[Reading, np.ndarray]) -> np.ndarray:
         """The value of a socket, or what its own field says where nodes that cannot be read make it."""
         try:
-            return Evaluator(self.mean_of_picture).value(place)
+            return Evaluator(self.mean_of_picture, read.get).value(place)
         except UnreadableError:
             return default_value(place.socket)
 
@@ -252,15 +296,15 @@ class _Reader:
         sees = sees_object(self.material.node_tree)
         return obj.data.as_pointer(), obj.original.session_uid if sees else 0
 
-    def pending(self, obj: "bpy.types.Object") -> "_Pending | Surface":
-        """The material on an object, to be baked later."""
+    def pending(self, obj: "bpy.types.Object", read: dict[Reading, np.ndarray]) -> "_Pending | Surface":
+        """The material on an object of which it reads some values, to be baked later."""
         assert self.material is not None
         matrix = np.array(obj.matrix_world, np.float64)
         atlas = make_atlas(obj.data, _faces_of(obj, self.material), matrix)
         if atlas is None:
             self.warn_of_guess(f"the mesh of '{obj.name}' has too many faces to bake its nodes")
-            return self.surface()
-        request = BakeRequest(self.material.original, list(self.varying), obj.data, obj.original, matrix, atlas)
+            return self.surface(read)
+        request = BakeRequest(self.material.original, list(self.varying), obj.data, obj.original, matrix, atlas, read)
         return _Pending(self, request)
 
     def warn_of_guess(self, why: str) -> None:
@@ -272,8 +316,8 @@ class _Reader:
             values = dict(zip(self.varying, bake_values(request), strict=True))
         except CyclesError as error:
             self.warn_of_guess(f"its nodes cannot be baked ({error})")
-            return self.surface()
-        evaluator = Evaluator(no_images)
+            return self.surface(request.values)
+        evaluator = Evaluator(no_images, request.values.get)
         lobes = combine(self.closures, lambda place: values[place] if place in values else evaluator.value(place))
         return self.made_of(lobes, Coordinates(atlas=request.atlas), extends=True)
 
@@ -291,6 +335,9 @@ class _Pending:
 
     def surface(self) -> Surface:
         return self.reader.baked(self.request)
+
+
+_MATERIAL_INDEX = Reading("INFO", "Material Index")
 
 
 def _matte(albedo: Sequence[float]) -> Lobes:
