@@ -50,12 +50,12 @@ def shown():
     scene = bpy.context.scene
     engine, camera = scene.render.engine, scene.camera
     scene.render.engine = Counter.bl_idname
-    scene.render.use_compositing = scene.render.use_sequencer = False
+    scene.render.use_compositing = scene.render.use_sequencer = scene.render.use_freestyle = False
     for layer in scene.view_layers:
         layer.use = layer == bpy.context.view_layer
     if camera is None:
         scene.camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    small_picture(8)
+    small_picture(64)
     bpy.ops.render.render()
     scene.render.engine, scene.camera = engine, camera
     bpy.utils.unregister_class(Counter)
@@ -66,7 +66,7 @@ def small_picture(width):
     """Make renders `width` pixels wide."""
     render = bpy.context.scene.render
     render.resolution_percentage, render.use_border = 100, False
-    render.resolution_x, render.resolution_y = width, max(4, round(width * render.resolution_y / render.resolution_x))
+    render.resolution_x, render.resolution_y = width, max(32, round(width * render.resolution_y / render.resolution_x))
 
 
 def cycles_seconds(names):
