@@ -2,9 +2,12 @@
 
 import sys
 from dataclasses import fields
+from threading import Event
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
+import photon_bake
 import pytest
 from photon_bake.addon.errors import BakeError, Cancelled
 from photon_bake.addon.inspector import Inspector
@@ -12,7 +15,8 @@ from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.settings import CHOICES, BakeSettings, settings_for
 from photon_bake.addon.ui.state import STAGE_SHARES, bake_state, share_done
-from photon_bake.operators.bake_indirect import Solver
+from photon_bake.operators import bake_indirect
+from photon_bake.operators.bake_indirect import TICK, Solver, Watch
 from photon_bake.operators.bake_job import BakeJob
 from photon_bake.operators.lightmap_target import WantedLightmaps
 from photon_bake.operators.vertex_target import VertexPoints, WantedVertices
@@ -220,6 +224,48 @@ def test_all_of_a_bake_keeps_to_the_memory(room, monkeypatch):
     bake = BakeJob.prepare(bpy.context, [WantedVertices()], Progress())
     bake.solve(room.settings(), Progress())
     assert given == [321]
+
+
+class FakeContext:
+    """A window's: its timers, and the operators that it runs."""
+
+    def __init__(self):
+        self.window_manager, self.window, self.timers = self, self, []
+
+    def event_timer_add(self, tick, window):
+        assert tick == TICK and window is self
+        self.timers.append(object())
+        return self.timers[-1]
+
+    def event_timer_remove(self, timer):
+        self.timers.remove(timer)
+
+
+def test_turned_off_while_a_bake_runs_in_a_window(room, monkeypatch):
+    """Its thread ends, its timer goes, and the panel forgets it; turned on again, it bakes."""
+    begun, context = Event(), FakeContext()
+
+    def solve(job, settings, progress, inspector):
+        while True:
+            begun.set()
+            progress.update("Tracing photons", 0)
+
+    with monkeypatch.context() as slow:
+        slow.setattr(BakeJob, "solve", solve)
+        progress = bake_state.start("final")
+        solver = Solver(BakeJob.prepare(bpy.context, [WantedVertices()], progress), None, progress, Inspector())
+        watch = Watch(solver, context)
+        assert begun.wait(10) and watch.alive and context.timers
+        slow.setattr(bake_indirect, "bpy", SimpleNamespace(context=context))
+        photon_bake.unregister()
+    try:
+        assert not solver.is_alive() and not context.timers and not bake_state.running
+        with pytest.raises(Cancelled):
+            solver.solved()
+        watch.end(context)  # a second time is nothing
+    finally:
+        photon_bake.register()
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
 
 
 def test_a_mesh_edited_meanwhile_is_refused(room):
