@@ -49,6 +49,44 @@ class Solver(Thread):
         return self._solved
 
 
+class Watch:
+    """A bake's thread, and the timer by which a window looks at it: Blender takes neither away with the operator."""
+
+    def __init__(self, solver: Solver, context: Any) -> None:
+        self._solver = solver
+        self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        _watches.append(self)
+        solver.start()
+
+    @property
+    def alive(self) -> bool:
+        """Whether the thread runs."""
+        return self._solver.is_alive()
+
+    def end(self, window_manager: Any) -> None:
+        """Look no longer."""
+        if self in _watches:
+            _watches.remove(self)
+            window_manager.event_timer_remove(self._timer)
+
+    def stop(self, window_manager: Any) -> None:
+        """Cancel the bake, and wait for its thread to end."""
+        self._solver.progress.cancel()
+        self._solver.join()
+        self.end(window_manager)
+        bake_state.stop()
+
+
+_watches: list[Watch] = []
+"""The bake that runs in a window, if one does."""
+
+
+def stop_watched() -> None:
+    """Stop the bake that runs in a window, if one does: for `unregister`, which ends operators without a word."""
+    for watch in list(_watches):
+        watch.stop(bpy.context.window_manager)
+
+
 class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     """Bake indirect light into a colour attribute"""
 
@@ -83,9 +121,8 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
             self._prepare(context)
         except Exception as error:
             return self._fail(error)
-        self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        self._watch = Watch(self._solver, context)
         context.window_manager.modal_handler_add(self)
-        self._solver.start()
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Any, event: Any) -> set[str]:
@@ -96,9 +133,9 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         redraw_view3d(context, "UI")
-        if self._solver.is_alive():
+        if self._watch.alive:
             return {"PASS_THROUGH"}
-        context.window_manager.event_timer_remove(self._timer)
+        self._watch.end(context.window_manager)
         try:
             return self._finish()
         except Exception as error:
@@ -106,10 +143,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
 
     def cancel(self, context: Any) -> None:
         """Blender ends the operator, because a file is opened or the window is closed."""
-        bake_state.cancel()
-        self._solver.join()
-        context.window_manager.event_timer_remove(self._timer)
-        bake_state.stop()
+        self._watch.stop(context.window_manager)
 
     def _prepare(self, context: Any) -> None:
         properties = context.scene.photon_bake

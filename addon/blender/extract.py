@@ -231,7 +231,7 @@ class _Found:
                     look.source.placed_by.append(placed_by)
 
     def _look(self, obj: "bpy.types.Object", known: dict[Reading, np.ndarray]) -> _Look | None:
-        """What there is of an evaluated object of which materials read some values; None where it is not the scene's."""
+        """What is known of an evaluated object of which materials read some values; None where it is our own."""
         key = (obj.original, obj.data, id(known) if known else 0)
         if key not in self._looks:
             look = _Look(obj.type, obj.name, obj.original, rays_that_see(obj, self._depsgraph.view_layer))
