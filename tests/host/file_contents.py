@@ -14,7 +14,7 @@ _NOT_HELD = {
     *("matrix_local", "matrix_world", "matrix_parent_inverse_world", "bound_box", "dimensions", "is_from_set", "info"),
     *("frame_duration", "alpha_mode", "file_format", "bindcode", "node_tree_override", "execution_time", "is_active"),
 }
-"""Properties that tell of Blender's state and not of the file, or that evaluation or reading changes (images are loaded)."""
+"""Properties that tell of Blender's state and not of the file, or that evaluation or reading images changes."""
 _DEEPEST = 3
 
 
