@@ -26,7 +26,7 @@ class WantedVertices:
         """See `Wanted.read`."""
         objects = bake_objects(depsgraph, names, warnings)
         check_color_attribute(objects, self.attribute)
-        return VertexTarget(receiver_meshes(objects, depsgraph), self.attribute)
+        return VertexTarget(receiver_meshes(objects, depsgraph, warnings, names is not None), self.attribute)
 
 
 @dataclass(frozen=True)

@@ -131,17 +131,15 @@ def _check_unchanged(obj: "bpy.types.Object", target: AttributeTarget) -> None:
     """A bake takes its time, and the mesh may have been edited meanwhile."""
     mesh = obj.data
     n = len(mesh.loops) if target.domain == "CORNER" else len(mesh.vertices)
-    if mesh.name != target.mesh_name or n != len(target.receiver_of_element):
+    if mesh.name != target.mesh_name or n != target.n_elements:
         raise BakeError(f"The mesh of object '{obj.name}' was changed during the bake: bake again.")
 
 
 def _values(colors: np.ndarray, target: AttributeTarget, mesh: "bpy.types.Mesh", corners: bool) -> np.ndarray:
     """RGBA of a mesh's vertices or corners, (e, 4) float32; black where no receiver is."""
-    receiver = target.receiver_of_element
-    rgba = np.zeros((len(receiver), 4), np.float32)
-    lit = receiver >= 0
-    rgba[lit, :3] = colors[receiver[lit]]
-    rgba[:, 3] = 1
+    values = target.values(colors)
+    rgba = np.ones((len(values), 4), np.float32)
+    rgba[:, :3] = values
     if corners and target.domain == "POINT":
         vertex = np.empty(len(mesh.loops), np.int32)
         mesh.loops.foreach_get("vertex_index", vertex)

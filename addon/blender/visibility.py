@@ -12,7 +12,7 @@ from functools import cached_property
 
 import bpy
 
-from .warn import Warnings
+from .warn import Warnings, listed
 
 RAYS = ("diffuse", "shadow", "glossy", "transmission", "camera")
 """The kinds of rays that an object may be hidden from, in Blender's words. Masks have a bit each, from the lowest."""
@@ -108,7 +108,7 @@ class RenderVisibility:
         ]
         objects = [obj for obj in objects if obj.type != "EMPTY" or obj.is_instancer]
         if objects:
-            names = _listed([f"'{obj.name}'" for obj in objects])
+            names = listed([f"'{obj.name}'" for obj in objects])
             warnings.add(
                 f"{len(objects)} object(s) that renders show are hidden in the viewport and were left out of the "
                 f"bake ({names}): show them in the viewport to bake with them."
@@ -125,7 +125,7 @@ def warn_of_modifiers(objects: Iterable["bpy.types.Object"], scene: "bpy.types.S
     ]
     if names:
         warnings.add(
-            f"{len(names)} modifier(s) differ in renders and were baked as the viewport shows them ({_listed(names)}): "
+            f"{len(names)} modifier(s) differ in renders and were baked as the viewport shows them ({listed(names)}): "
             "give them the same visibility, levels and amounts in both."
         )
 
@@ -158,7 +158,7 @@ def warn_of_hair(objects: Iterable["bpy.types.Object"], warnings: Warnings) -> N
     names = [f"'{obj.name}'" for obj in objects]
     if names:
         warnings.add(
-            f"{len(names)} object(s) have hair, points or a volume that is not baked ({_listed(names)}): make meshes "
+            f"{len(names)} object(s) have hair, points or a volume that is not baked ({listed(names)}): make meshes "
             "of them to bake with them."
         )
 
@@ -167,11 +167,6 @@ def has_hair(obj: "bpy.types.Object") -> bool:
     """Whether renders show hair of an object's particle systems."""
     systems = [one.particle_system for one in obj.modifiers if one.type == "PARTICLE_SYSTEM" and one.show_render]
     return any(one.settings.type == "HAIR" and one.settings.render_type == "PATH" for one in systems)
-
-
-def _listed(names: list[str]) -> str:
-    """The first five names."""
-    return ", ".join(names[:5]) + (", …" if len(names) > 5 else "")
 
 
 def hidden_in_viewport(obj: "bpy.types.Object", view_layer: "bpy.types.ViewLayer") -> bool:
