@@ -56,6 +56,12 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     bl_label = "Bake Indirect"
     bl_options = {"REGISTER", "UNDO"}
 
+    __annotations__ = {
+        "copies": bpy.props.BoolProperty(
+            name="Bake Copies", description="As the panel's setting", default=False, options={"HIDDEN", "SKIP_SAVE"}
+        )
+    }
+
     @classmethod
     def poll(cls, context: Any) -> bool:
         if bake_state.running:
@@ -113,8 +119,9 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     def _prepare(self, context: Any) -> None:
         properties = context.scene.photon_bake
         progress = bake_state.start(properties.gather, properties.targets)
-        names = selected_meshes(context) if properties.selected_only else None
-        job = BakeJob.prepare(context, wanted_by(properties), progress, names, properties.light_group)
+        copies = self.copies or properties.bake_copies
+        names = selected_objects(context, copies) if properties.selected_only else None
+        job = BakeJob.prepare(context, wanted_by(properties, copies), progress, names, properties.light_group)
         self._solver = Solver(job, properties.settings(), progress, debug_views.start())
 
     def _finish(self) -> set[str]:
@@ -141,8 +148,8 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         return {"CANCELLED"}
 
 
-def wanted_by(properties: Any) -> list[Wanted]:
-    """What the panel asks for."""
+def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
+    """What the panel asks for; with copies of objects whose mesh cannot hold their light, or without."""
     wanted: list[Wanted] = []
     if "lightmap" in properties.targets:
         folder = _folder(properties.lightmap.folder, "the lightmaps have")
@@ -152,7 +159,7 @@ def wanted_by(properties: Any) -> list[Wanted]:
         folder = _folder(properties.camera.folder, "the camera's pass has")
         wanted.append(WantedCamera(properties.camera.settings(), folder))
     if "vertex" in properties.targets:
-        wanted.append(WantedVertices(properties.attribute))
+        wanted.append(WantedVertices(properties.attribute, copies))
     if not wanted:
         raise BakeError("Nothing is chosen to bake to: choose Vertices, Lightmaps or Camera.")
     return wanted
@@ -165,9 +172,10 @@ def _folder(folder: str, what_has: str) -> Path:
     return Path(bpy.path.abspath(folder))
 
 
-def selected_meshes(context: Any) -> list[str]:
-    """Names of the selected mesh objects."""
-    names = [thing.name for thing in context.selected_objects if thing.type == "MESH"]
+def selected_objects(context: Any, copies: bool) -> list[str]:
+    """Names of the selected mesh objects, and with copies of all others that may show meshes."""
+    kinds = {"MESH", "CURVE", "SURFACE", "FONT", "META", "EMPTY"} if copies else {"MESH"}
+    names = [thing.name for thing in context.selected_objects if thing.type in kinds]
     if not names:
         raise BakeError("No mesh object is selected: select some, or turn Selected Only off.")
     return names

@@ -1,6 +1,7 @@
 """A bake in three steps, for the button, for scripts and for the command line: one solve for all that is asked for."""
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from ..addon.blender import extract_scene
+from ..addon.blender.baked_copies import originals_shown
 from ..addon.inspector import Inspector
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
@@ -17,6 +19,7 @@ from ..addon.scene import Scene
 from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
 from .camera_target import CameraTarget
+from .vertex_target import WantedVertices
 
 if TYPE_CHECKING:
     from ..addon.bake import Solution
@@ -170,6 +173,20 @@ class BakeJob:
         """
         progress.update(READING, 0)
         warnings: list[str] = []
+        copies = any(isinstance(one, WantedVertices) and one.copies for one in wanted)
+        with originals_shown() if copies else nullcontext():
+            return cls._read(context, wanted, progress, names, light_group, warnings)
+
+    @classmethod
+    def _read(
+        cls,
+        context: Any,
+        wanted: Sequence[Wanted],
+        progress: Progress,
+        names: list[str] | None,
+        light_group: str,
+        warnings: list[str],
+    ) -> "BakeJob":
         depsgraph = context.evaluated_depsgraph_get()
         targets = [one.read(depsgraph, names, progress, warnings) for one in wanted]
         depsgraph = context.evaluated_depsgraph_get()  # making UV maps may have left it behind

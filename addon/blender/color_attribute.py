@@ -66,7 +66,7 @@ def write_color_attribute(irradiance_value: np.ndarray, receivers: Receivers, at
         mesh = sharers[0][0].data
         corners = any(target.domain == "CORNER" for _, target in sharers)
         values = [_values(colors, target, mesh, corners) for _, target in sharers]
-        _write(mesh, attribute_name, "CORNER" if corners else "POINT", np.mean(values, axis=0, dtype=np.float32))
+        write_color(mesh, attribute_name, "CORNER" if corners else "POINT", np.mean(values, axis=0, dtype=np.float32))
     return [_shared_warning([obj for obj, _ in sharers]) for sharers in by_mesh.values() if len(sharers) > 1]
 
 
@@ -147,7 +147,8 @@ def _values(colors: np.ndarray, target: AttributeTarget, mesh: "bpy.types.Mesh",
     return rgba
 
 
-def _write(mesh: "bpy.types.Mesh", name: str, domain: str, rgba: np.ndarray) -> None:
+def write_color(mesh: "bpy.types.Mesh", name: str, domain: str, rgba: np.ndarray) -> None:
+    """Set a colour attribute of a mesh from its elements' (e, 4) values, and make it the active one."""
     attribute = mesh.attributes.get(name)
     if attribute is not None and (attribute.data_type, attribute.domain) != ("FLOAT_COLOR", domain):
         mesh.attributes.remove(attribute)

@@ -32,11 +32,16 @@ UNREACHED = 0.01
 """Share of an object's surface that may show no light without a warning."""
 
 
+class NotShownError(BakeError):
+    """Modifiers leave nothing of a mesh that could show light."""
+
+
 def receiver_meshes(
     objects: "list[bpy.types.Object]",
     depsgraph: "bpy.types.Depsgraph",
     warnings: list[str] | None = None,
     all_of_them: bool = True,
+    flawed: "list[bpy.types.Object] | None" = None,
 ) -> list[ReceiverMesh]:
     """The meshes that values are wanted for.
 
@@ -49,6 +54,8 @@ def receiver_meshes(
         Sentences about light that cannot be shown as it is are appended.
     all_of_them : bool
         Whether an object that cannot be baked to is an error, or is left out with a warning.
+    flawed : list of bpy.types.Object, optional
+        Objects whose mesh cannot show their light as it is are appended instead, and left out.
 
     Raises
     ------
@@ -57,36 +64,45 @@ def receiver_meshes(
     """
     warn = Warnings(warnings)
     evaluated = {obj: obj.evaluated_get(depsgraph).data for obj in objects}
-    probed = [obj for obj in objects if may_change_elements(obj) and not _same_elements(obj.data, evaluated[obj])]
-    maps = attribute_maps(probed, depsgraph.scene)
+    probed = {obj for obj in objects if may_change_elements(obj) and not _same_elements(obj.data, evaluated[obj])}
+    maps = attribute_maps([obj for obj in objects if obj in probed], depsgraph.scene)
     meshes: dict[bpy.types.Object, ReceiverMesh] = {}
     refusals = []
     for obj in objects:
         try:
-            meshes[obj] = _receiver_mesh(obj, depsgraph, obj in probed, maps.get(obj))
+            mesh = _receiver_mesh(obj, depsgraph, obj in probed, maps.get(obj))
         except BakeError as error:
+            if flawed is not None and isinstance(error, NotShownError):
+                flawed.append(obj)
+                continue
             if all_of_them:
                 raise
             refusals.append(str(error))
-    if objects and not meshes:
+            continue
+        if flawed is not None and (_lacks_light(mesh) or _repeats_light(obj, mesh, depsgraph)):
+            flawed.append(obj)
+        else:
+            meshes[obj] = mesh
+    if refusals and not meshes and not flawed:
         raise BakeError(f"Nothing to bake: {refusals[0]}")
     for sentence in refusals:
         warn.add(f"Left out: {sentence}")
-    _warn_of_copied_faces(meshes, depsgraph, warn)
+    if flawed is None:
+        _warn_of_flaws(meshes, depsgraph, warn)
     return list(meshes.values())
 
 
 def _receiver_mesh(
     obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph", is_probed: bool, mapped: AttributeMap | None
 ) -> ReceiverMesh:
-    evaluated = obj.evaluated_get(depsgraph).data
+    mesh, evaluated = obj.data, obj.evaluated_get(depsgraph).data
+    matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
     if is_probed:
         if mapped is None or len(mapped.area) != len(evaluated.loops):
-            raise _nothing_to_hang_light_on(obj, depsgraph)
-        return evaluated_receiver_mesh(obj, depsgraph, evaluated, mapped)
-    if len(evaluated.vertices) < len(obj.data.vertices):
-        raise _nothing_to_hang_light_on(obj, depsgraph)
-    mesh, matrix = obj.data, np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
+            raise _not_shown(obj, depsgraph)
+        return evaluated_receiver_mesh(obj.name, mesh.name, evaluated, matrix, mapped)
+    if len(evaluated.vertices) < len(mesh.vertices):
+        raise _not_shown(obj, depsgraph)
     local = _positions(evaluated)[: len(mesh.vertices)]
     normals, on_corners = _normals(obj, evaluated, local)
     return ReceiverMesh(
@@ -101,19 +117,19 @@ def _receiver_mesh(
 
 
 def evaluated_receiver_mesh(
-    obj: "bpy.types.Object",
-    depsgraph: "bpy.types.Depsgraph",
+    object_name: str,
+    mesh_name: str,
     evaluated: "bpy.types.Mesh",
+    matrix: np.ndarray,
     mapped: AttributeMap | None = None,
 ) -> ReceiverMesh:
-    """An evaluated mesh of an original object in its own elements, and how they lead back to the stored ones."""
-    matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
+    """An evaluated mesh in its own elements, where a (4, 4) matrix puts it, and how they lead back to stored ones."""
     smooth = evaluated.normals_domain == "POINT"
     return ReceiverMesh(
-        object_name=obj.name,
-        mesh_name=obj.data.name,
+        object_name=object_name,
+        mesh_name=mesh_name,
         domain="POINT" if smooth else "CORNER",
-        positions=to_world(_positions(evaluated), matrix, obj.name),
+        positions=to_world(_positions(evaluated), matrix, object_name),
         normals=place_normals(_read_normals(evaluated.vertex_normals if smooth else evaluated.corner_normals), matrix),
         corner_vertex=corner_vertex(evaluated),
         corner_face=_corner_face(evaluated),
@@ -121,8 +137,8 @@ def evaluated_receiver_mesh(
     )
 
 
-def _nothing_to_hang_light_on(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> BakeError:
-    return BakeError(
+def _not_shown(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> NotShownError:
+    return NotShownError(
         f"Object '{obj.name}': its modifier '{_culprit(obj, depsgraph)}' makes a new mesh that shows no attribute of "
         "the old one: turn on Bake Copies, or apply the modifier."
     )
@@ -135,29 +151,34 @@ def _culprit(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> str:
     return next((modifier.name for modifier in (*changing, *modifiers)), "?")
 
 
-def _warn_of_copied_faces(
+def _lacks_light(mesh: ReceiverMesh) -> bool:
+    """Whether some of the surface shows no light."""
+    return mesh.map is not None and mesh.map.unreached_share > UNREACHED
+
+
+def _repeats_light(obj: "bpy.types.Object", mesh: ReceiverMesh, depsgraph: "bpy.types.Depsgraph") -> bool:
+    """Whether some of the surface shows the light of other places."""
+    if mesh.map is None:
+        return any(modifier.type in COPIES_FACES for modifier in active_modifiers(obj, depsgraph.mode))
+    corner_normals = mesh.normals if mesh.domain == "CORNER" else mesh.normals[mesh.corner_vertex]
+    return mesh.map.misplaced(mesh.positions[mesh.corner_vertex], corner_normals) > MISPLACED
+
+
+def _warn_of_flaws(
     meshes: "dict[bpy.types.Object, ReceiverMesh]", depsgraph: "bpy.types.Depsgraph", warn: Warnings
 ) -> None:
-    """Name the objects that show light of some faces on others, and those that show none on some."""
-    several = []
+    """Name the objects that show no light on some of their surface, or that of other places."""
     for obj, mesh in meshes.items():
-        if mesh.map is None:
-            copying = [one for one in active_modifiers(obj, depsgraph.mode) if one.type in COPIES_FACES]
-            several += [f"'{obj.name}' by '{copying[0].name}'"] if copying else []
-            continue
-        share = mesh.map.unreached_share
-        if share > UNREACHED:
+        if mesh.map is not None and _lacks_light(mesh):
             warn.add(
-                f"Object '{obj.name}': {share:.0%} of its surface shows no light, as its modifier "
+                f"Object '{obj.name}': {mesh.map.unreached_share:.0%} of its surface shows no light, as its modifier "
                 f"'{_culprit(obj, depsgraph)}' makes faces that show no attribute: turn on Bake Copies."
             )
-        corner_normals = mesh.normals if mesh.domain == "CORNER" else mesh.normals[mesh.corner_vertex]
-        if mesh.map.misplaced(mesh.positions[mesh.corner_vertex], corner_normals) > MISPLACED:
-            several.append(f"'{obj.name}' by '{_culprit(obj, depsgraph)}'")
-    if several:
+    repeating = [f"'{obj.name}'" for obj, mesh in meshes.items() if _repeats_light(obj, mesh, depsgraph)]
+    if repeating:
         warn.add(
-            f"{len(several)} object(s) show the same light in several places, where modifiers copy faces "
-            f"({listed(several)}): turn on Bake Copies for light of their own."
+            f"{len(repeating)} object(s) show the same light in several places, as their modifiers copy faces "
+            f"({listed(repeating)}): turn on Bake Copies for light of their own."
         )
 
 
@@ -185,7 +206,9 @@ def check_is_mesh(obj: "bpy.types.Object") -> None:
         If not, naming the object and what to do.
     """
     if obj.type != "MESH":
-        raise BakeError(f"Object '{obj.name}' is not a mesh: convert it to one (Object > Convert) to bake to it.")
+        raise BakeError(
+            f"Object '{obj.name}' is not a mesh: convert it to one (Object > Convert), or turn on Bake Copies."
+        )
 
 
 def check_shape(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> None:

@@ -184,6 +184,12 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
             description="Write light to the selected objects only; all objects still scatter and block it",
             default=False,
         ),
+        "bake_copies": bpy.props.BoolProperty(
+            name="Bake Copies",
+            description="Objects whose mesh cannot hold their light (texts, curves, instances, shared meshes, geometry "
+            "that modifiers make anew) get copies with meshes of their own, and are hidden in renders",
+            default=False,
+        ),
         **{knob.name: _property(BakeSettings, knob) for knob in KNOBS},
     }
 
