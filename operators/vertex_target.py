@@ -10,7 +10,7 @@ from ..addon.blender.baked_copies import (
     check_copied,
     copyable,
     read_copies,
-    shown_objects,
+    shown_meshes,
     warn_of_shared_light,
     write_light,
 )
@@ -51,11 +51,11 @@ class WantedVertices:
         check_color_attribute(objects, self.attribute)
         meshes = receiver_meshes(objects, depsgraph, warnings, names is not None)
         if names is None:
-            warn_of_shared_light(shown_objects(depsgraph), Warnings(warnings))
+            warn_of_shared_light(shown_meshes(depsgraph), Warnings(warnings))
         return VertexTarget(meshes, [], self.attribute)
 
     def _with_copies(self, depsgraph: Any, names: list[str] | None, warnings: list[str]) -> "VertexTarget":
-        shown = shown_objects(depsgraph)
+        shown = shown_meshes(depsgraph)
         copied = set(copyable(shown, names, Warnings(warnings)))
 
         def check(obj: Any, graph: Any) -> None:

@@ -54,7 +54,7 @@ def bake_objects(
         else:
             chosen.append(obj)
     if not chosen:
-        raise BakeError(f"Nothing to bake: {refusals[0]}")
+        raise BakeError(f"Nothing to bake: {refusals[0] if refusals else 'renders show no mesh with faces.'}")
     for sentence in refusals:
         warn.add(f"Left out: {sentence}")
     return chosen

@@ -81,7 +81,7 @@ class Shown:
     all_meshes: bool = True
 
 
-def shown_objects(depsgraph: "bpy.types.Depsgraph") -> "dict[bpy.types.Object, Shown]":
+def shown_meshes(depsgraph: "bpy.types.Depsgraph") -> "dict[bpy.types.Object, Shown]":
     """The original objects of a graph that show something in renders, themselves or by instances."""
     found: dict[bpy.types.Object, Shown] = {}
     for owner, instance in _instances(depsgraph):

@@ -166,5 +166,5 @@ def _shared_warning(objects: "list[bpy.types.Object]") -> str:
     names = ", ".join(f"'{obj.name}'" for obj in objects[:5]) + (", …" if len(objects) > 5 else "")
     return (
         f"Mesh '{objects[0].data.name}' is shared by {names} and got the mean of their light: make it single-user "
-        "(Object > Relations > Make Single User) for light of its own."
+        "(Object > Relations > Make Single User), or turn on Bake Copies, for light of its own."
     )

@@ -159,6 +159,20 @@ def test_no_faces_are_left():
         bake_light_at(obj)
 
 
+def test_instances_on_particles():
+    emitter = scenes.add_plane("Emitter")
+    emitter.modifiers.new("Particles", "PARTICLE_SYSTEM")
+    settings = emitter.particle_systems[0].settings
+    settings.count, settings.frame_start, settings.frame_end = 5, 0, 0
+    emitter.hide_render = True
+    obj = scenes.add_cube()
+    modifier = obj.modifiers.new("Instances", "PARTICLE_INSTANCE")
+    modifier.object, modifier.show_unborn = emitter, True
+    warnings = bake_light_at(obj)
+    assert len(obj.evaluated_get(scenes.depsgraph()).data.vertices) == 40
+    assert [SEVERAL in warning for warning in warnings] == [True]
+
+
 def test_boolean_shows_light_on_what_is_left_and_names_what_is_new():
     obj = scenes.add_cube()
     cutter = scenes.add_cube("Cutter")
