@@ -95,6 +95,12 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
     _job: BakeJob | None = None
 
+    __annotations__ = {
+        "copies": bpy.props.BoolProperty(
+            name="Bake Copies", description="As the panel's setting", default=False, options={"HIDDEN", "SKIP_SAVE"}
+        )
+    }
+
     @classmethod
     def poll(cls, context: Any) -> bool:
         if bake_state.running:
@@ -148,9 +154,10 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     def _prepare(self, context: Any) -> None:
         properties = context.scene.photon_bake
         progress = bake_state.start(properties.gather, properties.targets)
-        wanted, names = wanted_by(properties), None
+        copies = self.copies or properties.bake_copies
+        wanted, names = wanted_by(properties, copies), None
         if properties.selected_only and properties.targets != {"camera"}:  # a camera sees all objects
-            names = selected_meshes(context)
+            names = selected_objects(context, copies)
         job = BakeJob.prepare(context, wanted, progress, names, properties.light_group, properties.strict)
         self._job = job
         job.check_strict()
@@ -184,8 +191,8 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         return {"CANCELLED"}
 
 
-def wanted_by(properties: Any) -> list[Wanted]:
-    """What the panel asks for."""
+def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
+    """What the panel asks for; with copies of objects whose mesh cannot hold their light, or without."""
     wanted: list[Wanted] = []
     if "lightmap" in properties.targets:
         folder = _folder(properties.lightmap.folder, "the lightmaps have")
@@ -195,7 +202,7 @@ def wanted_by(properties: Any) -> list[Wanted]:
         folder = _folder(properties.camera.folder, "the camera's pass has")
         wanted.append(WantedCamera(properties.camera.settings(), folder))
     if "vertex" in properties.targets:
-        wanted.append(WantedVertices(properties.attribute))
+        wanted.append(WantedVertices(properties.attribute, copies))
     if not wanted:
         raise BakeError("Nothing is chosen to bake to: choose Vertices, Lightmaps or Camera.")
     return wanted
@@ -208,9 +215,10 @@ def _folder(folder: str, what_has: str) -> Path:
     return Path(bpy.path.abspath(folder))
 
 
-def selected_meshes(context: Any) -> list[str]:
-    """Names of the selected mesh objects."""
-    names = [thing.name for thing in context.selected_objects if thing.type == "MESH"]
+def selected_objects(context: Any, copies: bool) -> list[str]:
+    """Names of the selected mesh objects, and with copies of all others that may show meshes."""
+    kinds = {"MESH", "CURVE", "SURFACE", "FONT", "META", "EMPTY"} if copies else {"MESH"}
+    names = [thing.name for thing in context.selected_objects if thing.type in kinds]
     if not names:
         raise BakeError("No mesh object is selected: select some, or turn Selected Only off.")
     return names

@@ -203,6 +203,12 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
             description="Write nothing where light would differ from Cycles', or where a file is missing",
             default=False,
         ),
+        "bake_copies": bpy.props.BoolProperty(
+            name="Bake Copies",
+            description="Objects whose mesh cannot hold their light (texts, curves, instances, shared meshes, geometry "
+            "that modifiers make anew) get copies with meshes of their own, and are hidden in renders",
+            default=False,
+        ),
         **{knob.name: _property(BakeSettings, knob) for knob in KNOBS},
     }
 
