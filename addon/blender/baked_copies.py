@@ -148,13 +148,13 @@ def copyable(
 ) -> "list[bpy.types.Object]":
     """Those objects, of some names or all, that can have light of their own in copies alone.
 
-    They are not meshes, show instances, or share their mesh.
+    They are not meshes, show instances, share their mesh, or have one that is linked from another file.
     """
     shown = {obj: what for obj, what in shown.items() if what.n_meshes and (names is None or obj.name in names)}
     users = Counter(obj.data for obj in shown if obj.type == "MESH")
     chosen = []
     for obj, what in shown.items():
-        if obj.type == "MESH" and not what.instances and users[obj.data] < 2:
+        if obj.type == "MESH" and not what.instances and users[obj.data] < 2 and obj.data.is_editable:
             continue
         if what.n_meshes > MAX_COPIES:
             warn.add(

@@ -133,7 +133,7 @@ def check_editable(obj: "bpy.types.Object") -> None:
     if not obj.data.is_editable:
         raise BakeError(
             f"The mesh of object '{obj.name}' is linked from another file and cannot be written: make it local "
-            "(Object > Relations > Make Local)."
+            "(Object > Relations > Make Local), or turn on Bake Copies."
         )
 
 

@@ -171,6 +171,19 @@ def test_what_was_changed_meanwhile_gets_no_copy(room):
         job.write(solved, Progress())
 
 
+def test_a_linked_mesh_gets_a_copy(room, tmp_path):
+    path = str(tmp_path / "library.blend")
+    mesh = scenes.add_cube("Box").data
+    bpy.data.libraries.write(path, {mesh})
+    bpy.data.batch_remove([bpy.data.objects["Box"], mesh])
+    with bpy.data.libraries.load(path, link=True) as (source, target):
+        target.meshes = source.meshes
+    box = bpy.data.objects.new("Box", target.meshes[0])
+    bpy.context.scene.collection.objects.link(box)
+    assert bake() == []
+    assert "Indirect" in copy_of(box).data.color_attributes and copy_of(box).data.library is None
+
+
 def test_sheared_objects_keep_their_shape(room):
     parent = bpy.data.objects.new("Parent", None)
     bpy.context.scene.collection.objects.link(parent)
