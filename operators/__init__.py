@@ -5,11 +5,12 @@ import bpy
 from ..addon.blender import render_graph
 from ..addon.ui.state import bake_state
 from . import command_line
-from .bake_indirect import PHOTON_BAKE_OT_bake_indirect
+from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, stop_watched
 from .cancel import PHOTON_BAKE_OT_cancel
 from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
 from .export_gltf import PHOTON_BAKE_OT_export_gltf
 from .lightmap_preview import PHOTON_BAKE_OT_hide_lightmaps, PHOTON_BAKE_OT_show_lightmaps
+from .remove_copies import PHOTON_BAKE_OT_remove_copies
 
 CLASSES = (
     PHOTON_BAKE_OT_bake_indirect,
@@ -19,6 +20,7 @@ CLASSES = (
     PHOTON_BAKE_OT_export_gltf,
     PHOTON_BAKE_OT_add_pass,
     PHOTON_BAKE_OT_remove_pass,
+    PHOTON_BAKE_OT_remove_copies,
 )
 
 
@@ -30,8 +32,9 @@ def register() -> None:
 
 
 def unregister() -> None:
-    """Take them away again; a bake that runs is asked to stop."""
-    bake_state.cancel()
+    """Take them away again; a bake that runs is cancelled, and nothing of it is left."""
+    stop_watched()
+    bake_state.cancel()  # one that a script runs
     bake_state.stop()
     command_line.unregister()
     render_graph.unregister()

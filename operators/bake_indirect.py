@@ -49,6 +49,44 @@ class Solver(Thread):
         return self._solved
 
 
+class Watch:
+    """A bake's thread, and the timer by which a window looks at it: Blender takes neither away with the operator."""
+
+    def __init__(self, solver: Solver, context: Any) -> None:
+        self._solver = solver
+        self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        _watches.append(self)
+        solver.start()
+
+    @property
+    def alive(self) -> bool:
+        """Whether the thread runs."""
+        return self._solver.is_alive()
+
+    def end(self, window_manager: Any) -> None:
+        """Look no longer."""
+        if self in _watches:
+            _watches.remove(self)
+            window_manager.event_timer_remove(self._timer)
+
+    def stop(self, window_manager: Any) -> None:
+        """Cancel the bake, and wait for its thread to end."""
+        self._solver.progress.cancel()
+        self._solver.join()
+        self.end(window_manager)
+        bake_state.stop()
+
+
+_watches: list[Watch] = []
+"""The bake that runs in a window, if one does."""
+
+
+def stop_watched() -> None:
+    """Stop the bake that runs in a window, if one does: for `unregister`, which ends operators without a word."""
+    for watch in list(_watches):
+        watch.stop(bpy.context.window_manager)
+
+
 class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     """Bake indirect light into a colour attribute"""
 
@@ -56,6 +94,12 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     bl_label = "Bake Indirect"
     bl_options = {"REGISTER", "UNDO"}
     _job: BakeJob | None = None
+
+    __annotations__ = {
+        "copies": bpy.props.BoolProperty(
+            name="Bake Copies", description="As the panel's setting", default=False, options={"HIDDEN", "SKIP_SAVE"}
+        )
+    }
 
     @classmethod
     def poll(cls, context: Any) -> bool:
@@ -83,9 +127,8 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
             self._prepare(context)
         except Exception as error:
             return self._fail(error)
-        self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
+        self._watch = Watch(self._solver, context)
         context.window_manager.modal_handler_add(self)
-        self._solver.start()
         return {"RUNNING_MODAL"}
 
     def modal(self, context: Any, event: Any) -> set[str]:
@@ -96,9 +139,9 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         redraw_view3d(context, "UI")
-        if self._solver.is_alive():
+        if self._watch.alive:
             return {"PASS_THROUGH"}
-        context.window_manager.event_timer_remove(self._timer)
+        self._watch.end(context.window_manager)
         try:
             return self._finish()
         except Exception as error:
@@ -106,17 +149,15 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
 
     def cancel(self, context: Any) -> None:
         """Blender ends the operator, because a file is opened or the window is closed."""
-        bake_state.cancel()
-        self._solver.join()
-        context.window_manager.event_timer_remove(self._timer)
-        bake_state.stop()
+        self._watch.stop(context.window_manager)
 
     def _prepare(self, context: Any) -> None:
         properties = context.scene.photon_bake
         progress = bake_state.start(properties.gather, properties.targets)
-        wanted, names = wanted_by(properties), None
+        copies = self.copies or properties.bake_copies
+        wanted, names = wanted_by(properties, copies), None
         if properties.selected_only and properties.targets != {"camera"}:  # a camera sees all objects
-            names = selected_meshes(context)
+            names = selected_objects(context, copies)
         job = BakeJob.prepare(context, wanted, progress, names, properties.light_group, properties.strict)
         self._job = job
         job.check_strict()
@@ -150,8 +191,8 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         return {"CANCELLED"}
 
 
-def wanted_by(properties: Any) -> list[Wanted]:
-    """What the panel asks for."""
+def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
+    """What the panel asks for; with copies of objects whose mesh cannot hold their light, or without."""
     wanted: list[Wanted] = []
     if "lightmap" in properties.targets:
         folder = _folder(properties.lightmap.folder, "the lightmaps have")
@@ -161,7 +202,7 @@ def wanted_by(properties: Any) -> list[Wanted]:
         folder = _folder(properties.camera.folder, "the camera's pass has")
         wanted.append(WantedCamera(properties.camera.settings(), folder))
     if "vertex" in properties.targets:
-        wanted.append(WantedVertices(properties.attribute))
+        wanted.append(WantedVertices(properties.attribute, copies))
     if not wanted:
         raise BakeError("Nothing is chosen to bake to: choose Vertices, Lightmaps or Camera.")
     return wanted
@@ -174,9 +215,10 @@ def _folder(folder: str, what_has: str) -> Path:
     return Path(bpy.path.abspath(folder))
 
 
-def selected_meshes(context: Any) -> list[str]:
-    """Names of the selected mesh objects."""
-    names = [thing.name for thing in context.selected_objects if thing.type == "MESH"]
+def selected_objects(context: Any, copies: bool) -> list[str]:
+    """Names of the selected mesh objects, and with copies of all others that may show meshes."""
+    kinds = {"MESH", "CURVE", "SURFACE", "FONT", "META", "EMPTY"} if copies else {"MESH"}
+    names = [thing.name for thing in context.selected_objects if thing.type in kinds]
     if not names:
         raise BakeError("No mesh object is selected: select some, or turn Selected Only off.")
     return names

@@ -1,6 +1,7 @@
 """A bake in three steps, for the button, for scripts and for the command line: one solve for all that is asked for."""
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -11,6 +12,7 @@ import numpy as np
 
 from ..addon.blender import READING, SceneReading, in_render_graph, read_scene
 from ..addon.blender.as_read import Placement, edit_mode_left, named
+from ..addon.blender.baked_copies import originals_shown
 from ..addon.errors import Advice, BakeError, refuse_differences
 from ..addon.inspector import Inspector
 from ..addon.output import check_space
@@ -22,6 +24,7 @@ from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
 from ..addon.ui.state import duration
 from .camera_target import CameraTarget
+from .vertex_target import WantedVertices
 from .written import Written
 
 if TYPE_CHECKING:
@@ -212,7 +215,9 @@ class BakeJob:
             for_camera = any(isinstance(target, CameraTarget) for target in targets)
             return targets, read_scene(depsgraph, warnings, light_group, for_camera, progress)
 
-        targets, reading = in_render_graph(context.scene, context.view_layer, read)
+        copies = any(isinstance(one, WantedVertices) and one.copies for one in wanted)
+        with originals_shown() if copies else nullcontext():
+            targets, reading = in_render_graph(context.scene, context.view_layer, read)
         scene = reading.scene(context.scene)
         progress.update(READING, 1)
         counts, placement = {"triangles": scene.n_triangles}, Placement(context.view_layer)
@@ -291,6 +296,7 @@ class BakeJob:
             If nothing can be written; nothing was changed then.
         """
         progress.update(WRITING, 0)
+        bpy.context.view_layer.update()  # a script may have changed it since
         written = Written(warnings=self._moved())
         with edit_mode_left():
             self.check_strict([*written.warnings, *(one for product in solved.products for one in product.concerns())])

@@ -68,6 +68,8 @@ class Options:
     objects : list of str or None
         None: every renderable mesh object. A name with commas in it counts as it is where there is such an object.
     attribute : str
+    copies : bool
+        Whether objects whose mesh cannot hold their light get copies.
     light_group : str
         Whose light is baked alone; empty for all light.
     targets : list of str
@@ -95,6 +97,7 @@ class Options:
     settings: BakeSettings
     objects: list[str] | None
     attribute: str
+    copies: bool
     light_group: str
     targets: list[str]
     lightmaps: LightmapSettings | None
@@ -133,6 +136,8 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
     for option, name in OF_CAMERAS.items():
         if getattr(given, name) is not None and "camera" not in targets:
             parser.error(f"{option} is for a camera's pass: give --target camera too")
+    if given.copies and "vertex" not in targets:
+        parser.error("--copies is for light on vertices: give --target vertex too")
     if given.output is not None and targets == ["vertex"]:
         parser.error("--output is for lightmaps and a camera's pass: give --target lightmap or camera too")
     if targets != ["vertex"] and given.output is None and not loaded_file:
@@ -155,6 +160,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         settings=settings,
         objects=given.objects or None,
         attribute=given.attribute,
+        copies=given.copies,
         light_group=given.light_group or "",
         targets=targets,
         lightmaps=lightmaps,
@@ -190,6 +196,8 @@ def _parser() -> ArgumentParser:
     meaning = "an object to bake, with commas in its name if it has any; repeatable"
     add("--object", type=_name, dest="objects", action="append", metavar="NAME", help=meaning)
     add("--attribute", type=_name, default="Indirect", metavar="NAME", help="colour attribute; default %(default)s")
+    meaning = "give objects whose mesh cannot hold their light copies with meshes of their own"
+    add("--copies", action="store_true", help=meaning)
     add("--light-group", type=_name, metavar="NAME", help="bake the light of one light group alone")
     for name, choices in CHOICES.items():
         add(f"--{name}", type=_one_of(*choices), metavar="|".join(choices), help=_sentence(CHOICE_MEANINGS[name]))

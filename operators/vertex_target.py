@@ -1,12 +1,23 @@
 """Light at vertices, as a colour attribute."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..addon.blender import bake_objects, check_color_attribute, receiver_meshes, write_color_attribute
+from ..addon.blender import bake_objects, check_color_attribute, receiver_meshes
 from ..addon.blender.as_read import AsRead
+from ..addon.blender.baked_copies import (
+    CopyMesh,
+    check_copied,
+    copyable,
+    read_copies,
+    shown_meshes,
+    warn_of_shared_light,
+    write_light,
+)
 from ..addon.blender.color_attribute import light_takers
+from ..addon.blender.vertex_meshes import check_target
+from ..addon.blender.warn import Warnings
 from ..addon.errors import Advice
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
@@ -22,31 +33,77 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class WantedVertices:
-    """Light is wanted in a colour attribute."""
+    """Light is wanted in a colour attribute.
+
+    Attributes
+    ----------
+    attribute : str
+    copies : bool
+        Whether objects whose mesh cannot hold their light get copies with meshes of their own.
+    """
 
     attribute: str = "Indirect"
+    copies: bool = False
 
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
     ) -> "VertexTarget":
         """See `Wanted.read`."""
+        read = self._with_copies if self.copies else self._without_copies
+        return read(depsgraph, names, progress, warnings)
+
+    def _without_copies(
+        self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]
+    ) -> "VertexTarget":
         objects = bake_objects(depsgraph, names, warnings)
         check_color_attribute(objects, self.attribute)
-        meanwhile = [AsRead.of(obj) for obj in objects]
-        return VertexTarget(receiver_meshes(objects, depsgraph, progress), self.attribute, meanwhile)
+        meshes = receiver_meshes(objects, depsgraph, warnings, names is not None, progress=progress)
+        if names is None:
+            warn_of_shared_light(shown_meshes(depsgraph), Warnings(warnings))
+        return VertexTarget(meshes, [], self.attribute, _as_read(objects, meshes))
+
+    def _with_copies(
+        self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]
+    ) -> "VertexTarget":
+        shown = shown_meshes(depsgraph)
+        copied = set(copyable(shown, names, Warnings(warnings)))
+
+        def check(obj: Any, graph: Any) -> None:
+            check_copied(obj, graph) if obj in copied else check_target(obj, graph)
+
+        candidates = [obj for obj in shown if obj in copied or obj.type == "MESH"]
+        objects = bake_objects(depsgraph, names, warnings, check, candidates)
+        own = [obj for obj in objects if obj not in copied]
+        check_color_attribute(own, self.attribute)
+        replaceable = [obj for obj in own if obj in shown and shown[obj].all_meshes and obj.is_editable]
+        others = [obj for obj in own if obj not in replaceable]
+        flawed: list[Any] = []
+        meshes = receiver_meshes(replaceable, depsgraph, warnings, names is not None, flawed, progress)
+        meshes += receiver_meshes(others, depsgraph, warnings, names is not None, progress=progress)
+        copies = read_copies([obj for obj in objects if obj in copied or obj in flawed], depsgraph)
+        return VertexTarget(meshes, copies, self.attribute, _as_read([*replaceable, *others], meshes))
+
+
+def _as_read(objects: list[Any], meshes: list[ReceiverMesh]) -> list[AsRead]:
+    """The objects of meshes, which are those of some of `objects` in their order."""
+    rest = iter(objects)
+    return [AsRead.of(next(obj for obj in rest if obj.name == mesh.object_name)) for mesh in meshes]
 
 
 @dataclass(frozen=True)
 class VertexTarget:
-    """Meshes whose vertices or corners get light, the name of their attribute, and their objects."""
+    """Meshes whose vertices or corners get light, those that get copies with it, the name of the attribute, and the
+    objects of the meshes.
+    """
 
     meshes: list[ReceiverMesh]
+    copies: list[CopyMesh]
     attribute: str
     meanwhile: list[AsRead]
 
     @property
     def object_names(self) -> list[str]:
-        return [mesh.object_name for mesh in self.meshes]
+        return [*(mesh.object_name for mesh in self.meshes), *dict.fromkeys(copy.owner for copy in self.copies)]
 
     @property
     def sizes(self) -> dict[Path, int]:
@@ -55,7 +112,7 @@ class VertexTarget:
 
     def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "VertexPoints":
         """See `Target.points`."""
-        receivers = vertex_receivers(self.meshes)
+        receivers = vertex_receivers([*self.meshes, *(copy.mesh for copy in self.copies)])
         warnings += too_coarse(receivers)
         return VertexPoints(receivers, self)
 
@@ -90,16 +147,18 @@ class VertexLight:
 
     @property
     def counts(self) -> dict[str, int]:
-        return {}
+        return {"baked_copies": len(self.target.copies)} if self.target.copies else {}
 
     def concerns(self) -> list[str]:
         """See `Product.concerns`."""
-        return light_takers(self.receivers, self.target.attribute, self.target.meanwhile)[1]
+        own = replace(self.receivers, targets=self.receivers.targets[: len(self.target.meshes)])
+        return light_takers(own, self.target.attribute, self.target.meanwhile)[1]
 
     def write(self) -> Written:
         """See `Product.write`."""
-        at = self.receivers, self.target.attribute, self.target.meanwhile
-        return Written(warnings=write_color_attribute(self.irradiance.value, *at))
+        target = self.target
+        at = self.receivers, target.copies, target.attribute, target.meanwhile
+        return Written(warnings=write_light(self.irradiance.value, *at))
 
 
 def too_coarse(receivers: Receivers) -> list[str]:

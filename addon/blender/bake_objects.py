@@ -17,6 +17,7 @@ def bake_objects(
     names: list[str] | None = None,
     warnings: list[str] | None = None,
     check: Check = check_target,
+    candidates: "list[bpy.types.Object] | None" = None,
 ) -> "list[bpy.types.Object]":
     """The original mesh objects to bake.
 
@@ -31,6 +32,8 @@ def bake_objects(
         Sentences about objects left out are appended.
     check : callable
         Raises a `BakeError` for an object that cannot be baked to; by default for one whose vertices cannot.
+    candidates : list of bpy.types.Object, optional
+        Those that are tried without names; by default the mesh objects that renders show.
 
     Raises
     ------
@@ -40,11 +43,12 @@ def bake_objects(
     if names is not None:
         return _named(depsgraph, names, check)
     warn = Warnings(warnings)
-    meshes = [obj for obj in shown_objects(depsgraph) if obj.type == "MESH"]
-    if not meshes:
+    if candidates is None:
+        candidates = [obj for obj in shown_objects(depsgraph) if obj.type == "MESH"]
+    if not candidates:
         raise BakeError("Nothing to bake: the scene has no mesh object that renders show.")
     chosen, refusals = [], []
-    for obj in meshes:
+    for obj in candidates:
         try:
             check(obj, depsgraph)
         except BakeError as error:

@@ -70,7 +70,7 @@ def write_color_attribute(
         mesh = sharers[0][0].data
         corners = any(target.domain == "CORNER" for _, target in sharers)
         values = [_values(colors, target, mesh, corners) for _, target in sharers]
-        _write(mesh, attribute_name, "CORNER" if corners else "POINT", np.mean(values, axis=0, dtype=np.float32))
+        write_color(mesh, attribute_name, "CORNER" if corners else "POINT", np.mean(values, axis=0, dtype=np.float32))
     return warnings
 
 
@@ -133,7 +133,7 @@ def check_editable(obj: "bpy.types.Object") -> None:
     if not obj.data.is_editable:
         raise BakeError(
             f"The mesh of object '{obj.name}' is linked from another file and cannot be written: make it local "
-            "(Object > Relations > Make Local)."
+            "(Object > Relations > Make Local), or turn on Bake Copies."
         )
 
 
@@ -143,11 +143,9 @@ def _is_color(attribute: "bpy.types.Attribute") -> bool:
 
 def _values(colors: np.ndarray, target: AttributeTarget, mesh: "bpy.types.Mesh", corners: bool) -> np.ndarray:
     """RGBA of a mesh's vertices or corners, (e, 4) float32; black where no receiver is."""
-    receiver = target.receiver_of_element
-    rgba = np.zeros((len(receiver), 4), np.float32)
-    lit = receiver >= 0
-    rgba[lit, :3] = colors[receiver[lit]]
-    rgba[:, 3] = 1
+    values = target.values(colors)
+    rgba = np.ones((len(values), 4), np.float32)
+    rgba[:, :3] = values
     if corners and target.domain == "POINT":
         vertex = np.empty(len(mesh.loops), np.int32)
         mesh.loops.foreach_get("vertex_index", vertex)
@@ -155,7 +153,8 @@ def _values(colors: np.ndarray, target: AttributeTarget, mesh: "bpy.types.Mesh",
     return rgba
 
 
-def _write(mesh: "bpy.types.Mesh", name: str, domain: str, rgba: np.ndarray) -> None:
+def write_color(mesh: "bpy.types.Mesh", name: str, domain: str, rgba: np.ndarray) -> None:
+    """Set a colour attribute of a mesh from its elements' (e, 4) values, and make it the active one."""
     rendered = mesh.attributes.default_color_name
     attribute = mesh.attributes.get(name)
     if attribute is not None and (attribute.data_type, attribute.domain) != ("FLOAT_COLOR", domain):
@@ -173,5 +172,5 @@ def _shared_warning(objects: "list[bpy.types.Object]") -> str:
     names = ", ".join(f"'{obj.name}'" for obj in objects[:5]) + (", …" if len(objects) > 5 else "")
     return (
         f"Mesh '{objects[0].data.name}' is shared by {names} and got the mean of their light: make it single-user "
-        "(Object > Relations > Make Single User) for light of its own."
+        "(Object > Relations > Make Single User), or turn on Bake Copies, for light of its own."
     )

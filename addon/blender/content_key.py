@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from .nodes import all_nodes
+from .object_values import of_scene, readings_in
 
 SAYS_NOTHING = {
     *("rna_type", "location", "location_absolute", "width", "height", "dimensions", "select", "show_options"),
@@ -30,13 +31,15 @@ def tree_key(tree: "bpy.types.NodeTree") -> bytes:
     return digest.digest()
 
 
-def frame_key(block: "bpy.types.ID", scene: "bpy.types.Scene") -> tuple:
-    """The frame of a scene, if a material or world may look different at another one; otherwise empty."""
+def scene_key(block: "bpy.types.ID", scene: "bpy.types.Scene") -> tuple:
+    """What a material or world reads of a scene: its frame, if it may look different at another one, and attributes."""
     nodes = list(all_nodes(block.node_tree))
     blocks = {block, block.node_tree, *(node.id_data for node in nodes)}
     sources = {node.image.source for node in nodes if getattr(node, "image", None)}
     moves = bool(sources & {"SEQUENCE", "MOVIE"}) or any(one.animation_data is not None for one in blocks)
-    return (scene.frame_current, scene.frame_subframe) if moves else ()
+    read = [of_scene(reading) for reading in readings_in(block.node_tree)]
+    values = tuple(value.tobytes() for value in read if value is not None)
+    return ((scene.frame_current, scene.frame_subframe) if moves else (), values)
 
 
 def mesh_key(mesh: "bpy.types.Mesh") -> bytes:

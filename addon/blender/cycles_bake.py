@@ -7,14 +7,14 @@ all of it is removed afterwards.
 from collections import OrderedDict
 from dataclasses import dataclass
 from math import prod
-from typing import Any
 
 import bpy
 import numpy as np
 
 from .atlas import Atlas
-from .content_key import frame_key, mesh_key, tree_key
+from .content_key import mesh_key, scene_key, tree_key
 from .nodes import Place, all_nodes, output_node, socket, source
+from .object_values import Reading
 from .temporary import CyclesError, Temporary, cycles_scene, frozen_copy
 
 N_SAMPLES = 1
@@ -26,9 +26,9 @@ CACHE_BYTES = 256 * 2**20
 VIEW_DEPENDENT = {"LIGHT_PATH", "NEW_GEOMETRY", "FRESNEL", "LAYER_WEIGHT"}
 """Nodes some of whose outputs are taken for constants, since a bake looks along the normals as a camera does."""
 
-OF_THE_OBJECT = {"OBJECT_INFO", "NEW_GEOMETRY", "TEX_COORD", "CAMERA", "VECT_TRANSFORM", "AMBIENT_OCCLUSION", "BEVEL"}
-OF_THE_OBJECT |= {"ATTRIBUTE", "PARTICLE_INFO", "SCRIPT", "NORMAL_MAP", "DISPLACEMENT", "VECTOR_DISPLACEMENT"}
-"""Nodes that may see where an object is, or what it is called; other trees look the same on every instance."""
+OF_THE_OBJECT = {"NEW_GEOMETRY", "TEX_COORD", "CAMERA", "VECT_TRANSFORM", "AMBIENT_OCCLUSION", "BEVEL"}
+OF_THE_OBJECT |= {"PARTICLE_INFO", "SCRIPT", "NORMAL_MAP", "DISPLACEMENT", "VECTOR_DISPLACEMENT"}
+"""Nodes that may see where an object is; other trees look the same on every instance but for their `readings_in`."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,8 @@ class BakeRequest:
     matrix : (4, 4) float64
         Local to world.
     atlas : Atlas
+    values : dict of Reading to (4,) float32
+        What the material reads of the object.
     """
 
     material: "bpy.types.Material"
@@ -56,17 +58,18 @@ class BakeRequest:
     obj: "bpy.types.Object"
     matrix: np.ndarray
     atlas: Atlas
+    values: dict[Reading, np.ndarray]
 
     def key(self) -> tuple:
         """Equal for requests that give equal pictures."""
         where: tuple = ()
         if sees_object(self.material.node_tree):
-            looks = (tuple(self.obj.color), self.obj.pass_index, sorted(_own_values(self.obj).items()))
-            where = (self.obj.name_full, self.matrix.tobytes(), repr(looks))
+            where = (self.obj.name_full, self.matrix.tobytes())
         names = tuple(_names(place) for place in self.places)
         tree = tree_key(self.material.node_tree)
-        frame = frame_key(self.material, bpy.context.scene)
-        return tree, frame, mesh_key(self.mesh), self.atlas.uvs.tobytes(), names, where
+        frame = scene_key(self.material, bpy.context.scene)
+        read = tuple((reading, value.tobytes()) for reading, value in sorted(self.values.items()))
+        return tree, frame, mesh_key(self.mesh), self.atlas.uvs.tobytes(), names, where, read
 
 
 _baked: OrderedDict[tuple, list[np.ndarray]] = OrderedDict()
@@ -91,15 +94,8 @@ def bake_values(request: BakeRequest) -> list[np.ndarray]:
 
 
 def sees_object(tree: "bpy.types.NodeTree") -> bool:
-    """Whether a material may look different on two objects with the same mesh."""
+    """Whether a material may look different on two objects with the same mesh, where it reads the same of both."""
     return any(node.type in OF_THE_OBJECT for node in all_nodes(tree))
-
-
-def _own_values(obj: "bpy.types.Object") -> dict[str, Any]:
-    """Custom properties that an Attribute node can read."""
-    values = {key: obj[key] for key in obj.keys()}  # noqa: SIM118 — an object is no mapping
-    values = {key: value.to_list() if hasattr(value, "to_list") else value for key, value in values.items()}
-    return {key: value for key, value in values.items() if isinstance(value, (int, float, list))}
 
 
 def _names(place: Place) -> tuple[str, ...]:
@@ -110,7 +106,7 @@ def _names(place: Place) -> tuple[str, ...]:
 def _bake(request: BakeRequest) -> list[np.ndarray]:
     passes = _passes(request.places)
     with Temporary() as temporary:
-        material = frozen_copy(request.material, VIEW_DEPENDENT, temporary)
+        material = frozen_copy(request.material, VIEW_DEPENDENT, temporary, request.values.get)
         sources = {place: _exposed(material.node_tree, place) for place in request.places}
         stage = _Stage.build(request, material, temporary)
         pictures: dict[Place, np.ndarray] = {}
@@ -179,9 +175,6 @@ class _Stage:
         temporary.add(image)
         obj = temporary.add(bpy.data.objects.new(request.obj.name, mesh))
         obj.matrix_world = request.matrix.T.tolist()
-        obj.color, obj.pass_index = request.obj.color, request.obj.pass_index
-        for key, value in _own_values(request.obj).items():
-            obj[key] = value
         target, emission = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeEmission")
         target.image = image
         tree.nodes.active = target

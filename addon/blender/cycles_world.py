@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 import bpy
 import numpy as np
 
-from .content_key import frame_key, tree_key
+from .content_key import scene_key, tree_key
 from .nodes import all_nodes, output_node
 from .temporary import CyclesError, Temporary, cycles_scene, frozen_copy
 
@@ -51,7 +51,7 @@ def picture_of_world(world: "bpy.types.World", scene: "bpy.types.Scene") -> np.n
     ------
     CyclesError
     """
-    key = tree_key(world.node_tree), frame_key(world, scene)
+    key = tree_key(world.node_tree), scene_key(world, scene)
     if key not in _rendered:
         _rendered[key] = _render(world, scene)
         while len(_rendered) > N_KEPT:

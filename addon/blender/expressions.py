@@ -10,6 +10,7 @@ import numpy as np
 from .images import MISSING
 from .node_math import BLEND, COMBINE, MATH, SEPARATE, VECTOR_MATH, lerp, map_range, mean_fresnel, saturate
 from .nodes import Place
+from .object_values import Values, of_scene, read_by
 
 Sampler = Callable[[Place], np.ndarray]
 """Colour and alpha of an image node at each texel of a grid, (h, w, 4); told one of the node's outputs."""
@@ -44,9 +45,12 @@ class Evaluator:
     Attributes
     ----------
     sample : Sampler
+    values : Values
+        What is known of objects and the scene.
     """
 
     sample: Sampler
+    values: Values = of_scene
     _known: dict[Place, np.ndarray] = field(default_factory=dict)
 
     def value(self, place: Place) -> np.ndarray:
@@ -72,15 +76,18 @@ class Evaluator:
         fixed = AS_DIFFUSE_RAYS_SEE_IT.get((node.type, place.socket.identifier))
         if fixed is not None:
             return np.full((1, 1, 1), fixed)
+        read = read_by(place, self.values)
+        if read is not None:
+            return read.reshape(1, 1, -1)
         if node.type not in READERS:
             raise UnreadableError(node)
         return READERS[node.type](_Inputs(self, place))
 
 
-def constant(place: Place) -> np.ndarray | None:
+def constant(place: Place, values: Values = of_scene) -> np.ndarray | None:
     """The value of a socket if it is the same everywhere, (1 or 3,) float32, or None."""
     try:
-        value = Evaluator(no_images).value(place)
+        value = Evaluator(no_images, values).value(place)
     except UnreadableError:
         return None
     return value[0, 0]

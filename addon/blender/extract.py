@@ -11,11 +11,13 @@ import numpy as np
 from ..errors import BakeError
 from ..progress import Progress
 from ..scene import Lights, Scene, SceneObjects, World
+from .instance_groups import alike, reads_by_instance
 from .lamps import in_light_group, read_lamp
 from .light_links import Placed, link_lights
 from .materials import READING, MaterialTable
 from .meshes import LocalMesh, count_triangles, evaluated_mesh, read_mesh, used_slots
 from .missing_files import warn_of_missing_files
+from .object_values import ObjectValues, Reading, Values
 from .placing import Model, Models, PlacedMeshes
 from .render_graph import is_stand_in
 from .visibility import ALL_RAYS, LIGHT_RAYS, NOT_READ, RAYS, has_hair, rays_that_see, warn_of_hair
@@ -186,7 +188,8 @@ class _Found:
         self._counted_rays = ALL_RAYS if for_camera else LIGHT_RAYS
         self._materials = materials
         self._warnings = warnings
-        self._looks: dict[tuple[bpy.types.Object, bpy.types.ID | None], _Look | None] = {}
+        self._looks: dict[tuple[bpy.types.Object, bpy.types.ID | None, int], _Look | None] = {}
+        self._values_of_row: dict[int, dict[Reading, np.ndarray]] = {}
         self._parents: dict[bpy.types.Object, tuple[bpy.types.Object, int]] = {}
         self._used_slots: dict[bpy.types.Mesh, list[int]] = {}
         self._sources: dict[bpy.types.Mesh, dict[tuple[int, ...], _Source]] = {}
@@ -204,13 +207,15 @@ class _Found:
 
     def walk(self, progress: Progress) -> None:
         """Find all there is."""
+        self._tell_instances_apart()
         n = len(self._depsgraph.object_instances)
         for row, instance in enumerate(self._depsgraph.object_instances):
             if row % _ROWS == 0:
                 progress.update(READING, _WALKED * row / n)
             if not instance.show_self:
                 continue
-            look = self._look(instance.object)
+            known = self._values_of_row.get(row, {})
+            look = self._look(instance.object, known)
             if look is None or look.kind not in {"MESH", "LIGHT"}:
                 continue
             parent, rays = self._of_parent(instance.parent)
@@ -219,20 +224,40 @@ class _Found:
                 self._add_lamp(instance, look.name, placed_by)
             elif rays & self._counted_rays:
                 if not look.known:
-                    look.known, look.source = True, self._source(instance.object)
+                    values = ObjectValues.of(instance, dict(known))
+                    look.known, look.source = True, self._source(instance.object, values)
                 if look.source is not None:
                     look.source.rows.append(row)
                     look.source.names.append(look.name)
                     look.source.rays.append(rays)
                     look.source.placed_by.append(placed_by)
 
-    def _look(self, obj: "bpy.types.Object") -> _Look | None:
-        """What is known of an evaluated object; None where it is no part of the scene."""
-        key = (obj.original, obj.data)
+    def _look(self, obj: "bpy.types.Object", known: dict[Reading, np.ndarray]) -> _Look | None:
+        """What is known of an evaluated object of which materials read some values; None where it is our own."""
+        key = (obj.original, obj.data, id(known) if known else 0)
         if key not in self._looks:
             look = _Look(obj.type, obj.name, obj.original, rays_that_see(obj, self._depsgraph.view_layer))
             self._looks[key] = None if is_stand_in(obj.original) else look
         return self._looks[key]
+
+    def _tell_instances_apart(self) -> None:
+        """Find what materials read that differs by instance; objects with very many values are told of."""
+        if not reads_by_instance(bpy.data.materials):
+            return
+        for original, n, values_of_row in alike(self._depsgraph, self._differing):
+            self._values_of_row |= values_of_row
+            n_groups = len({id(values) for values in values_of_row.values()})
+            if n > n_groups:
+                self._warnings.add(
+                    f"The instances of '{original.name}' look different by {n} values that their material reads of "
+                    f"each, and are baked in {n_groups} groups that have the mean of theirs."
+                )
+
+    def _differing(self, obj: "bpy.types.Object") -> tuple[list[Reading], int]:
+        """What the materials of an evaluated object read that differs by instance, and as how many it may be held."""
+        of_slots = [self._materials.differing(material) for material in self._slots(obj)]
+        readings = sorted({reading for readings, _ in of_slots for reading in readings})
+        return readings, min((most for readings, most in of_slots if readings), default=0)
 
     def _add_lamp(self, instance: "bpy.types.DepsgraphObjectInstance", name: str, placed_by: Placed) -> None:
         if in_light_group(*placed_by, self._light_group):
@@ -248,23 +273,28 @@ class _Found:
             self._parents[parent] = parent.original, rays_that_see(parent, self._depsgraph.view_layer)
         return self._parents[parent]
 
-    def _source(self, obj: "bpy.types.Object") -> _Source | None:
+    def _source(self, obj: "bpy.types.Object", values: Values) -> _Source | None:
         """The source that a mesh object's instances share with those of all others like it; None without faces."""
         mesh = evaluated_mesh(obj, self._depsgraph)
         if not len(mesh.polygons):
             return None
-        material_of_slot = self._material_of_slot(obj, mesh)
+        material_of_slot = self._material_of_slot(obj, mesh, values)
         of_mesh = self._sources.setdefault(mesh, {})
         return of_mesh.setdefault(tuple(material_of_slot.values()), _Source(mesh, material_of_slot))
 
-    def _material_of_slot(self, obj: "bpy.types.Object", mesh: "bpy.types.Mesh") -> dict[int, int]:
+    def _slots(self, obj: "bpy.types.Object") -> "list[bpy.types.Material | None]":
+        """The materials of an evaluated object's slots."""
+        override = self._depsgraph.view_layer.material_override
+        return [override] if override else [slot.material for slot in obj.material_slots] or [None]
+
+    def _material_of_slot(self, obj: "bpy.types.Object", mesh: "bpy.types.Mesh", values: Values) -> dict[int, int]:
         """Material of each slot that an object's faces use. Slots past the last one mean the last."""
         if mesh not in self._used_slots:
             self._used_slots[mesh] = used_slots(mesh)
-        override = self._depsgraph.view_layer.material_override
-        slots = [override] if override else [slot.material for slot in obj.material_slots] or [None]
+        slots = self._slots(obj)
         return {
-            used: self._materials.add(slots[min(used, len(slots) - 1)], obj, mesh) for used in self._used_slots[mesh]
+            used: self._materials.add(slots[min(used, len(slots) - 1)], obj, mesh, values)
+            for used in self._used_slots[mesh]
         }
 
 

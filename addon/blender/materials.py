@@ -13,9 +13,11 @@ from .closures import Closure, combine, read_closures
 from .cycles_bake import BakeRequest, bake_values, sees_object
 from .expressions import Evaluator, UnreadableError, default_value, no_images
 from .images import ImageTable
+from .instance_groups import MOST_BAKED_GROUPS, MOST_GROUPS
 from .lobes import Lobe, Lobes
 from .meshes import attribute
 from .nodes import Place, output_node, source, uses_nodes
+from .object_values import Reading, Values, of_scene, readings_in
 from .shortcomings import shortcomings
 from .temporary import CyclesError
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of
@@ -107,6 +109,7 @@ class MaterialTable:
         material: "bpy.types.Material | None",
         obj: "bpy.types.Object | None" = None,
         mesh: "bpy.types.Mesh | None" = None,
+        values: Values = of_scene,
     ) -> int:
         """Index of a material, where None is Cycles' default grey.
 
@@ -119,17 +122,31 @@ class MaterialTable:
             baked.
         mesh : bpy.types.Mesh, optional
             Of that object, with its modifiers.
+        values : Values
+            What the material may read of that object.
         """
-        identity = material.original.session_uid if material else 0  # a local and a linked one may share a name
-        if identity not in self._readers:
-            self._readers[identity] = _Reader(material, self._images, self._warnings)
-        reader = self._readers[identity]
+        reader = self._reader(material)
+        read = reader.read(values)
+        key: tuple = (reader.identity, *(value.tobytes() for value in read.values()))
         baked = reader.needs_bake and obj is not None and mesh is not None
-        key = (identity, *reader.appearance(obj, mesh)) if baked else (identity,)
+        if baked:
+            key += reader.appearance(obj, mesh)
         if key not in self._index:
             self._index[key] = len(self._entries)
-            self._entries.append(reader.pending(obj, mesh) if baked else reader.surface())
+            self._entries.append(reader.pending(obj, mesh, read) if baked else reader.surface(read))
         return self._index[key]
+
+    def differing(self, material: "bpy.types.Material | None") -> tuple[list[Reading], int]:
+        """What a material reads that differs by instance, and as how many it may be held."""
+        reader = self._reader(material)
+        most = MOST_BAKED_GROUPS if reader.needs_bake else MOST_GROUPS
+        return [reading for reading in reader.readings if reading.differs_by_instance], most
+
+    def _reader(self, material: "bpy.types.Material | None") -> "_Reader":
+        identity = material.original.session_uid if material else 0  # a local and a linked one may share a name
+        if identity not in self._readers:
+            self._readers[identity] = _Reader(material, identity, self._images, self._warnings)
+        return self._readers[identity]
 
     def coordinates(self, index: int) -> Coordinates | None:
         """Texture coordinates that a material reads, or None where it has no texture."""
@@ -171,6 +188,8 @@ class _Reader:
 
     Attributes
     ----------
+    readings : list of Reading
+        What it reads of the object that it is on.
     pictures : dict
         The images that its values depend on, by node.
     varying : list of Place
@@ -179,16 +198,20 @@ class _Reader:
         Whether only Cycles can evaluate some of them.
     """
 
-    def __init__(self, material: "bpy.types.Material | None", images: ImageTable, warnings: Warnings) -> None:
-        self.material = material
+    def __init__(
+        self, material: "bpy.types.Material | None", identity: int, images: ImageTable, warnings: Warnings
+    ) -> None:
+        self.material, self.identity = material, identity
         self.name = material.name if material else "Default"
         self.images = images
         self.warnings = warnings
         self.closures: list[Closure] = []
         self.pictures: dict[tuple, Picture] = {}
         self.varying: dict[Place, None] = {}
+        self.readings: list[Reading] = []
         self.needs_bake = False
         if material and uses_nodes(material):
+            self.readings = readings_in(material.node_tree)
             self.closures = read_closures(material)
             for what in shortcomings(material, self.closures):
                 self.warn(what)
@@ -204,7 +227,7 @@ class _Reader:
         """The value of a socket if it is constant; otherwise ½, having taken note of what it depends on."""
         depends: list[Place] = []
         try:
-            value = Evaluator(lambda image: self.note(image, depends)).value(place)
+            value = Evaluator(lambda image: self.note(image, depends), self.stand_in).value(place)
         except UnreadableError:
             self.needs_bake = True
             depends.append(place)
@@ -212,6 +235,21 @@ class _Reader:
         if depends:
             self.varying[place] = None
         return value
+
+    def read(self, values: Values) -> dict[Reading, np.ndarray]:
+        """What it reads of an object; zero where that is not known."""
+        found = {}
+        for one in self.readings:
+            value = values(one)
+            if self.material and one == _MATERIAL_INDEX:
+                value = np.full(4, self.material.pass_index, np.float32)
+            found[one] = np.zeros(4, np.float32) if value is None else value
+        return found
+
+    @staticmethod
+    def stand_in(reading: Reading) -> np.ndarray:
+        """A value that an object may have."""
+        return np.full(4, 0.5, np.float32)
 
     def note(self, image: Place, depends: list[Place]) -> np.ndarray:
         """A stand-in for an image's pixels."""
@@ -224,17 +262,18 @@ class _Reader:
             self.pictures[_key(image)] = Picture(pixels, node.extension, coordinates)
         return np.full((1, 1, 4), 0.5, np.float32)
 
-    def surface(self) -> Surface:
-        """The material without a bake."""
+    def surface(self, read: dict[Reading, np.ndarray]) -> Surface:
+        """The material without a bake, on an object of which it reads some values."""
         if not self.closures:
             return self.made_of(self.without_closures())
         grid = Grid.of(list(self.pictures.values())) if self.pictures and not self.needs_bake else None
         if grid is None:
-            return self.made_of(combine(self.closures, self.guess))
-        evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]))
+            return self.made_of(combine(self.closures, lambda place: self.guess(place, read)))
+        evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]), read.get)
         coordinates = grid.place(next(iter(self.pictures.values())).coordinates)
         lobes = combine(self.closures, evaluator.value)
-        self.pictures.clear()
+        if not self.readings:
+            self.pictures.clear()
         return self.made_of(lobes, coordinates, grid.extends)
 
     def made_of(self, lobes: Lobes, coordinates: Coordinates | None = None, extends: bool = False) -> Surface:
@@ -253,10 +292,10 @@ class _Reader:
         volume_alone = output and source(output.inputs["Volume"]) and not source(output.inputs["Surface"])
         return Lobes(transparent=np.full((1, 1, 3), float(bool(volume_alone)), np.float32))
 
-    def guess(self, place: Place) -> np.ndarray:
+    def guess(self, place: Place, read: dict[Reading, np.ndarray]) -> np.ndarray:
         """The value of a socket, or what its own field says where nodes that cannot be read make it."""
         try:
-            return Evaluator(self.mean_of_picture).value(place)
+            return Evaluator(self.mean_of_picture, read.get).value(place)
         except UnreadableError:
             return default_value(place.socket)
 
@@ -271,15 +310,17 @@ class _Reader:
         sees = sees_object(self.material.node_tree)
         return mesh.as_pointer(), obj.original.session_uid if sees else 0
 
-    def pending(self, obj: "bpy.types.Object", mesh: "bpy.types.Mesh") -> "_Pending | Surface":
-        """The material on an object, to be baked later."""
+    def pending(
+        self, obj: "bpy.types.Object", mesh: "bpy.types.Mesh", read: dict[Reading, np.ndarray]
+    ) -> "_Pending | Surface":
+        """The material on an object of which it reads some values, to be baked later."""
         assert self.material is not None
         matrix = np.array(obj.matrix_world, np.float64)
         atlas = make_atlas(mesh, _faces_of(obj, mesh, self.material), matrix)
         if atlas is None:
             self.warn_of_guess(f"the mesh of '{obj.name}' has too many faces to bake its nodes")
-            return self.surface()
-        request = BakeRequest(self.material.original, list(self.varying), mesh, obj.original, matrix, atlas)
+            return self.surface(read)
+        request = BakeRequest(self.material.original, list(self.varying), mesh, obj.original, matrix, atlas, read)
         return _Pending(self, request)
 
     def warn_of_guess(self, why: str) -> None:
@@ -291,8 +332,8 @@ class _Reader:
             values = dict(zip(self.varying, bake_values(request), strict=True))
         except CyclesError as error:
             self.warn_of_guess(f"its nodes cannot be baked ({error})")
-            return self.surface()
-        evaluator = Evaluator(no_images)
+            return self.surface(request.values)
+        evaluator = Evaluator(no_images, request.values.get)
         lobes = combine(self.closures, lambda place: values[place] if place in values else evaluator.value(place))
         return self.made_of(lobes, Coordinates(atlas=request.atlas), extends=True)
 
@@ -310,6 +351,9 @@ class _Pending:
 
     def surface(self) -> Surface:
         return self.reader.baked(self.request)
+
+
+_MATERIAL_INDEX = Reading("INFO", "Material Index")
 
 
 def _matte(albedo: Sequence[float]) -> Lobes:

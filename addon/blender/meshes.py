@@ -147,6 +147,11 @@ def attribute(mesh: "bpy.types.Mesh", name: str, prop: str, shape: tuple[int, ..
     return values
 
 
+def corner_vertex(mesh: "bpy.types.Mesh") -> np.ndarray:
+    """The vertex at each corner, (c,) int32."""
+    return attribute(mesh, ".corner_vert", "value", (len(mesh.loops),), np.int32)  # `loops` are slow to read
+
+
 def _read_normals(mesh: "bpy.types.Mesh", triangles: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Shading normals (n, 3) float32 where the mesh keeps them, and which one each triangle corner has, (t, 3) int32.
 

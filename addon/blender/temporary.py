@@ -3,9 +3,11 @@
 from typing import Any
 
 import bpy
+import numpy as np
 
 from .expressions import constant
 from .nodes import Place
+from .object_values import Values, of_scene
 
 
 class CyclesError(Exception):
@@ -58,35 +60,58 @@ def cycles_scene(like: "bpy.types.Scene", temporary: Temporary) -> "bpy.types.Sc
     return scene
 
 
-def frozen_copy(block: "bpy.types.ID", kinds: set[str], temporary: Temporary) -> "bpy.types.ID":
-    """A copy of a material or world with groups of its own, in which what depends on the ray is constant.
+READ_VALUES = {"ATTRIBUTE", "OBJECT_INFO"}
+"""Types of nodes that may read what the scene of our own does not have."""
+
+
+def frozen_copy(
+    block: "bpy.types.ID", kinds: set[str], temporary: Temporary, values: Values = of_scene
+) -> "bpy.types.ID":
+    """A copy of a material or world with groups of its own, in which some nodes' outputs are constants.
 
     Parameters
     ----------
     block : bpy.types.Material or bpy.types.World
     kinds : set of str
-        Types of the nodes whose outputs become constants where light sees them as such.
+        Types of the nodes, besides `READ_VALUES`, whose outputs become constants where light sees them as such.
     temporary : Temporary
+    values : Values
+        What is known of the object and its scene.
     """
     copy = temporary.copy(block)
-    _freeze_tree(copy.node_tree, (), kinds, temporary)
+    _freeze_tree(copy.node_tree, (), kinds | READ_VALUES, temporary, values)
     return copy
 
 
-def _freeze_tree(tree: "bpy.types.NodeTree", groups: tuple, kinds: set[str], temporary: Temporary) -> None:
+def _freeze_tree(
+    tree: "bpy.types.NodeTree", groups: tuple, kinds: set[str], temporary: Temporary, values: Values
+) -> None:
     for node in list(tree.nodes):
         if node.type == "GROUP" and node.node_tree:
             node.node_tree = temporary.copy(node.node_tree)
-            _freeze_tree(node.node_tree, (*groups, node), kinds, temporary)
+            _freeze_tree(node.node_tree, (*groups, node), kinds, temporary, values)
         elif node.type in kinds:
-            _freeze_node(tree, node, groups)
+            _freeze_node(tree, node, groups, values)
 
 
-def _freeze_node(tree: "bpy.types.NodeTree", node: "bpy.types.Node", groups: tuple) -> None:
+def _freeze_node(tree: "bpy.types.NodeTree", node: "bpy.types.Node", groups: tuple, values: Values) -> None:
     for output in node.outputs:
-        fixed = constant(Place(output, groups)) if output.is_linked else None
+        fixed = constant(Place(output, groups), values) if output.is_linked else None
         if fixed is not None:
-            value = tree.nodes.new("ShaderNodeValue").outputs[0]
-            value.default_value = float(fixed.mean())
+            value = _constant_output(tree, output.type, fixed)
             for link in list(output.links):
                 tree.links.new(value, link.to_socket)
+
+
+def _constant_output(tree: "bpy.types.NodeTree", kind: str, fixed: np.ndarray) -> "bpy.types.NodeSocket":
+    """An output of a type with a value, of which a Value node takes any number."""
+    numbers = []
+    for number in fixed.tolist():
+        numbers.append(tree.nodes.new("ShaderNodeValue").outputs[0])
+        numbers[-1].default_value = number
+    if len(numbers) == 1:
+        return numbers[0]
+    combined = tree.nodes.new("ShaderNodeCombineColor" if kind == "RGBA" else "ShaderNodeCombineXYZ")
+    for number, end in zip(numbers, combined.inputs, strict=True):
+        tree.links.new(number, end)
+    return combined.outputs[0]

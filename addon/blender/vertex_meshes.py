@@ -1,95 +1,49 @@
-"""Bake targets as `ReceiverMesh`: the original mesh's topology, where modifiers put it in the world.
+"""Bake targets as `ReceiverMesh`: where the light is seen that a mesh's vertices or corners store.
 
-Light is stored on the original mesh, so each of its vertices must be found again in the evaluated mesh:
+Light is stored on the original mesh and seen on what modifiers make of it:
 
-- Modifiers that keep the number of vertices (armatures, shape keys, displacement, …): one to one.
-- `FIRST_VERTICES`: the result starts with the original vertices, and the light is the light at their evaluated
-  positions. That each does so was found by experiment and is held by tests/host/test_receiver_mesh_modifiers.py.
-- Any other modifier that changes the number of vertices is refused with a `BakeError`.
+- Where modifiers keep vertices and faces, or only cut the faces (armatures, shape keys, displacement, …), each vertex
+  or corner is where it was put.
+- Where they put the original vertices first and make others (`modifiers.FIRST_VERTICES`), the light is the light at
+  these. That each does so was found by experiment and is held by tests/host/test_receiver_mesh_modifiers.py.
+- Elsewhere the receivers are the evaluated mesh's own vertices or corners, and an `AttributeMap`, which `probes` find,
+  leads back to the original's corners.
 
-Values go on corners where the evaluated mesh has flat faces or sharp edges, and on vertices where it is smooth all
-over. Subdivided surfaces take them on vertices: what was an original corner is rounded there.
+In the first two cases values go on corners where the evaluated mesh has flat faces or sharp edges, and on vertices
+where it is smooth all over. Subdivided surfaces take them on vertices: what was an original corner is rounded there.
 """
-
-from collections.abc import Callable
 
 import bpy
 import numpy as np
 
 from ..errors import BakeError
 from ..progress import Progress
-from ..receivers import ReceiverMesh
+from ..receivers import AttributeMap, ReceiverMesh
 from .color_attribute import check_editable
-from .meshes import attribute, evaluated_mesh
+from .meshes import attribute, corner_vertex, evaluated_mesh
+from .modifiers import COPIES_FACES, active_modifiers, keeps_vertices_first, may_change_elements
+from .probes import attribute_maps
 from .transforms import place_normals, to_world
+from .warn import Warnings, listed
 
-FIRST_VERTICES: dict[str, Callable[["bpy.types.Modifier"], bool]] = {
-    "ARRAY": lambda _: True,
-    "EDGE_SPLIT": lambda _: True,
-    "MIRROR": lambda modifier: not any(modifier.use_bisect_axis),
-    "MULTIRES": lambda _: True,
-    "SOLIDIFY": lambda modifier: modifier.solidify_mode == "EXTRUDE",
-    "SUBSURF": lambda _: True,
-    "WIREFRAME": lambda modifier: not modifier.use_replace,
-}
-"""Modifiers that put the original vertices first, and with which settings."""
+MISPLACED = 0.4
+"""Light shown this far from where it belongs (`AttributeMap.misplaced`) is worth a warning; a bevel's is 0.2."""
 
-SAME_VERTICES = {
-    "ARMATURE",
-    "CAST",
-    "CLOTH",
-    "COLLISION",
-    "CORRECTIVE_SMOOTH",
-    "CURVE",
-    "DATA_TRANSFER",
-    "DISPLACE",
-    "DYNAMIC_PAINT",
-    "HOOK",
-    "LAPLACIANDEFORM",
-    "LAPLACIANSMOOTH",
-    "LATTICE",
-    "MESH_CACHE",
-    "MESH_DEFORM",
-    "MESH_SEQUENCE_CACHE",
-    "NORMAL_EDIT",
-    "PARTICLE_SYSTEM",
-    "SHRINKWRAP",
-    "SIMPLE_DEFORM",
-    "SMOOTH",
-    "SOFT_BODY",
-    "SURFACE",
-    "SURFACE_DEFORM",
-    "TRIANGULATE",
-    "UV_PROJECT",
-    "UV_WARP",
-    "VERTEX_WEIGHT_EDIT",
-    "VERTEX_WEIGHT_MIX",
-    "VERTEX_WEIGHT_PROXIMITY",
-    "WARP",
-    "WAVE",
-    "WEIGHTED_NORMAL",
-}
-"""Modifiers that leave the number and order of vertices alone."""
+UNREACHED = 0.01
+"""Share of an object's surface that may show no light without a warning."""
 
-SAME_VERTICES_NODES = {
-    "GeometryNodeCaptureAttribute",
-    "GeometryNodeReplaceMaterial",
-    "GeometryNodeSetMaterial",
-    "GeometryNodeSetMaterialIndex",
-    "GeometryNodeSetMeshNormal",
-    "GeometryNodeSetPosition",
-    "GeometryNodeSetShadeSmooth",
-    "GeometryNodeStoreNamedAttribute",
-    "GeometryNodeRemoveAttribute",
-    "NodeGroupInput",
-    "NodeGroupOutput",
-    "NodeReroute",
-}
-"""Geometry nodes that do the same; 'Smooth by Angle' is made of them."""
+
+class NotShownError(BakeError):
+    """Modifiers leave nothing of a mesh that could show light."""
 
 
 def receiver_meshes(
-    objects: "list[bpy.types.Object]", depsgraph: "bpy.types.Depsgraph", progress: Progress | None = None
+    objects: "list[bpy.types.Object]",
+    depsgraph: "bpy.types.Depsgraph",
+    warnings: list[str] | None = None,
+    all_of_them: bool = True,
+    flawed: "list[bpy.types.Object] | None" = None,
+    progress: Progress | None = None,
 ) -> list[ReceiverMesh]:
     """The meshes that values are wanted for.
 
@@ -98,42 +52,148 @@ def receiver_meshes(
     objects : list of bpy.types.Object
         Original mesh objects of the depsgraph's view layer.
     depsgraph : bpy.types.Depsgraph
+    warnings : list of str, optional
+        Sentences about light that cannot be shown as it is are appended.
+    all_of_them : bool
+        Whether an object that cannot be baked to is an error, or is left out with a warning.
+    flawed : list of bpy.types.Object, optional
+        Objects whose mesh cannot show their light as it is are appended instead, and left out.
+    progress : Progress, optional
 
     Raises
     ------
+    Cancelled
+        If `progress` was cancelled.
     BakeError
-        If one of them cannot be baked to, naming it and what to do.
+        If one of them, or none, can be baked to, naming it and what to do.
     """
-    meshes = []
+    warn, progress = Warnings(warnings), progress or Progress()
+    evaluated = {obj: evaluated_mesh(obj.evaluated_get(depsgraph), depsgraph) for obj in objects}
+    probed = {obj for obj in objects if may_change_elements(obj) and not _same_elements(obj.data, evaluated[obj])}
+    maps = attribute_maps([obj for obj in objects if obj in probed], depsgraph.scene)
+    meshes: dict[bpy.types.Object, ReceiverMesh] = {}
+    refusals = []
     for obj in objects:
-        if progress is not None:
-            progress.check()
-        meshes.append(receiver_mesh(obj, depsgraph))
-    return meshes
+        progress.check()
+        try:
+            mesh = _receiver_mesh(obj, evaluated[obj], depsgraph, obj in probed, maps.get(obj))
+        except BakeError as error:
+            if flawed is not None and isinstance(error, NotShownError):
+                flawed.append(obj)
+                continue
+            if all_of_them:
+                raise
+            refusals.append(str(error))
+            continue
+        if flawed is not None and (_lacks_light(mesh) or _repeats_light(obj, mesh, depsgraph)):
+            flawed.append(obj)
+        else:
+            meshes[obj] = mesh
+    if refusals and not meshes and not flawed:
+        raise BakeError(f"Nothing to bake: {refusals[0]}")
+    for sentence in refusals:
+        warn.add(f"Left out: {sentence}")
+    if flawed is None:
+        _warn_of_flaws(meshes, depsgraph, warn)
+    return list(meshes.values())
 
 
-def receiver_mesh(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> ReceiverMesh:
-    """The mesh of one object; see `receiver_meshes`."""
-    check_target(obj, depsgraph)
-    mesh, evaluated_object = obj.data, obj.evaluated_get(depsgraph)
-    evaluated, matrix = evaluated_mesh(evaluated_object, depsgraph), np.array(evaluated_object.matrix_world, np.float64)
+def _receiver_mesh(
+    obj: "bpy.types.Object",
+    evaluated: "bpy.types.Mesh",
+    depsgraph: "bpy.types.Depsgraph",
+    is_probed: bool,
+    mapped: AttributeMap | None,
+) -> ReceiverMesh:
+    mesh = obj.data
+    matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
+    if is_probed:
+        if mapped is None or len(mapped.area) != len(evaluated.loops):
+            raise _not_shown(obj, depsgraph)
+        return evaluated_receiver_mesh(obj.name, mesh.name, evaluated, matrix, mapped)
+    if len(evaluated.vertices) < len(mesh.vertices):
+        raise _not_shown(obj, depsgraph)
     local = _positions(evaluated)[: len(mesh.vertices)]
     normals, on_corners = _normals(obj, evaluated, local)
-    face_sizes = np.empty(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("loop_total", face_sizes)
     return ReceiverMesh(
         object_name=obj.name,
         mesh_name=mesh.name,
         domain="CORNER" if on_corners else "POINT",
         positions=to_world(local, matrix, obj.name),
         normals=place_normals(normals, matrix),
-        corner_vertex=_corner_vertex(mesh),
-        corner_face=np.repeat(np.arange(len(face_sizes), dtype=np.int32), face_sizes),
+        corner_vertex=corner_vertex(mesh),
+        corner_face=_corner_face(mesh),
     )
 
 
+def evaluated_receiver_mesh(
+    object_name: str,
+    mesh_name: str,
+    evaluated: "bpy.types.Mesh",
+    matrix: np.ndarray,
+    mapped: AttributeMap | None = None,
+) -> ReceiverMesh:
+    """An evaluated mesh in its own elements, where a (4, 4) matrix puts it, and how they lead back to stored ones."""
+    smooth = evaluated.normals_domain == "POINT"
+    return ReceiverMesh(
+        object_name=object_name,
+        mesh_name=mesh_name,
+        domain="POINT" if smooth else "CORNER",
+        positions=to_world(_positions(evaluated), matrix, object_name),
+        normals=place_normals(_read_normals(evaluated.vertex_normals if smooth else evaluated.corner_normals), matrix),
+        corner_vertex=corner_vertex(evaluated),
+        corner_face=_corner_face(evaluated),
+        map=mapped,
+    )
+
+
+def _not_shown(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> NotShownError:
+    return NotShownError(
+        f"Object '{obj.name}': its modifier '{_culprit(obj, depsgraph)}' makes a new mesh that shows no attribute of "
+        "the old one: turn on Bake Copies, or apply the modifier."
+    )
+
+
+def _culprit(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> str:
+    """The name of the modifier that most likely changes the elements of an original object's mesh."""
+    modifiers = active_modifiers(obj, depsgraph.mode)
+    changing = [modifier for modifier in modifiers if not keeps_vertices_first(modifier)]
+    return next((modifier.name for modifier in (*changing, *modifiers)), "?")
+
+
+def _lacks_light(mesh: ReceiverMesh) -> bool:
+    """Whether some of the surface shows no light."""
+    return mesh.map is not None and mesh.map.unreached_share > UNREACHED
+
+
+def _repeats_light(obj: "bpy.types.Object", mesh: ReceiverMesh, depsgraph: "bpy.types.Depsgraph") -> bool:
+    """Whether some of the surface shows the light of other places."""
+    if mesh.map is None:
+        return any(modifier.type in COPIES_FACES for modifier in active_modifiers(obj, depsgraph.mode))
+    corner_normals = mesh.normals if mesh.domain == "CORNER" else mesh.normals[mesh.corner_vertex]
+    return mesh.map.misplaced(mesh.positions[mesh.corner_vertex], corner_normals) > MISPLACED
+
+
+def _warn_of_flaws(
+    meshes: "dict[bpy.types.Object, ReceiverMesh]", depsgraph: "bpy.types.Depsgraph", warn: Warnings
+) -> None:
+    """Name the objects that show no light on some of their surface, or that of other places."""
+    for obj, mesh in meshes.items():
+        if mesh.map is not None and _lacks_light(mesh):
+            warn.add(
+                f"Object '{obj.name}': {mesh.map.unreached_share:.0%} of its surface shows no light, as its modifier "
+                f"'{_culprit(obj, depsgraph)}' makes faces that show no attribute: turn on Bake Copies."
+            )
+    repeating = [f"'{obj.name}'" for obj, mesh in meshes.items() if _repeats_light(obj, mesh, depsgraph)]
+    if repeating:
+        warn.add(
+            f"{len(repeating)} object(s) show the same light in several places, as their modifiers copy faces "
+            f"({listed(repeating)}): turn on Bake Copies for light of their own."
+        )
+
+
 def check_target(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> None:
-    """Make sure that light can be baked to an object's vertices.
+    """Make sure that light can be baked to an object's vertices, if its modifiers show it.
 
     Raises
     ------
@@ -142,8 +202,9 @@ def check_target(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> N
     """
     check_is_mesh(obj)
     check_editable(obj)
-    check_shape(obj, depsgraph)
-    _check_modifiers(obj, depsgraph)
+    check_placed(obj, depsgraph)
+    if not len(evaluated_mesh(obj.evaluated_get(depsgraph), depsgraph).polygons):
+        raise BakeError(f"Object '{obj.name}' has no faces to bake to: give it some, or leave it out.")
 
 
 def check_is_mesh(obj: "bpy.types.Object") -> None:
@@ -155,7 +216,9 @@ def check_is_mesh(obj: "bpy.types.Object") -> None:
         If not, naming the object and what to do.
     """
     if obj.type != "MESH":
-        raise BakeError(f"Object '{obj.name}' is not a mesh: convert it to one (Object > Convert) to bake to it.")
+        raise BakeError(
+            f"Object '{obj.name}' is not a mesh: convert it to one (Object > Convert), or turn on Bake Copies."
+        )
 
 
 def check_shape(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> None:
@@ -168,62 +231,35 @@ def check_shape(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> No
     """
     if not len(obj.data.polygons):
         raise BakeError(f"Object '{obj.name}' has no faces to bake to: give it some, or leave it out.")
+    check_placed(obj, depsgraph)
+
+
+def check_placed(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> None:
+    """Make sure that an object is there, and spans a space.
+
+    Raises
+    ------
+    BakeError
+        If not, naming the object and what to do.
+    """
     evaluated = obj.evaluated_get(depsgraph)
-    matrix = np.array(evaluated.matrix_world, np.float64)
-    to_world(_positions(evaluated_mesh(evaluated, depsgraph)), matrix, obj.name)
-    linear = matrix[:3, :3]
+    linear = np.array(evaluated.matrix_world, np.float64)[:3, :3]
+    to_world(np.zeros((1, 3), np.float32), np.array(evaluated.matrix_world, np.float64), obj.name)
     if abs(np.linalg.det(linear)) <= 1e-9 * np.linalg.norm(linear, axis=0).prod():
         raise BakeError(f"Object '{obj.name}' has zero scale along an axis: give it a scale (N panel > Item > Scale).")
 
 
-def _positions(mesh: "bpy.types.Mesh") -> np.ndarray:
-    """Of the vertices in local space, (v, 3) float32, m."""
-    return attribute(mesh, "position", "vector", (len(mesh.vertices), 3), np.float32)
-
-
-def _check_modifiers(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> None:
-    """Make sure that the original vertices can be found in the evaluated mesh."""
-    evaluated = evaluated_mesh(obj.evaluated_get(depsgraph), depsgraph)
-    n, n_evaluated = len(obj.data.vertices), len(evaluated.vertices)
-    # As many vertices in the same faces are the same vertices; as many in others may have been sorted anew.
-    if n_evaluated == n and np.array_equal(_corner_vertex(evaluated), _corner_vertex(obj.data)):
-        return
-    shown = "show_viewport" if depsgraph.mode == "VIEWPORT" else "show_render"
-    modifiers = [modifier for modifier in obj.modifiers if getattr(modifier, shown)]
-    culprits = [modifier for modifier in modifiers if not _keeps_vertices_first(modifier)]
-    if not culprits and n_evaluated >= n:
-        return
-    name = culprits[0].name if culprits else (modifiers[0].name if modifiers else "?")
-    raise BakeError(
-        f"Object '{obj.name}': its modifier '{name}' changes the vertices, so light has no vertex of the mesh to go "
-        "to: apply the modifier, or disable it."
-    )
-
-
-def _keeps_vertices_first(modifier: "bpy.types.Modifier") -> bool:
-    if modifier.type in SAME_VERTICES:
-        return True
-    if modifier.type == "NODES":
-        return modifier.node_group is None or _nodes_keep_vertices(modifier.node_group)
-    return modifier.type in FIRST_VERTICES and FIRST_VERTICES[modifier.type](modifier)
-
-
-def _nodes_keep_vertices(tree: "bpy.types.NodeTree") -> bool:
-    """Whether every node that gives out a geometry is one of `SAME_VERTICES_NODES`."""
-    for node in tree.nodes:
-        if not any(socket.type == "GEOMETRY" for socket in node.outputs) or node.bl_idname in SAME_VERTICES_NODES:
-            continue
-        if node.type != "GROUP" or (node.node_tree is not None and not _nodes_keep_vertices(node.node_tree)):
-            return False
-    return True
+def _same_elements(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh") -> bool:
+    """Whether an evaluated mesh has a mesh's own vertices: as many in other faces may have been sorted anew."""
+    same_number = len(evaluated.vertices) == len(mesh.vertices)
+    return same_number and np.array_equal(corner_vertex(evaluated), corner_vertex(mesh))
 
 
 def _normals(obj: "bpy.types.Object", evaluated: "bpy.types.Mesh", positions: np.ndarray) -> tuple[np.ndarray, bool]:
     """Shading normals in local space, and whether they are corners' (c, 3) or vertices' (v, 3)."""
     mesh = obj.data
-    corner_vertex = _corner_vertex(mesh)
-    n = len(corner_vertex)
-    if _corners_come_first(mesh, evaluated, corner_vertex):
+    n = len(mesh.loops)
+    if _corners_come_first(mesh, evaluated):
         # A modifier may have made edges sharp ('Smooth by Angle') or smooth: what is seen counts.
         if evaluated.normals_domain == "POINT":
             return _read_normals(evaluated.vertex_normals)[: len(mesh.vertices)], False
@@ -234,15 +270,15 @@ def _normals(obj: "bpy.types.Object", evaluated: "bpy.types.Mesh", positions: np
     return _original_corner_normals(obj, positions), True
 
 
-def _corners_come_first(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh", corner_vertex: np.ndarray) -> bool:
+def _corners_come_first(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh") -> bool:
     """Whether an evaluated mesh's corners start with the original ones."""
-    n = len(corner_vertex)
+    n = len(mesh.loops)
     if len(evaluated.loops) < n:
         return False
     # Split edges give corners new vertices, but leave the corners where they were.
     if len(evaluated.loops) == n and len(evaluated.polygons) == len(mesh.polygons):
         return True
-    return np.array_equal(_corner_vertex(evaluated)[:n], corner_vertex)
+    return np.array_equal(corner_vertex(evaluated)[:n], corner_vertex(mesh))
 
 
 def _original_corner_normals(obj: "bpy.types.Object", positions: np.ndarray) -> np.ndarray:
@@ -265,6 +301,12 @@ def _read_normals(values: "bpy.types.bpy_prop_collection") -> np.ndarray:
     return normals
 
 
-def _corner_vertex(mesh: "bpy.types.Mesh") -> np.ndarray:
-    """The vertex at each corner, (c,) int32."""
-    return attribute(mesh, ".corner_vert", "value", (len(mesh.loops),), np.int32)  # `loops` are slow to read
+def _corner_face(mesh: "bpy.types.Mesh") -> np.ndarray:
+    """The face of each corner, (c,) int32."""
+    size = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_total", size)
+    return np.repeat(np.arange(len(size), dtype=np.int32), size)
+
+
+def _positions(mesh: "bpy.types.Mesh") -> np.ndarray:
+    return attribute(mesh, "position", "vector", (len(mesh.vertices), 3), np.float32)

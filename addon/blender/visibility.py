@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import bpy
 
 from .render_graph import is_stand_in
-from .warn import Warnings
+from .warn import Warnings, listed
 
 RAYS = ("diffuse", "shadow", "glossy", "transmission", "camera")
 """The kinds of rays that an object may be hidden from, in Blender's words. Masks have a bit each, from the lowest."""
@@ -44,7 +44,7 @@ def warn_of_hair(objects: Iterable["bpy.types.Object"], warnings: Warnings) -> N
     names = [f"'{obj.name}'" for obj in objects]
     if names:
         warnings.add(
-            f"{len(names)} object(s) have hair, points or a volume that is not baked ({_listed(names)}): make meshes "
+            f"{len(names)} object(s) have hair, points or a volume that is not baked ({listed(names)}): make meshes "
             "of them to bake with them."
         )
 
@@ -53,8 +53,3 @@ def has_hair(obj: "bpy.types.Object") -> bool:
     """Whether renders show hair of an object's particle systems."""
     systems = [one.particle_system for one in obj.modifiers if one.type == "PARTICLE_SYSTEM" and one.show_render]
     return any(one.settings.type == "HAIR" and one.settings.render_type == "PATH" for one in systems)
-
-
-def _listed(names: list[str]) -> str:
-    """The first five names."""
-    return ", ".join(names[:5]) + (", …" if len(names) > 5 else "")

@@ -17,3 +17,8 @@ class Warnings:
         """Say `sentence` unless it was said before."""
         if sentence not in self._sentences:
             self._sentences.append(sentence)
+
+
+def listed(names: list[str]) -> str:
+    """The first five names."""
+    return ", ".join(names[:5]) + (", …" if len(names) > 5 else "")

@@ -1,5 +1,6 @@
 """Where light is wanted: points with a normal, and where each one's value goes."""
 
+from .attribute_map import AttributeMap
 from .camera import Camera, SeenSurface, seen_surface
 from .camera_points import CameraPoints, camera_points, diffuse_colors
 from .charts import Charts, LightmapMesh
@@ -11,6 +12,7 @@ from .seams import Seams
 from .vertices import ReceiverMesh, vertex_receivers
 
 __all__ = [
+    "AttributeMap",
     "AttributeTarget",
     "Camera",
     "CameraPoints",

@@ -1,11 +1,14 @@
 """Points that want light."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from .camera import Camera, SeenSurface
+
+if TYPE_CHECKING:
+    from .attribute_map import AttributeMap
 
 Domain = Literal["POINT", "CORNER"]
 
@@ -18,14 +21,32 @@ class AttributeTarget:
     ----------
     object_name, mesh_name : str
     domain : 'POINT' or 'CORNER'
+        Of the attribute.
     receiver_of_element : (e,) int32
-        The receiver that each element (vertex or corner) of the mesh takes its value from; −1: it takes black.
+        The receiver that each element (vertex or corner) of the mesh takes its value from; −1: it takes black. With a
+        map these are the corners of the evaluated mesh.
+    map : AttributeMap or None
+        What modifiers make of the attribute, where they change the mesh's elements.
     """
 
     object_name: str
     mesh_name: str
     domain: Domain
     receiver_of_element: np.ndarray
+    map: "AttributeMap | None" = None
+
+    @property
+    def n_elements(self) -> int:
+        """Of the attribute."""
+        return len(self.receiver_of_element if self.map is None else self.map.stand_in)
+
+    def values(self, of_receiver: np.ndarray) -> np.ndarray:
+        """Values of the attribute's elements (e, d) float32 from the receivers' (n, d)."""
+        receiver = self.receiver_of_element
+        values = np.zeros((len(receiver), of_receiver.shape[1]), np.float32)
+        lit = receiver >= 0
+        values[lit] = of_receiver[receiver[lit]]
+        return values if self.map is None else np.maximum(self.map.stored(values), 0).astype(np.float32)
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .attribute_map import AttributeMap
 from .receivers import AttributeTarget, Domain, Receivers
 
 CORNER_PULL = 0.02
@@ -33,7 +34,7 @@ class ReceiverMesh:
     object_name, mesh_name : str
         For messages, and for where the light goes.
     domain : 'POINT' or 'CORNER'
-        What the values are stored on.
+        What the normals are of; without a map, the values are stored on it.
     positions : (v, 3) float32, m
         World space.
     normals : (v, 3) or (c, 3) float32
@@ -41,6 +42,8 @@ class ReceiverMesh:
     corner_vertex : (c,) int32
     corner_face : (c,) int32
         Face of each corner, ascending.
+    map : AttributeMap or None
+        Where modifiers change the elements: this is the evaluated mesh then, and the map leads back to the stored one.
     """
 
     object_name: str
@@ -50,6 +53,7 @@ class ReceiverMesh:
     normals: np.ndarray
     corner_vertex: np.ndarray
     corner_face: np.ndarray
+    map: AttributeMap | None = None
 
 
 def vertex_receivers(meshes: list[ReceiverMesh]) -> Receivers:
@@ -60,9 +64,14 @@ def vertex_receivers(meshes: list[ReceiverMesh]) -> Receivers:
     """
     parts, targets, start = [], [], 0
     for mesh in meshes:
-        receiver_of_element, position, normal, footprint = _of_mesh(mesh)
+        receiver_of_element, *arrays = _of_mesh(mesh)
+        if mesh.map is not None:
+            receiver_of_element, used = _reached(receiver_of_element, mesh)
+            arrays = [values[used] for values in arrays]
+        position, normal, footprint = arrays
         moved = np.where(receiver_of_element >= 0, receiver_of_element + start, -1).astype(np.int32)
-        targets.append(AttributeTarget(mesh.object_name, mesh.mesh_name, mesh.domain, moved))
+        domain = mesh.domain if mesh.map is None else mesh.map.domain
+        targets.append(AttributeTarget(mesh.object_name, mesh.mesh_name, domain, moved, mesh.map))
         parts.append((position, normal, footprint))
         start += len(position)
     empty = np.zeros((0, 3), np.float32), np.zeros((0, 3), np.float32), np.zeros(0, np.float32)
@@ -87,6 +96,17 @@ def _of_mesh(mesh: ReceiverMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray, np
     pull = np.minimum(np.maximum(CORNER_PULL, nudge / np.maximum(reach, 1e-30)), 1)[:, None]
     position = vertex + pull * (to_middle - down) + LIFT * reach[:, None] * normal
     return receiver_of_element, position.astype(np.float32), normal.astype(np.float32), reach.astype(np.float32)
+
+
+def _reached(receiver_of_element: np.ndarray, mesh: ReceiverMesh) -> tuple[np.ndarray, np.ndarray]:
+    """The receiver of each corner that shows what is stored (−1: none), and which of the receivers these are."""
+    assert mesh.map is not None
+    of_corner = receiver_of_element if mesh.domain == "CORNER" else receiver_of_element[mesh.corner_vertex]
+    reached = mesh.map.reached
+    used, of_reached = np.unique(of_corner[reached], return_inverse=True)
+    receiver = np.full(len(of_corner), -1, np.int32)
+    receiver[reached] = of_reached.reshape(-1)
+    return receiver, used
 
 
 def _groups(mesh: ReceiverMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

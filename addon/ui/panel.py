@@ -80,6 +80,9 @@ class PHOTON_BAKE_PT_output(_Tab, bpy.types.Panel):
         column = _settings_column(self.layout)
         if "vertex" in properties.targets:
             column.prop(properties, "attribute")
+            row = column.row(align=True)
+            row.prop(properties, "bake_copies")
+            row.operator("photon_bake.remove_copies", text="", icon="X")
         column.prop_search(properties, "light_group", context.view_layer, "lightgroups")
         column.prop(properties, "add_direct")
 

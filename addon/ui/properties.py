@@ -61,16 +61,28 @@ _CHOICE_WORDS = {
     "dwaa": ("DWAA", "Loses a little, 32 lines at a time"),
     "dwab": ("DWAB", "Loses a little, 256 lines at a time"),
 }
+CHOICE_NUMBERS = {
+    "gather": {"final": 0, "density": 1, "light_volume": 2, "photon_volumes": 3},
+    "tracer": {"embree": 0, "multi_image": 1},
+    "atlas": {"per_object": 0, "shared": 1},
+    "file_format": {"exr_half": 0, "exr_float": 1, "hdr": 2, "rgbm": 3, "rgbd": 4},
+    "denoiser": {"auto": 0, "oidn": 1, "own": 2, "none": 3},
+    "pass_denoiser": {"auto": 0, "oidn": 1, "none": 2},
+    "precision": {"half": 0, "float": 1},
+    "compression": {"none": 0, "rle": 1, "zips": 2, "zip": 3, "piz": 4, "dwaa": 5, "dwab": 6},
+}
+"""What .blend files keep of the knobs' choices: never to be given to another choice, or files would open with that."""
+
 _WANTED = [
     ("vertex", "Vertices", "A colour attribute on each mesh", "VERTEXSEL", 1),
     ("lightmap", "Lightmaps", "Images, on UV maps of their own", "TEXTURE", 2),
     ("camera", "Camera", "A pass of the scene's camera, which compositing adds to direct light", "CAMERA_DATA", 4),
 ]
 _QUALITY_ITEMS = [
-    ("draft", "Draft", "Seconds: to see where the light goes"),
-    ("medium", "Medium", "Good for most scenes"),
-    ("high", "High", "Little noise left; takes several times as long as Medium"),
-    ("custom", "Custom", "Your own values, from the Sampling panel"),
+    ("draft", "Draft", "Seconds: to see where the light goes", 0),
+    ("medium", "Medium", "Good for most scenes", 1),
+    ("high", "High", "Little noise left; takes several times as long as Medium", 2),
+    ("custom", "Custom", "Your own values, from the Sampling panel", 3),
 ]
 
 
@@ -88,7 +100,8 @@ def _property(settings: type, knob: Field) -> Any:
     meta: dict[str, Any] = {"name": _LABELS.get(knob.name) or label(knob.name), "default": knob.default}
     choices = {**CHOICES, **LIGHTMAP_CHOICES, **PASS_CHOICES}.get(knob.name)
     if choices:
-        items = [(choice, *_CHOICE_WORDS[choice]) for choice in choices]
+        numbers = CHOICE_NUMBERS[knob.name]
+        items = [(choice, *_CHOICE_WORDS[choice], numbers[choice]) for choice in choices]
         return bpy.props.EnumProperty(items=items, description=CHOICE_MEANINGS[knob.name], **meta)
     meta["description"] = knob.metadata["meaning"]
     if kind is str:
@@ -188,6 +201,12 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
         "strict": bpy.props.BoolProperty(
             name="Strict",
             description="Write nothing where light would differ from Cycles', or where a file is missing",
+            default=False,
+        ),
+        "bake_copies": bpy.props.BoolProperty(
+            name="Bake Copies",
+            description="Objects whose mesh cannot hold their light (texts, curves, instances, shared meshes, geometry "
+            "that modifiers make anew) get copies with meshes of their own, and are hidden in renders",
             default=False,
         ),
         **{knob.name: _property(BakeSettings, knob) for knob in KNOBS},

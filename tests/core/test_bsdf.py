@@ -57,6 +57,21 @@ def numbers(seed=1, n=N, dimensions=3):
     return next(sobol_chunks(dimensions, n, n, seed, 0))
 
 
+@pytest.mark.parametrize("cos", [0.05, 0.4, 1.0])
+def test_the_layer_takes_from_the_side_that_views(cos):
+    """A path views from where it is, a photon from where it goes: what the layer leaves is taken there.
+
+    A photon's weight then does not depend on where its light comes from, and its mean is Σ ρ s(θ) over cosine-weighted
+    directions.
+    """
+    s, wo, u = plastic(roughness=0.2), direction(cos), numbers()
+    photons, paths = (sample_bsdf(s, wo, u, (Lobe.DIFFUSE,), from_light=light) for light in (True, False))
+    np.testing.assert_allclose(photons.weight[:, 0], 0.5 * base_share(s, photons.wi[:, 2]), rtol=1e-5)
+    np.testing.assert_allclose(paths.weight[:, 0], 0.5 * base_share(s, wo[:, 2]), rtol=1e-5)
+    over_views = 0.5 * base_share(s, np.sqrt((np.arange(N) + 0.5) / N).astype(np.float32)).mean(dtype=np.float64)
+    assert photons.weight.mean(dtype=np.float64) == pytest.approx(over_views, rel=1e-3)
+
+
 def column(n, *values):
     return tuple(np.full(n, value, np.float32) for value in values)
 

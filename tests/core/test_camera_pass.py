@@ -1,9 +1,12 @@
 """The camera's pass from a solve: closed forms, by rays and by photon volumes."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from photon_bake.addon import camera_pass as camera_pass_module
 from photon_bake.addon.bake import bake, solve
-from photon_bake.addon.camera_pass import camera_pass, light_beside
+from photon_bake.addon.camera_pass import _root_of_squares, camera_pass, light_beside
 from photon_bake.addon.errors import BakeError
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.scene import Channel, LightKind, Materials
@@ -62,6 +65,28 @@ def of_walls(passes, values):
     """Mean over the walls of a box 2 m wide: at distance d and height θ a direction sees d² sin θ/cos, cos = 1/d."""
     weight = passes.depth**3 * np.sin((np.arange(48)[:, None] + 0.5) / 48 * np.pi)
     return np.average(values.reshape(48, 96, -1).mean(axis=2), weights=weight)
+
+
+def test_errors_of_independent_points_add_up_as_squares(monkeypatch):
+    """Of the points of a pixel, and of caustics, gloss and highlights in it."""
+    scene = lit_box(diffuse=0.5)
+    _, points = points_of(scene, camera_with("equirectangular", (0, 0, 0), (8, 6)), 4)
+    n = len(points)
+    pixels = np.bincount(points.seen.pixel, minlength=48).reshape(6, 8)
+    assert pixels.max() > 1
+    np.testing.assert_allclose(_root_of_squares(points, np.full(n, 3, np.float32)), 3 * np.sqrt(pixels), rtol=1e-5)
+
+    nothing, picture = np.zeros((n, 3), np.float32), np.ones((6, 8), np.float32)
+    parts = {
+        "_gloss": (nothing, 3 * picture),
+        "_caustics": (points.picture(nothing), 4 * picture),
+        "reflected_direct": np.zeros((n + len(points.through), 3), np.float32),
+        "reflected_highlights": (nothing, np.full(n, 12, np.float32)),
+    }
+    for name, value in parts.items():
+        monkeypatch.setattr(camera_pass_module, name, lambda *_, value=value: value)
+    beside = light_beside(scene, points, SimpleNamespace(direct=None, tracer=None), 1, Workers())
+    np.testing.assert_allclose(beside.error, np.sqrt(9 + 16 + 144 * pixels), rtol=1e-5)
 
 
 def test_pixels_between_those_that_are_lit_are_as_bright():

@@ -75,6 +75,29 @@ def test_emissive_triangles_share_by_power():
     assert (rays.origins[:, 2] > 0.5).mean() == pytest.approx(2 / 3, abs=1e-2)
 
 
+@pytest.mark.parametrize("coverage", [0.0, 0.25, 1.0])
+def test_what_is_see_through_shines_as_much_less(coverage):
+    """Power, photons, and direct light: L times the coverage."""
+    lamps, floor = plane(0.5, z=1), plane(0.1)
+    scene = scene_of(*merge(lamps, floor), albedo=[0, 0], emission=[3.0, 0], material=[0, 0, 1, 1])
+    materials = replace(scene.materials, coverage=Channel.constant(np.float32([coverage, 1])))
+    scene = replace(scene, materials=materials)
+    _, _, power = emissive_triangles(scene)
+    assert power.sum() / 3 == pytest.approx(2 * np.pi * 3 * coverage)
+    assert scene.emission(np.array([0, 2]), *np.float32([[0.3, 0.3], [0.3, 0.3]])).mean(axis=1) == pytest.approx(
+        [3 * coverage, 0]
+    )
+    if coverage == 0:
+        return
+    sources = light_sources(scene, WHOLE)
+    assert emitted(sources[0]).flux.mean() == pytest.approx(2 * np.pi * 3 * coverage, rel=1e-3)
+    tracer, up = LightTracer(scene, EmbreeTracer(scene)), np.tile(np.float32([0, 0, 1]), (N // 4, 1))
+    at = 1e-3 * up
+    light = DirectLight(scene, tracer, sources).irradiance(at, up, None, stream(2)).mean()
+    side = 0.5 / np.hypot(1, 0.5) * np.arctan(0.5 / np.hypot(1, 0.5))
+    assert light == pytest.approx(3 * coverage * np.pi * 4 * 2 * side / (2 * np.pi), rel=0.02)
+
+
 def test_mesh_that_diffuse_rays_do_not_see_emits_nothing():
     assert light_sources(scene_of(*plane(), emission=1.0, hidden=(0, 1)), WHOLE) == []
 
@@ -95,6 +118,13 @@ def test_sun_gives_its_irradiance(tilt, region_radius):
     sun = lamp(LightKind.SUN, 4.0, direction=(np.sin(tilt), 0, -np.cos(tilt)), angle=0.02)
     rays = emitted(source_of(sun, Sphere(np.array([0.3, 0, 0], np.float32), region_radius)))
     assert power_on_plane(rays) / 4 == pytest.approx(4 * np.cos(tilt), rel=0.02)
+
+
+@pytest.mark.parametrize("angle", [0.5, 1.5, 2.5])
+def test_a_wide_sun_gives_its_irradiance(angle):
+    """Across its middle direction, whatever its angle: its photons come from aside too, and are more than E a m²."""
+    rays = emitted(source_of(lamp(LightKind.SUN, 4.0, direction=(0, 0, -1), angle=angle)))
+    assert power_on_plane(rays) / 4 == pytest.approx(4, rel=0.02)
 
 
 @pytest.mark.parametrize("region_radius", [0.05, 0.5, 3.0])

@@ -105,6 +105,20 @@ def test_blending_takes_noise_and_leaves_edges():
     assert moved.max() < 0.1 * np.pi and spread.bias2[at_edge].mean() > 10 * spread.bias2[~at_edge].mean()
 
 
+def test_rays_are_shared_by_the_noise_of_others():
+    """A record's own rays do not say how many more it gets: those that missed a rare bright thing would get none."""
+    position = on_floor(900)
+    calm, restless = records_at(position, radiance=1.0, noise=0.1), records_at(position, radiance=1.0, noise=0.1)
+    k = int(np.argmin(np.abs(position[:, :2]).sum(axis=1)))
+    restless.total[k] *= np.array([0.1, 3, 0.1, 0.8])[:, None]
+    around = around_floor(calm).of_records(np.arange(900), Workers())
+    before, after = (Spread.of(records, around) for records in (calm, restless))
+    assert after.per_ray[k] > 20 * before.per_ray[k]
+    assert after.expected[k] == pytest.approx(before.expected[k])
+    beside = np.argsort(((position - position[k]) ** 2).sum(axis=1))[1:4]
+    assert (after.expected[beside] > 1.5 * before.expected[beside]).all()
+
+
 def test_least_rays_for_a_variance_and_least_variance_for_rays():
     """Both are Neyman's allocation: records with more than the least have rays in proportion to √(harm · per_ray)."""
     per_ray, harm, has = RNG.uniform(0, 4, 200), RNG.uniform(0, 2, 200), np.full(200, 16)

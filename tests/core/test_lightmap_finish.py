@@ -63,6 +63,18 @@ def test_dilation_keeps_known_values_bit_by_bit_and_takes_the_nearest():
     assert (dilated(values, np.zeros_like(known)) == 0).all()
 
 
+@pytest.mark.parametrize("padding, reach", [(-1, 20), (0, 0), (1, 1), (3, 3)])
+def test_dilation_reaches_as_far_as_it_is_told(padding, reach):
+    """Texels whose middles are no farther away; at 3 that is 29 with the known one."""
+    known = np.zeros((11, 13), bool)
+    known[5, 6] = True
+    row, column = np.indices(known.shape)
+    filled = dilated(np.full((11, 13, 3), 7, np.float32), known, padding)
+    within = np.hypot(row - 5, column - 6) <= reach
+    assert (filled[within] == 7).all() and not filled[~within].any()
+    assert padding != 3 or within.sum() == 29
+
+
 def test_texels_are_means_by_weight_with_the_noise_of_means():
     receivers, texels = texel_receivers([unwrapped_plane(0.4, 0)], [(10, 10)])
     twice = replace(

@@ -1,14 +1,24 @@
 """Photons in flight: energy, Russian roulette, storage, determinism."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from photon_bake.addon.errors import Cancelled
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import PathKind, light_sources, region_of, trace_photons
 from photon_bake.addon.progress import Progress
-from photon_bake.addon.scene import LightKind, Lights
+from photon_bake.addon.scene import Channel, LightKind, Lights, Materials
 from photon_bake.addon.tracers.embree import EmbreeTracer
-from photon_bake.tests.core.scenes import box, chi_square_of_directions, lamp, plane, scene_of
+from photon_bake.tests.core.scenes import (
+    box,
+    chi_square_of_directions,
+    lamp,
+    merge,
+    of_objects,
+    plane,
+    scene_of,
+)
 
 
 def trace(scene, n=100_000, max_bounces=64, seed=1, **workers):
@@ -52,6 +62,44 @@ def test_bounce_limit():
     photons = trace(box_with_lamp(), max_bounces=3)
     assert photons.bounce.max() == 2
     assert len(trace(box_with_lamp(), max_bounces=1)) == 0  # direct hits of lamps are not stored
+
+
+FLOOR, MIRROR, CEILING = range(3)
+
+
+def over_a_mirror(glow=0.0, lights=None):
+    """A floor, a mirror that stands on it, and a ceiling that may glow, of an object each."""
+    wall = plane(1.0)
+    upright = wall[0][:, [2, 0, 1]] + np.float32([-1, 0, 1]), wall[1]
+    ceiling = wall[0] * np.float32([1, -1, 1]) + np.float32([0, 0, 2]), wall[1]
+    which = np.repeat([FLOOR, MIRROR, CEILING], 2)
+    matte, shine = (Channel.constant(np.float32([[x] * 3 for x in of])) for of in ((0.5, 0, 0.5), (0, 1, 0)))
+    emission = Channel.constant(np.float32([[0] * 3, [0] * 3, [glow] * 3]))
+    rough = Channel.constant(np.float32([1, 0, 1]))
+    materials = Materials.of(3, diffuse=matte, emission=emission, f0=shine, f90=shine, roughness=rough)
+    scene = scene_of(*merge(wall, upright, ceiling), albedo=[0.5] * 3, material=which, lights=lights)
+    return of_objects(replace(scene, materials=materials), which)
+
+
+def arrived(scene, on, bounce):
+    """Watts of photons that an object got at a bounce."""
+    photons = trace(scene, 30_000, max_bounces=3)
+    there = (scene.object_of_triangle[photons.triangle] == on) & (photons.bounce == bounce)
+    return float(photons.power[there].sum())
+
+
+def test_gloss_shows_no_photons_of_objects_that_it_does_not_see():
+    """As in Cycles, where a glossy ray passes such an object: neither what it emits nor what it scatters."""
+    glowing = over_a_mirror(glow=1.0)
+    assert arrived(glowing, FLOOR, 1) > 0.1
+    glowing.objects.seen_in_gloss[CEILING] = False
+    assert arrived(glowing, FLOOR, 1) == 0
+
+    lit = over_a_mirror(lights=lamp(LightKind.SPOT, 9.0, position=(0, 0, 1), angle=0.5))
+    directly = arrived(lit, CEILING, 1)
+    assert arrived(lit, CEILING, 2) > 0.1
+    lit.objects.seen_in_gloss[FLOOR] = False
+    assert arrived(lit, CEILING, 2) == 0 and arrived(lit, CEILING, 1) == pytest.approx(directly, rel=0.05)
 
 
 def test_black_box_scatters_nothing():

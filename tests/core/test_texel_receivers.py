@@ -35,6 +35,15 @@ def area(corners):
     return abs(a[0] * b[1] - a[1] * b[0]) / 2
 
 
+@pytest.mark.parametrize("side", [1, -1])
+def test_receivers_are_lifted_to_the_side_that_their_normals_are_on(side):
+    """Normals may look away from the side that the winding makes the front; light is wanted where they look."""
+    mesh = unwrapped_plane()
+    turned = mesh_of(mesh.positions, mesh.uv, side * mesh.normals)
+    receivers, _ = texel_receivers([turned], [(16, 16)])
+    assert (side * receivers.position[:, 2] > 0).all() and (receivers.normal[:, 2] == side).all()
+
+
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.tuples(COORDINATE, COORDINATE), min_size=3, max_size=3))
 def test_coverage_is_what_points_say(corners):

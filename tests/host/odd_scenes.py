@@ -102,6 +102,7 @@ class Odd:
     gather: str
     n_cache_rays: int
     add_direct: bool
+    copies: bool
 
 
 def mostly(usual, *odd):
@@ -174,6 +175,7 @@ odd_scenes = st.builds(
     gather=mostly("final", "density"),
     n_cache_rays=st.sampled_from([0, 4]),
     add_direct=st.booleans(),
+    copies=mostly(False, True),
 )
 
 

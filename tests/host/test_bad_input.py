@@ -51,7 +51,8 @@ def test_coordinates_that_are_not_finite(bad):
     assert_refused("'Broken'.*finite", ["Broken"])
     scenes.add_cube("Whole")
     warnings, graph = [], scenes.depsgraph()
-    assert [obj.name for obj in bake_objects(graph, warnings=warnings)] == ["Whole"]
+    meshes = receiver_meshes(bake_objects(graph), graph, warnings, all_of_them=False)
+    assert [mesh.object_name for mesh in meshes] == ["Whole"]
     assert "Left out: Object 'Broken'" in warnings[0]
 
 

@@ -207,13 +207,9 @@ def empty_region(scene):
     scene.render.use_border, scene.render.border_min_x, scene.render.border_max_x = True, 0.5, 0.501
 
 
-def no_light(scene):
-    bpy.data.lights[0].energy = 0
-
-
 @pytest.mark.parametrize(
     ("spoil", "says"),
-    [(no_camera, "no active camera"), (empty_region, "no pixel in it"), (no_light, "light")],
+    [(no_camera, "no active camera"), (empty_region, "no pixel in it")],
 )
 def test_bad_scenes_fail_with_a_sentence(empty_scene, tmp_path, capfd, spoil, says):
     build_room(empty_scene, (12, 8))

@@ -116,6 +116,17 @@ def test_relative_paths_stay_right_in_another_folder(tmp_path):
     assert found == str(tmp_path / "picture.png")
 
 
+def test_copies(tmp_path):
+    blend = tmp_path / "scene.blend"
+    bpy.data.objects["Box"].modifiers.new("Remesh", "REMESH").mode = "BLOCKS"
+    assert run([*QUICK, "--copies", "--save", str(blend)]) == 0
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    assert has_light("Box (Baked)") and not has_light("Box")
+    assert bpy.data.objects["Box"].hide_render
+    assert bpy.ops.photon_bake.remove_copies() == {"FINISHED"}
+    assert not bpy.data.objects["Box"].hide_render
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -138,6 +149,7 @@ def test_relative_paths_stay_right_in_another_folder(tmp_path):
         (["--output", "here"], "--output"),
         (["--objects", ","], "names"),
         (["--save"], "--save FILE.blend"),
+        (["--copies", "--target", "lightmap", "--output", "maps"], "--target vertex"),
     ],
 )
 def test_bad_usage(arguments, says, capfd):

@@ -154,7 +154,11 @@ def test_image_sequences_are_baked_at_each_frame(tmp_path, monkeypatch):
 
 def test_objects_that_a_material_tells_apart_are_baked_each(monkeypatch):
     baked = count_bakes(monkeypatch)
-    material, _, _ = procedural("ShaderNodeObjectInfo", output="Color")
+    material, mix, _ = procedural("ShaderNodeMixRGB")
+    mix.inputs[0].default_value = 0
+    for kind, end in (("ObjectInfo", mix.inputs[1]), ("TexNoise", mix.inputs[2])):
+        node = material.node_tree.nodes.new(f"ShaderNode{kind}")
+        material.node_tree.links.new(node.outputs["Color"], end)
     first = tiles(material)
     second = first.copy()
     first.color, second.color = (1, 0, 0, 1), (0, 0, 1, 1)

@@ -2,17 +2,23 @@
 
 import sys
 from dataclasses import fields
+from threading import Event
+from types import SimpleNamespace
 
 import bpy
 import numpy as np
+import photon_bake
 import pytest
 from photon_bake.addon.errors import BakeError, Cancelled, kind_of
 from photon_bake.addon.inspector import Inspector
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.settings import CHOICES, BakeSettings, settings_for
+from photon_bake.addon.ui import properties
+from photon_bake.addon.ui.properties import CHOICE_NUMBERS
 from photon_bake.addon.ui.state import STAGE_SHARES, bake_state, share_done
-from photon_bake.operators.bake_indirect import Solver
+from photon_bake.operators import bake_indirect
+from photon_bake.operators.bake_indirect import TICK, Solver, Watch
 from photon_bake.operators.bake_job import BakeJob
 from photon_bake.operators.lightmap_target import WantedLightmaps
 from photon_bake.operators.vertex_target import VertexPoints, WantedVertices
@@ -125,8 +131,9 @@ def test_without_embree_blender_traces_and_says_so(room, monkeypatch):
 
 
 def test_a_scene_that_cannot_be_baked_is_refused_in_a_sentence(room):
-    bpy.data.objects.remove(bpy.data.objects["Lamp"])
-    with pytest.raises(RuntimeError, match="light"):
+    for name in ("Floor", "Box"):
+        bpy.data.objects[name].hide_render = True
+    with pytest.raises(RuntimeError, match="no mesh object that renders show"):
         bpy.ops.photon_bake.bake_indirect()
     assert bake_state.error and not bake_state.running
     assert light_of("Box") is None
@@ -220,6 +227,48 @@ def test_all_of_a_bake_keeps_to_the_memory(room, monkeypatch):
     bake = BakeJob.prepare(bpy.context, [WantedVertices()], Progress())
     bake.solve(room.settings(), Progress())
     assert given == [321]
+
+
+class FakeContext:
+    """A window's: its timers, and the operators that it runs."""
+
+    def __init__(self):
+        self.window_manager, self.window, self.timers = self, self, []
+
+    def event_timer_add(self, tick, window):
+        assert tick == TICK and window is self
+        self.timers.append(object())
+        return self.timers[-1]
+
+    def event_timer_remove(self, timer):
+        self.timers.remove(timer)
+
+
+def test_turned_off_while_a_bake_runs_in_a_window(room, monkeypatch):
+    """Its thread ends, its timer goes, and the panel forgets it; turned on again, it bakes."""
+    begun, context = Event(), FakeContext()
+
+    def solve(job, settings, progress, inspector):
+        while True:
+            begun.set()
+            progress.update("Tracing photons", 0)
+
+    with monkeypatch.context() as slow:
+        slow.setattr(BakeJob, "solve", solve)
+        progress = bake_state.start("final")
+        solver = Solver(BakeJob.prepare(bpy.context, [WantedVertices()], progress), None, progress, Inspector())
+        watch = Watch(solver, context)
+        assert begun.wait(10) and watch.alive and context.timers
+        slow.setattr(bake_indirect, "bpy", SimpleNamespace(context=context))
+        photon_bake.unregister()
+    try:
+        assert not solver.is_alive() and not context.timers and not bake_state.running
+        with pytest.raises(Cancelled):
+            solver.solved()
+        watch.end(context)  # a second time is nothing
+    finally:
+        photon_bake.register()
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
 
 
 def test_a_mesh_edited_meanwhile_is_left_out_alone(room):
@@ -332,6 +381,47 @@ def test_choices_have_names_and_say_what_they_are(empty_scene, knob):
     items = empty_scene.photon_bake.bl_rna.properties[knob].enum_items
     assert tuple(items.keys()) == CHOICES[knob]
     assert all(item.name != item.identifier and item.description for item in items)
+
+
+def enums_of(group, path=""):
+    """The enum properties of a group and of the groups in it, by path."""
+    found = {}
+    for name, prop in group.bl_rna.properties.items():
+        if prop.type == "ENUM":
+            found[path + name] = prop
+        elif prop.type == "POINTER" and name in {"lightmap", "camera"}:
+            found |= enums_of(getattr(group, name), f"{path}{name}.")
+    return found
+
+
+def test_choices_keep_their_numbers(empty_scene):
+    """What files were saved with, whatever choices come or go and in which order they are shown."""
+    numbers = {
+        path: {item.identifier: item.value for item in prop.enum_items}
+        for path, prop in enums_of(empty_scene.photon_bake).items()
+    }
+    assert numbers == {
+        "quality": {"draft": 0, "medium": 1, "high": 2, "custom": 3},
+        "targets": {"vertex": 1, "lightmap": 2, "camera": 4},
+        "gather": {"final": 0, "density": 1, "light_volume": 2, "photon_volumes": 3},
+        "tracer": {"embree": 0, "multi_image": 1},
+        "lightmap.atlas": {"per_object": 0, "shared": 1},
+        "lightmap.file_format": {"exr_half": 0, "exr_float": 1, "hdr": 2, "rgbm": 3, "rgbd": 4},
+        "lightmap.denoiser": {"auto": 0, "oidn": 1, "own": 2, "none": 3},
+        "camera.pass_denoiser": {"auto": 0, "oidn": 1, "none": 2},
+        "camera.precision": {"half": 0, "float": 1},
+        "camera.compression": {"none": 0, "rle": 1, "zips": 2, "zip": 3, "piz": 4, "dwaa": 5, "dwab": 6},
+    }
+    assert all(len(set(of_choice.values())) == len(of_choice) for of_choice in numbers.values())
+    of_knobs = {path.rpartition(".")[2]: of_choice for path, of_choice in numbers.items()}
+    assert {name: of_knobs[name] for name in CHOICE_NUMBERS} == CHOICE_NUMBERS
+
+
+def test_numbers_do_not_follow_the_order_of_choices(monkeypatch):
+    monkeypatch.setitem(CHOICES, "gather", CHOICES["gather"][::-1])
+    knob = next(knob for knob in fields(BakeSettings) if knob.name == "gather")
+    items = properties._property(BakeSettings, knob).keywords["items"]
+    assert {item[0]: item[-1] for item in items} == CHOICE_NUMBERS["gather"]
 
 
 @pytest.mark.parametrize("quality", ["draft", "medium", "high"])

@@ -4,8 +4,7 @@ import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.blender import receiver_meshes
-from photon_bake.addon.blender.vertex_meshes import FIRST_VERTICES, SAME_VERTICES
-from photon_bake.addon.errors import BakeError
+from photon_bake.addon.blender.modifiers import FIRST_VERTICES, SAME_VERTICES
 from photon_bake.tests.host import scenes
 
 
@@ -118,29 +117,6 @@ def test_modifiers_in_a_row():
     assert receiver(obj).positions.shape == (25, 3)
 
 
-REFUSED = [
-    ("BEVEL", {"limit_method": "NONE"}),
-    ("BUILD", {"frame_start": 1, "frame_duration": 100}),
-    ("DECIMATE", {"ratio": 0.5}),
-    ("MIRROR", {"use_bisect_axis": (True, False, False), "use_bisect_flip_axis": (True, False, False)}),
-    ("REMESH", {}),
-    ("SCREW", {}),
-    ("SOLIDIFY", {"solidify_mode": "NON_MANIFOLD"}),
-    ("WIREFRAME", {}),
-]
-
-
-@pytest.mark.parametrize(("kind", "settings"), REFUSED)
-def test_other_modifiers_are_refused(kind, settings):
-    obj = scrambled_grid()
-    add_modifier(obj, "ARMATURE", {})
-    modifier = add_modifier(obj, kind, settings)
-    with pytest.raises(BakeError, match=f"'Grid'.*'{modifier.name}'.*apply"):
-        receiver(obj)
-    modifier.show_render = False
-    assert receiver(obj).positions.shape == (25, 3)
-
-
 def test_deforming_modifiers_exist():
     known = {item.identifier for item in bpy.types.Modifier.bl_rna.properties["type"].enum_items}
     assert known >= SAME_VERTICES
@@ -168,11 +144,13 @@ def test_geometry_nodes_that_keep_the_vertices():
 def test_geometry_nodes_that_do_not():
     obj = scrambled_grid(flat=False)
     geometry_nodes(obj, "GeometryNodeSubdivideMesh")
-    with pytest.raises(BakeError, match=r"'Grid'.*'Nodes'"):
-        receiver(obj)
+    mesh = receiver(obj)
+    assert mesh.map.domain == "CORNER"
+    assert len(mesh.map.stand_in) == len(obj.data.loops)
+    assert mesh.positions.shape == (81, 3)
 
 
-def test_sorted_vertices_are_refused():
+def test_sorted_vertices_are_found_again():
     """As many vertices in another order are not the same vertices."""
     obj = scrambled_grid(flat=False)
     geometry_nodes(obj, "GeometryNodeSortElements")
@@ -185,5 +163,7 @@ def test_sorted_vertices_are_refused():
     links = obj.modifiers["Nodes"].node_group.links
     links.new(index.outputs[0], minus.inputs[0])
     links.new(minus.outputs[0], sort.inputs["Sort Weight"])
-    with pytest.raises(BakeError, match=r"'Grid'.*'Nodes'"):
-        receiver(obj)
+    mesh = receiver(obj)
+    vertex = np.empty(len(obj.data.loops), np.int32)
+    obj.data.loops.foreach_get("vertex_index", vertex)
+    np.testing.assert_array_equal(vertex[mesh.map.element], 24 - mesh.corner_vertex[mesh.map.corner])

@@ -93,10 +93,52 @@ def emissive_blackbody():
     lit_by(tree.done(tree.add("Emission", {"Color": tree.add("Blackbody", {"Temperature": 3000.0}), "Strength": 5.0})))
 
 
+@case("A surface that takes light away", GROUP)
+def emissive_negative():
+    # A panel of −1 under the ceiling, beside a lamp.
+    lit_by(glow((1, 0.8, 0.5), -1))
+    lamp("POINT", (0.3, 0.4, -0.2), energy=100, shadow_soft_size=0.1)
+
+
+@case("A colour, an image and a Background node in the place of a shader", GROUP)
+def emissive_without_shader():
+    # Three parts of the ceiling, each lit its own way.
+    room(without=["Ceiling"])
+    probes("Left Right Front Back Floor")
+    for i, kind in enumerate(("RGB", "TexImage", "Background")):
+        tree = nodes()
+        node = tree.add(kind)
+        if kind == "RGB":
+            node.outputs[0].default_value = (1, 0.5, 0.2, 1)
+        elif kind == "TexImage":
+            node.image, node.interpolation = picture(halves((0.2, 0.9, 0.3), (0.1, 0.1, 0.9))), "Closest"
+        else:
+            tree.feed(node.inputs["Color"], (0.2, 0.5, 1))
+        quad("Panel", (1.3 * (i - 1), 0, 1.9), (0, 1.8, 0), (0.6, 0, 0), tree.done(node))
+
+
 @case("World of one colour", GROUP)
 def world_constant():
     open_room()
     world((0.4, 0.7, 1), 2)
+
+
+@case("World that takes light away", GROUP)
+def world_negative():
+    # A tenth of what a lamp gives goes again.
+    open_room()
+    world((1, 0.7, 0.4), -0.2)
+    lamp("POINT", (0.3, 0.4, -0.2), energy=100, shadow_soft_size=0.1)
+
+
+@case("World picture by the node's own Texture Mapping", GROUP)
+def world_texture_mapping():
+    # The bright half is turned to the open side.
+    open_room()
+    tree = sky()
+    image = tree.add("TexEnvironment", image=picture(halves((0.05, 0.05, 0.1), (1, 0.8, 0.5), 16, 32)))
+    image.texture_mapping.rotation = (0, 0, 1.2)
+    tree.done(tree.add("Background", {"Color": image, "Strength": 2.0}), "OutputWorld")
 
 
 @case("World picture, turned, with a strength", GROUP)

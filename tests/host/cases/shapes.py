@@ -11,7 +11,7 @@ import numpy as np
 from mathutils import Matrix
 
 from .registry import case
-from .stage import SIDES, box, lamp, matte, mesh, probes, put, quad, room
+from .stage import SIDES, box, lamp, matte, mesh, nodes, probes, put, quad, room
 
 GROUP = "Shapes and objects"
 
@@ -239,31 +239,64 @@ def walls_in_set():
     into_set([bpy.data.objects[name] for name in SIDES])
 
 
+def scattered(original, n, size, attribute=""):
+    """A grid of n × n instances of an object by geometry nodes; `attribute` names a colour of each by its place."""
+    group = bpy.data.node_groups.new("Scatter", "GeometryNodeTree")
+    group.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    kinds = ("GeometryNodeMeshGrid", "GeometryNodeInstanceOnPoints", "GeometryNodeObjectInfo", "NodeGroupOutput")
+    grid, points, info, end = (group.nodes.new(kind) for kind in kinds)
+    for name, value in (("Size X", size), ("Size Y", size), ("Vertices X", n), ("Vertices Y", n)):
+        grid.inputs[name].default_value = value
+    info.inputs["Object"].default_value = original
+    group.links.new(grid.outputs["Mesh"], points.inputs["Points"])
+    group.links.new(info.outputs["Geometry"], points.inputs["Instance"])
+    instances = points.outputs["Instances"]
+    if attribute:
+        store, place = (group.nodes.new(f"GeometryNode{kind}") for kind in ("StoreNamedAttribute", "InputPosition"))
+        store.data_type, store.domain, store.inputs["Name"].default_value = "FLOAT_COLOR", "INSTANCE", attribute
+        group.links.new(instances, store.inputs["Geometry"])
+        group.links.new(place.outputs[0], next(one for one in store.inputs if one.name == "Value" and one.enabled))
+        instances = store.outputs[0]
+    group.links.new(instances, end.inputs[0])
+    holder = put("Holder", bpy.data.meshes.new("Holder"))
+    modified(holder, "NODES", node_group=group)
+
+
 @case("Geometry nodes: instances on points", GROUP)
 def geometry_nodes():
     # A grid of 3 × 3 plates of another object, which is itself hidden in renders.
     shaded_room()
     original = plate(0.22)
     original.hide_render = True
-    group = bpy.data.node_groups.new("Scatter", "GeometryNodeTree")
-    group.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
-    grid, points, info, end = (
-        group.nodes.new(kind)
-        for kind in (
-            "GeometryNodeMeshGrid",
-            "GeometryNodeInstanceOnPoints",
-            "GeometryNodeObjectInfo",
-            "NodeGroupOutput",
-        )
+    scattered(original, 3, 1.4)
+
+
+def read_by_instances(kind, output, **properties):
+    """Plates on the floor that are as bright as what a node reads of each instance, under a lamp near a corner."""
+    shaded_room(at=(0.6, 0.6, -0.5))
+    tree = nodes("Read")
+    node = tree.add(kind, **properties)
+    original = quad(
+        "Shape",
+        (0, 0, -1.9),
+        (0.4, 0, 0),
+        (0, 0.4, 0),
+        tree.done(tree.add("BsdfDiffuse", {"Color": node.outputs[output]})),
     )
-    for name, value in (("Size X", 1.4), ("Size Y", 1.4), ("Vertices X", 3), ("Vertices Y", 3)):
-        grid.inputs[name].default_value = value
-    info.inputs["Object"].default_value = original
-    group.links.new(grid.outputs["Mesh"], points.inputs["Points"])
-    group.links.new(info.outputs["Geometry"], points.inputs["Instance"])
-    group.links.new(points.outputs["Instances"], end.inputs[0])
-    holder = put("Holder", bpy.data.meshes.new("Holder"))
-    modified(holder, "NODES", node_group=group)
+    original.hide_render = True
+    return original
+
+
+@case("Instances coloured by an attribute of theirs", GROUP)
+def instance_attributes():
+    # Red along x, green along y.
+    original = read_by_instances("Attribute", "Color", attribute_type="INSTANCER", attribute_name="place")
+    scattered(original, 3, 2, "place")
+
+
+@case("Instances with random colours (Object Info)", GROUP)
+def instance_random():
+    scattered(read_by_instances("ObjectInfo", "Random"), 3, 2)
 
 
 @case("Geometry nodes: a mesh with a material", GROUP)

@@ -76,6 +76,21 @@ def image_srgb():
     painted(lambda tree: texture(tree, pixels, colorspace="sRGB"))
 
 
+@case("Image texture, sRGB, linear interpolation", GROUP)
+def image_srgb_linear():
+    # Between black and white the bytes are interpolated, which is darker than the mean of both.
+    dark, light = (0, 0, 0), (1, 1, 1)
+    pixels = [[dark, light], [light, dark]]
+    painted(lambda tree: texture(tree, pixels, colorspace="sRGB", interpolation="Linear"))
+
+
+@case("Image texture of many pixels, sRGB, linear interpolation", GROUP)
+def image_srgb_fine():
+    pixels = np.zeros((300, 300, 3))
+    pixels[::2, ::2], pixels[1::2, 1::2] = (1, 0.9, 0.8), (1, 0.9, 0.8)
+    painted(lambda tree: texture(tree, pixels, colorspace="sRGB", interpolation="Linear"))
+
+
 @case("Image texture of floats", GROUP)
 def image_float():
     # Linear without being told.
@@ -105,6 +120,26 @@ def add_uv_map(name, corners):
     layer = bpy.data.objects["Floor"].data.uv_layers.new(name=name)
     layer.uv.foreach_set("vector", corners)
     return layer
+
+
+@case("Image texture by a UV map on points", GROUP)
+def image_uv_on_points():
+    # A generic 2D vector of each vertex, which shows the white quarter alone.
+    painted(lambda tree: texture(tree, quarters(DARK, RED, BLUE, WHITE), tree.add("UVMap", uv_map="Second")))
+    layer = bpy.data.objects["Floor"].data.attributes.new("Second", "FLOAT2", "POINT")
+    layer.data.foreach_set("vector", [0.6, 0.6, 0.9, 0.6, 0.9, 0.9, 0.6, 0.9])
+
+
+@case("Texture Mapping of the image's own node", GROUP)
+def texture_mapping():
+    # Turned by 90°, enlarged and moved, so that red and white lie under the lamp.
+    def make(tree):
+        node = texture(tree, quarters(DARK, RED, BLUE, WHITE))
+        mapping = node.texture_mapping
+        mapping.translation, mapping.rotation, mapping.scale = (0.9, 0.1, 0), (0, 0, np.pi / 2), (0.8, 0.5, 1)
+        return node
+
+    painted(make)
 
 
 @case("Mapping node", GROUP)
@@ -185,6 +220,15 @@ def object_attribute():
 
     painted(make)
     bpy.data.objects["Floor"]["paint"] = (0.8, 0.3, 0.1)
+
+
+@case("Attribute node, of the view layer", GROUP)
+def view_layer_attribute():
+    def make(tree):
+        return tree.add("Attribute", attribute_name="paint", attribute_type="VIEW_LAYER").outputs["Color"]
+
+    painted(make)
+    bpy.context.scene["paint"] = (0.8, 0.3, 0.1)
 
 
 @case("Object Info, the object's colour", GROUP)

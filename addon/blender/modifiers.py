@@ -1,0 +1,103 @@
+"""What modifiers do to the elements of a mesh, by their types and settings."""
+
+from collections.abc import Callable
+
+import bpy
+
+FIRST_VERTICES: dict[str, Callable[["bpy.types.Modifier"], bool]] = {
+    "ARRAY": lambda _: True,
+    "EDGE_SPLIT": lambda _: True,
+    "MIRROR": lambda modifier: not any(modifier.use_bisect_axis),
+    "MULTIRES": lambda _: True,
+    "SOLIDIFY": lambda modifier: modifier.solidify_mode == "EXTRUDE",
+    "SUBSURF": lambda _: True,
+    "WIREFRAME": lambda modifier: not modifier.use_replace,
+}
+"""Modifiers that put the original vertices first, and with which settings."""
+
+SAME_VERTICES = {
+    "ARMATURE",
+    "CAST",
+    "CLOTH",
+    "COLLISION",
+    "CORRECTIVE_SMOOTH",
+    "CURVE",
+    "DATA_TRANSFER",
+    "DISPLACE",
+    "DYNAMIC_PAINT",
+    "HOOK",
+    "LAPLACIANDEFORM",
+    "LAPLACIANSMOOTH",
+    "LATTICE",
+    "MESH_CACHE",
+    "MESH_DEFORM",
+    "MESH_SEQUENCE_CACHE",
+    "NORMAL_EDIT",
+    "PARTICLE_SYSTEM",
+    "SHRINKWRAP",
+    "SIMPLE_DEFORM",
+    "SMOOTH",
+    "SOFT_BODY",
+    "SURFACE",
+    "SURFACE_DEFORM",
+    "TRIANGULATE",
+    "UV_PROJECT",
+    "UV_WARP",
+    "VERTEX_WEIGHT_EDIT",
+    "VERTEX_WEIGHT_MIX",
+    "VERTEX_WEIGHT_PROXIMITY",
+    "WARP",
+    "WAVE",
+    "WEIGHTED_NORMAL",
+}
+"""Modifiers that leave the number and order of vertices alone."""
+
+SAME_VERTICES_NODES = {
+    "GeometryNodeCaptureAttribute",
+    "GeometryNodeReplaceMaterial",
+    "GeometryNodeSetMaterial",
+    "GeometryNodeSetMaterialIndex",
+    "GeometryNodeSetMeshNormal",
+    "GeometryNodeSetPosition",
+    "GeometryNodeSetShadeSmooth",
+    "GeometryNodeStoreNamedAttribute",
+    "GeometryNodeRemoveAttribute",
+    "NodeGroupInput",
+    "NodeGroupOutput",
+    "NodeReroute",
+}
+"""Geometry nodes that do the same; 'Smooth by Angle' is made of them."""
+
+
+COPIES_FACES = {"ARRAY", "MIRROR", "SOLIDIFY", "WIREFRAME"}
+"""Those of `FIRST_VERTICES` that make further faces elsewhere, which show the light of the first ones."""
+
+
+def active_modifiers(obj: "bpy.types.Object", mode: str) -> "list[bpy.types.Modifier]":
+    """The modifiers of an original object that a dependency graph evaluates, by its mode 'VIEWPORT' or 'RENDER'."""
+    shown = "show_viewport" if mode == "VIEWPORT" else "show_render"
+    return [modifier for modifier in obj.modifiers if getattr(modifier, shown)]
+
+
+def may_change_elements(obj: "bpy.types.Object") -> bool:
+    """Whether a modifier of an original object may leave other vertices first than the mesh's own."""
+    return not all(keeps_vertices_first(modifier) for modifier in obj.modifiers)
+
+
+def keeps_vertices_first(modifier: "bpy.types.Modifier") -> bool:
+    """Whether the mesh that a modifier makes starts with the vertices that it is given, where they stay in order."""
+    if modifier.type in SAME_VERTICES:
+        return True
+    if modifier.type == "NODES":
+        return modifier.node_group is None or _nodes_keep_vertices(modifier.node_group)
+    return modifier.type in FIRST_VERTICES and FIRST_VERTICES[modifier.type](modifier)
+
+
+def _nodes_keep_vertices(tree: "bpy.types.NodeTree") -> bool:
+    """Whether every node that gives out a geometry is one of `SAME_VERTICES_NODES`."""
+    for node in tree.nodes:
+        if not any(socket.type == "GEOMETRY" for socket in node.outputs) or node.bl_idname in SAME_VERTICES_NODES:
+            continue
+        if node.type != "GROUP" or (node.node_tree is not None and not _nodes_keep_vertices(node.node_tree)):
+            return False
+    return True
