@@ -21,7 +21,8 @@ ATTRIBUTE = "Indirect"
 
 GOOD_REASONS = (
     "^Nothing to bake: the scene has no mesh object that renders show",
-    "^Nothing to bake: Object '.*' (has no faces|has zero scale|has vertices or a transform that are not finite|.* makes a new mesh)",
+    "^Nothing to bake: Object '.*' (has no faces|has zero scale|has vertices or a transform that are not finite)",
+    "^Nothing to bake: Object '.*': its modifier '.*' makes a new mesh that shows no attribute",
 )
 """Why a scene may be refused."""
 
