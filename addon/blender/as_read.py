@@ -11,8 +11,6 @@ from hashlib import blake2b
 import bpy
 import numpy as np
 
-from .meshes import attribute
-
 _STILL = 1e-5
 """How far an entry of a world matrix may be from what it was, m: some constraints never settle."""
 
@@ -43,11 +41,15 @@ class AsRead:
 
 
 def _digests(mesh: "bpy.types.Mesh") -> tuple[bytes, bytes]:
-    """Of a stored mesh: which vertices its corners have, and where its vertices are."""
-    corners = attribute(mesh, ".corner_vert", "value", (len(mesh.loops),), np.int32)
-    starts = np.empty(len(mesh.polygons), np.int32)
+    """Of a stored mesh: which vertices its corners have, and where its vertices are.
+
+    In edit mode, which hides a mesh's attributes, they are what was last taken over from the mode.
+    """
+    corners, starts = np.empty(len(mesh.loops), np.int32), np.empty(len(mesh.polygons), np.int32)
+    mesh.loops.foreach_get("vertex_index", corners)
     mesh.polygons.foreach_get("loop_start", starts)
-    positions = attribute(mesh, "position", "vector", (len(mesh.vertices), 3), np.float32)
+    positions = np.empty((len(mesh.vertices), 3), np.float32)
+    mesh.vertices.foreach_get("co", positions.reshape(-1))
     faces = blake2b(corners.data, digest_size=16)
     faces.update(starts.data)
     faces.update(len(positions).to_bytes(8, "little"))

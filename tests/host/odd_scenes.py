@@ -363,4 +363,5 @@ def enter_mode(obj, mode):
         edited = bmesh.from_edit_mesh(obj.data)
         for vertex in edited.verts:
             vertex.co.z += 0.25
+        bmesh.ops.subdivide_edges(edited, edges=edited.edges[:1], cuts=1)
         bmesh.update_edit_mesh(obj.data)

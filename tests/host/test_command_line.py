@@ -4,7 +4,8 @@ import json
 import os
 import signal
 
-import bpy
+import bpy  # isort: skip  (the module brings bmesh)
+import bmesh
 import numpy as np
 import pytest
 from photon_bake.operators.bake_job import BakeJob
@@ -184,6 +185,18 @@ def test_a_wrong_name_fails_with_a_sentence_and_a_report(tmp_path, capfd):
     assert "photon_bake: " in (said := capfd.readouterr().err) and "Bx" in said and "Traceback" not in said
     read = json.loads(report.read_text())
     assert read["status"] == "failed" and "Bx" in read["message"]
+
+
+def test_an_object_left_in_edit_mode_gets_the_light_of_what_it_holds(capfd):
+    bpy.context.view_layer.objects.active = bpy.data.objects["Box"]
+    bpy.ops.object.mode_set(mode="EDIT")
+    edited = bmesh.from_edit_mesh(bpy.data.objects["Box"].data)
+    bmesh.ops.subdivide_edges(edited, edges=edited.edges[:1], cuts=1)
+    bmesh.update_edit_mesh(bpy.data.objects["Box"].data)
+    assert run(QUICK) == 0
+    assert "Box" not in capfd.readouterr().err and bpy.data.objects["Box"].mode == "EDIT"
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert has_light("Box") and has_light("Floor")
 
 
 def test_a_wrong_light_group_fails_with_a_sentence(capfd):
