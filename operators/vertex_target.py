@@ -80,7 +80,8 @@ class WantedVertices:
         flawed: list[Any] = []
         meshes = receiver_meshes(replaceable, depsgraph, warnings, names is not None, flawed, progress)
         meshes += receiver_meshes(others, depsgraph, warnings, names is not None, progress=progress)
-        copies = read_copies([obj for obj in objects if obj in copied or obj in flawed], depsgraph)
+        owners = [obj for obj in objects if obj in copied or obj in flawed]
+        copies = read_copies(owners, depsgraph, Warnings(warnings), names is not None)
         return VertexTarget(meshes, copies, self.attribute, _as_read([*replaceable, *others], meshes))
 
 

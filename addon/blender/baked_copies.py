@@ -95,18 +95,34 @@ def shown_meshes(depsgraph: "bpy.types.Depsgraph") -> "dict[bpy.types.Object, Sh
     return found
 
 
-def read_copies(owners: "Collection[bpy.types.Object]", depsgraph: "bpy.types.Depsgraph") -> list[CopyMesh]:
+def read_copies(
+    owners: "Collection[bpy.types.Object]",
+    depsgraph: "bpy.types.Depsgraph",
+    warn: Warnings,
+    all_of_them: bool = True,
+) -> list[CopyMesh]:
     """The meshes with faces that some original objects show in renders.
+
+    Parameters
+    ----------
+    all_of_them : bool
+        Whether a mesh that is not finite is an error, or is left out with a warning.
 
     Raises
     ------
     BakeError
-        If one is not finite.
     """
     copies = []
     for owner, index, instance in _meshes(owners, depsgraph):
         obj, matrix = instance.object, np.array(instance.matrix_world, np.float64)
-        copies.append(CopyMesh(owner.name, index, evaluated_receiver_mesh(obj.name, obj.data.name, obj.data, matrix)))
+        try:
+            mesh = evaluated_receiver_mesh(obj.name, obj.data.name, obj.data, matrix)
+        except BakeError as error:
+            if all_of_them:
+                raise
+            warn.add(f"Left out: {error}")
+        else:
+            copies.append(CopyMesh(owner.name, index, mesh))
     return copies
 
 

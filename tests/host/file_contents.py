@@ -12,7 +12,7 @@ _NOT_HELD = {
     *("is_updated", "is_updated_data", "hash", "cycles", "depsgraph", "view_layer", "frame_current_final", "mode"),
     *("pixels", "size", "channels", "depth", "is_dirty", "is_float", "has_data", "type", "render_slots", "resolution"),
     *("matrix_local", "matrix_world", "matrix_parent_inverse_world", "bound_box", "dimensions", "is_from_set", "info"),
-    *("tool_settings",),
+    *("tool_settings", "point_cache"),
     *("frame_duration", "alpha_mode", "file_format", "bindcode", "node_tree_override", "execution_time", "is_active"),
 }
 """Properties that tell of Blender's state and not of the file, or that evaluation or reading images changes."""

@@ -233,6 +233,19 @@ def test_objects_by_name(room):
     assert one.data.users == 2
 
 
+def test_a_shared_mesh_that_is_not_finite_is_left_out(room):
+    add_text()
+    scenes.spoil(add_sharers()[0], np.nan)
+    wanted = [WantedVertices("Indirect", copies=True)]
+    job = BakeJob.prepare(bpy.context, wanted, Progress())
+    assert job.object_names == ["Floor", "Text"]
+    assert {f"Left out: Object '{name}'" for name in ("One", "Other")} <= {
+        one.split(" has ")[0] for one in job.warnings
+    }
+    with pytest.raises(BakeError, match=r"'One'.*finite"):
+        BakeJob.prepare(bpy.context, wanted, Progress(), ["One", "Other"])
+
+
 def test_only_texts(empty_scene):
     add_text()
     with pytest.raises(BakeError, match="Nothing to bake"):
