@@ -125,7 +125,7 @@ def world_constant():
 
 @case("World that takes light away", GROUP)
 def world_negative():
-    # A tenth of what a lamp gives goes again.
+    # It takes away some of what a lamp gives.
     open_room()
     world((1, 0.7, 0.4), -0.2)
     lamp("POINT", (0.3, 0.4, -0.2), energy=100, shadow_soft_size=0.1)
