@@ -238,6 +238,7 @@ class BakeJob:
     def solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None = None) -> Solved:
         """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it."""
         from ..addon.bake import no_light, solve  # here, as Blender's start should not wait for SciPy
+        from ..addon.gather import OpenBacks
 
         inspector, started = inspector or Inspector(), perf_counter()
         workers = Workers(settings.seed, settings.n_threads, progress)
@@ -245,6 +246,9 @@ class BakeJob:
         points = [target.points(self.scene, tracer, workers, self.warnings) for target in self.targets]
         self.check_strict()
         receivers = _joined([one.receivers for one in points])
+        backs = OpenBacks.of(receivers, tracer, workers, settings.open_side)
+        if settings.open_side:
+            receivers = backs.added_to(receivers)
         maps = None
         if settings.tracer == "multi_image" and len(receivers):
             maps = self._take_cube_maps(tracer, receivers, settings, workers, inspector)
@@ -253,6 +257,10 @@ class BakeJob:
             solution = solve(self.scene, receivers, settings, tracer, progress, inspector, maps, started)
             points = [one.lit_by(solution, workers) for one in points]
         light = solution.irradiance() if solution else no_light()
+        if settings.open_side:
+            light = backs.taken(light)
+        elif solution:
+            self.warnings += [_turned_away(name) for name in backs.lit_behind(self.scene, solution.photons)]
         ends = np.cumsum([len(one.receivers) for one in points])
         parts = [_part(light, slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
         return Solved(light, [one.finish(part, workers) for one, part in zip(points, parts, strict=True)])
@@ -328,6 +336,13 @@ def _joined(parts: list[Receivers]) -> Receivers:
         ones = [np.ones(len(part), bool) if part.takes_caustics is None else part.takes_caustics for part in parts]
         takes = np.concatenate(ones)
     return Receivers(position, normal, footprint, tuple(targets), takes, any(part.directional for part in parts))
+
+
+def _turned_away(name: str) -> Advice:
+    return Advice(
+        f"Object '{name}' turns its back to the light, and its front to nothing or to a wall: flip its normals (Mesh > "
+        "Normals > Flip), or bake with Open Side."
+    )
 
 
 def _part(light: "Irradiance", rows: slice) -> "Irradiance":

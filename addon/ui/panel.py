@@ -82,6 +82,7 @@ class PHOTON_BAKE_PT_output(_Tab, bpy.types.Panel):
             column.prop(properties, "attribute")
         column.prop_search(properties, "light_group", context.view_layer, "lightgroups")
         column.prop(properties, "add_direct")
+        column.prop(properties, "open_side")
 
 
 class PHOTON_BAKE_PT_lightmaps(_Tab, bpy.types.Panel):

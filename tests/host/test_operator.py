@@ -299,3 +299,23 @@ def test_quality_is_what_the_knobs_say(empty_scene, quality):
     assert properties.settings() == settings_for(quality, seed=5) and properties.quality == quality
     properties.n_photons += 1
     assert properties.quality == "custom"
+
+
+def outward_room():
+    """A room whose walls' normals look out of it."""
+    for name in ("Floor", "Box"):
+        bpy.data.objects.remove(bpy.data.objects[name])
+    bpy.data.objects["Lamp"].location = (0, 0, 0)
+    return add_cube("Room")
+
+
+def test_an_object_that_turns_its_back_to_the_light_is_named(room):
+    outward_room()
+    bpy.ops.photon_bake.bake_indirect()
+    assert light_of("Room")[:, :3].max() == 0
+    (warning,) = (one for one in bake_state.warnings if "turns its back" in one)
+    assert "'Room'" in warning and "Open Side" in warning and kind_of(warning) == "advice"
+    room.open_side = True
+    bpy.ops.photon_bake.bake_indirect()
+    assert light_of("Room")[:, :3].min() > 0
+    assert not any("turns its back" in warning for warning in bake_state.warnings)
