@@ -1,6 +1,7 @@
 """A bake in three steps, for the button, for scripts and for the command line: one solve for all that is asked for."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -11,7 +12,7 @@ import numpy as np
 
 from ..addon.blender import extract_scene
 from ..addon.blender.as_read import Placement, edit_mode_left, named
-from ..addon.errors import Advice, BakeError, refuse_differences
+from ..addon.errors import Advice, BakeError, Cancelled, refuse_differences
 from ..addon.inspector import Inspector
 from ..addon.output import check_space
 from ..addon.parallel import Workers
@@ -21,6 +22,7 @@ from ..addon.scene import Scene
 from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
 from .camera_target import CameraTarget
+from .describe import describe
 from .written import Written
 
 if TYPE_CHECKING:
@@ -283,11 +285,14 @@ class BakeJob:
                     written.add(product.write())
                 except BakeError as error:
                     refusals.append(str(error))
+                except Exception as error:  # a fault of ours; what is written already can still be undone
+                    written.failures.append(describe(error))
         if refusals and len(refusals) == len(solved.products):
             raise BakeError(" ".join(refusals))
         written.failures += refusals
         self.warnings = list(dict.fromkeys(self.warnings + written.warnings))
-        progress.update(WRITING, 1)
+        with suppress(Cancelled):  # too late: it is written
+            progress.update(WRITING, 1)
         return written
 
     def _moved(self) -> list[str]:
