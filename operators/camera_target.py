@@ -52,6 +52,8 @@ class WantedCamera:
     def read(self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]) -> "CameraTarget":
         """See `Wanted.read`."""
         scene = depsgraph.scene.original
+        if names is not None:
+            warnings.append(Advice("The camera's pass shows all objects, and not only those that are to get light."))
         camera = read_camera(scene, depsgraph, warnings)
         frame = scene.frame_current
         path = frame_path(self.folder, self.settings.file_name, frame)
