@@ -3,7 +3,7 @@
 import numpy as np
 
 from .registry import case
-from .stage import glow, lamp, nodes, picture, probes, quad, room, shader, sky, world
+from .stage import glow, lamp, missing_picture, nodes, picture, probes, quad, room, shader, sky, world
 
 GROUP = "Emitting surfaces and worlds"
 
@@ -151,6 +151,15 @@ def world_picture():
     tree = sky()
     turned = tree.add("Mapping", {"Vector": tree.add("TexCoord"), "Rotation": (0, 0, 2.6)})
     image = tree.add("TexEnvironment", {"Vector": turned}, image=picture(pixels, byte=False))
+    tree.done(tree.add("Background", {"Color": image, "Strength": 0.8}), "OutputWorld")
+
+
+@case("World picture whose file is missing", GROUP)
+def world_missing():
+    # Magenta.
+    open_room()
+    tree = sky()
+    image = tree.add("TexEnvironment", image=missing_picture())
     tree.done(tree.add("Background", {"Color": image, "Strength": 0.8}), "OutputWorld")
 
 
