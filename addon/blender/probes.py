@@ -239,7 +239,11 @@ def _attribute_map(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh", entries:
     _, nearest = cKDTree(features[shown]).query(features)
     stand_in = shown[nearest]
     stand_in[shown] = shown
-    return AttributeMap(
+    corner = corner_vertex(evaluated)
+    normals = np.empty((len(corner), 3), np.float32)
+    evaluated.corner_normals.foreach_get("vector", normals.reshape(-1))
+    places = attribute(evaluated, "position", "vector", (len(evaluated.vertices), 3), np.float32)[corner]
+    found = AttributeMap(
         domain="CORNER" if entries.domain == "CORNER" else "POINT",
         area=_corner_areas(evaluated),
         stand_in=stand_in.astype(np.int32),
@@ -247,6 +251,7 @@ def _attribute_map(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh", entries:
         element=entries.element,
         weight=entries.weight,
     )
+    return found.with_misplaced(np.nan_to_num(places), np.nan_to_num(normals))
 
 
 def _features(mesh: "bpy.types.Mesh", domain: str) -> np.ndarray:

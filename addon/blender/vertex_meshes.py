@@ -17,16 +17,13 @@ import bpy
 import numpy as np
 
 from ..errors import BakeError
-from ..receivers import AttributeMap, ReceiverMesh
+from ..receivers import IN_PLACE, AttributeMap, ReceiverMesh
 from .color_attribute import check_editable
 from .meshes import attribute, corner_vertex
 from .modifiers import COPIES_FACES, active_modifiers, keeps_vertices_first, may_change_elements
 from .probes import attribute_maps
 from .transforms import place_normals, to_world
 from .warn import Warnings, listed
-
-MISPLACED = 0.4
-"""Light shown this far from where it belongs (`AttributeMap.misplaced`) is worth a warning; a bevel's is 0.2."""
 
 UNREACHED = 0.01
 """Share of an object's surface that may show no light without a warning."""
@@ -160,8 +157,7 @@ def _repeats_light(obj: "bpy.types.Object", mesh: ReceiverMesh, depsgraph: "bpy.
     """Whether some of the surface shows the light of other places."""
     if mesh.map is None:
         return any(modifier.type in COPIES_FACES for modifier in active_modifiers(obj, depsgraph.mode))
-    corner_normals = mesh.normals if mesh.domain == "CORNER" else mesh.normals[mesh.corner_vertex]
-    return mesh.map.misplaced(mesh.positions[mesh.corner_vertex], corner_normals) > MISPLACED
+    return mesh.map.misplaced > IN_PLACE
 
 
 def _warn_of_flaws(

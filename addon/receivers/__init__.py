@@ -9,9 +9,10 @@ from .lightmap import Texels, texel_receivers
 from .pixel_filter import PixelFilter
 from .receivers import AttributeTarget, Receivers
 from .seams import Seams
-from .vertices import ReceiverMesh, vertex_receivers
+from .vertices import IN_PLACE, ReceiverMesh, vertex_receivers
 
 __all__ = [
+    "IN_PLACE",
     "AttributeMap",
     "AttributeTarget",
     "Camera",

@@ -24,6 +24,12 @@ On faces of a few millimetres it matters, as they may lie that close to other su
 LIFT = 1e-3
 """How far a receiver is lifted off its face, as a share of the distance to the middle of its faces."""
 
+IN_PLACE = 0.4
+"""Light that modifiers show less far than this from where it belongs (`AttributeMap.misplaced`) is where it should be.
+
+A bevel's is 0.2; copies of faces, which show the light of one place in several, have more.
+"""
+
 
 @dataclass(frozen=True)
 class ReceiverMesh:
@@ -99,13 +105,18 @@ def _of_mesh(mesh: ReceiverMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray, np
 
 
 def _reached(receiver_of_element: np.ndarray, mesh: ReceiverMesh) -> tuple[np.ndarray, np.ndarray]:
-    """The receiver of each corner that shows what is stored (−1: none), and which of the receivers these are."""
+    """The receiver of each corner that decides on stored values (−1: none), and which of the receivers these are.
+
+    All that show stored values do, unless there are more of them than of these, and each shows its own light.
+    """
     assert mesh.map is not None
     of_corner = receiver_of_element if mesh.domain == "CORNER" else receiver_of_element[mesh.corner_vertex]
-    reached = mesh.map.reached
-    used, of_reached = np.unique(of_corner[reached], return_inverse=True)
+    decides = mesh.map.reached
+    if mesh.map.misplaced < IN_PLACE and len(np.unique(of_corner[decides])) > len(mesh.map.stand_in):
+        decides &= np.isin(of_corner, of_corner[mesh.map.decisive()])
+    used, of_deciding = np.unique(of_corner[decides], return_inverse=True)
     receiver = np.full(len(of_corner), -1, np.int32)
-    receiver[reached] = of_reached.reshape(-1)
+    receiver[decides] = of_deciding.reshape(-1)
     return receiver, used
 
 
