@@ -9,6 +9,7 @@ over the corners' areas w, where x₀ is the mean of the values that an element 
 of AᵀwA, and λ is so small that it decides only what no corner shows.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -55,12 +56,6 @@ class AttributeMap:
         reached = np.zeros(len(self.area), bool)
         reached[self.corner] = True
         return reached
-
-    @property
-    def unreached_share(self) -> float:
-        """Share of the surface that shows no stored value."""
-        area = self.area.astype(np.float64)
-        return float(area[~self.reached].sum() / max(area.sum(), 1e-300))
 
     def shown(self, stored: np.ndarray) -> np.ndarray:
         """Values at the corners, (c, d), of stored values (e, d)."""
@@ -127,3 +122,10 @@ class AttributeMap:
 
         shape = len(self.area), len(self.stand_in)
         return csr_array((self.weight.astype(np.float64), (self.corner, self.element)), shape)
+
+
+def unreached_share(maps: Sequence[AttributeMap]) -> float:
+    """Share of a surface that shows no stored value, by the maps of all meshes that it shows values of."""
+    area = maps[0].area.astype(np.float64)
+    reached = np.any([one.reached for one in maps], axis=0)
+    return float(area[~reached].sum() / max(area.sum(), 1e-300))

@@ -61,6 +61,48 @@ class ReceiverMesh:
     corner_face: np.ndarray
     map: AttributeMap | None = None
 
+    @property
+    def corner_normals(self) -> np.ndarray:
+        """Normals of the corners, (c, 3)."""
+        return self.normals if self.domain == "CORNER" else self.normals[self.corner_vertex]
+
+
+def joined(parts: list[ReceiverMesh]) -> ReceiverMesh:
+    """One mesh of several with maps to the same stored mesh, such as the faces that one object cuts into others."""
+    if len(parts) == 1:
+        return parts[0]
+    maps = [part.map for part in parts if part.map is not None]
+    corner, vertex, face = (
+        np.cumsum([0, *counts])[:-1]
+        for counts in (
+            [len(part.corner_vertex) for part in parts],
+            [len(part.positions) for part in parts],
+            [part.corner_face[-1] + 1 for part in parts],
+        )
+    )
+    element = np.concatenate([one.element for one in maps])
+    stand_in = maps[0].stand_in.copy()
+    stand_in[element] = element
+    together = AttributeMap(
+        domain=maps[0].domain,
+        area=np.concatenate([one.area for one in maps]),
+        stand_in=stand_in,
+        corner=np.concatenate([one.corner + first for one, first in zip(maps, corner, strict=True)]),
+        element=element,
+        weight=np.concatenate([one.weight for one in maps]),
+        misplaced=max(one.misplaced for one in maps),
+    )
+    return ReceiverMesh(
+        object_name=parts[0].object_name,
+        mesh_name=parts[0].mesh_name,
+        domain="CORNER",
+        positions=np.concatenate([part.positions for part in parts]),
+        normals=np.concatenate([part.corner_normals for part in parts]),
+        corner_vertex=np.concatenate([part.corner_vertex + first for part, first in zip(parts, vertex, strict=True)]),
+        corner_face=np.concatenate([part.corner_face + first for part, first in zip(parts, face, strict=True)]),
+        map=together,
+    )
+
 
 def vertex_receivers(meshes: list[ReceiverMesh]) -> Receivers:
     """Receivers of several meshes: one a vertex, or one for each set of a vertex's corners that share a normal.
