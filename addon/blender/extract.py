@@ -25,7 +25,7 @@ from .visibility import (
     warn_of_hair,
     warn_of_modifiers,
 )
-from .warn import Warnings, listed
+from .warn import Warnings
 from .world import read_world
 
 BATCH = 500_000
@@ -63,7 +63,8 @@ def extract_scene(
     Raises
     ------
     BakeError
-        If an object is in edit mode, an image file is missing, or there is no such light group.
+        If an object is in edit mode or has coordinates that are not finite, an image file is missing, or there is no
+        such light group.
     """
     warn = Warnings(warnings)
     _check_light_group(depsgraph.view_layer, light_group)
@@ -78,12 +79,6 @@ def extract_scene(
     warn_of_hair(found.hairy, warn)
     placed = _place(found.sources, _matrices(depsgraph), materials)
     left = placed.drop_degenerate()
-    if placed.broken:
-        names = listed([f"'{name}'" for name in placed.broken])
-        warn.add(
-            f"{len(placed.broken)} object(s) have vertices or transforms that are not finite and were left out "
-            f"({names}): repair them, or hide them from renders."
-        )
     objects = [placed_by for source in found.sources for placed_by in source.placed_by]
     scene = Scene(
         vertices=placed.vertices,

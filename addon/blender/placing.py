@@ -7,7 +7,7 @@ import numpy as np
 
 from ..parallel import ordered_map, slices
 from .meshes import LocalMesh
-from .transforms import are_finite, moved, normal_matrices, turned, unit
+from .transforms import check_finite, moved, normal_matrices, turned, unit
 
 MIN_HEIGHT = 1e-7
 """A triangle lower than this share of its longest edge is dropped: in float32 it has no area of its own."""
@@ -105,15 +105,12 @@ class _Batch:
     ----------
     unit_normals : (n, 3) float32
         The copies' normals in the world; NaN where one has no direction.
-    broken : (k,) bool
-        Which copies were found to have positions that are not finite, or too far out.
     """
 
     def __init__(self, models: Models, of_copy: np.ndarray, matrices: np.ndarray, names: list[str]) -> None:
         self.models = models
         self.matrices = matrices.astype(np.float64)
         self.names = names
-        self.broken = np.zeros(len(matrices), bool)
         self.vertices = _Copies(models.n_vertices, of_copy)
         self.normals = _Copies(models.n_normals, of_copy)
         self.triangles = _Copies(models.n_triangles, of_copy)
@@ -127,13 +124,10 @@ class _Batch:
         self.unit_normals[chunk] = unit(turned(self.models.normals.take(row, 0), self._normal_matrices, copy))
 
     def positions(self, chunk: slice) -> np.ndarray:
-        """Vertices in the world, (r, 3) float32; those of broken copies at the origin where they were broken."""
+        """Vertices in the world, (r, 3) float32."""
         copy, row = self.vertices.rows(chunk)
         positions = moved(self.models.vertices.take(row, 0), self.matrices, copy)
-        bad = ~are_finite(positions)
-        if bad.any():
-            self.broken[np.broadcast_to(copy, bad.shape)[bad]] = True
-            positions[bad] = 0
+        check_finite(positions, lambda at: self.names[copy[min(at, len(copy) - 1)]])
         return positions
 
 
@@ -151,8 +145,6 @@ class PlacedMeshes:
         Of unit length.
     corner_uvs : (t, 3, 2) float32
     material_of_triangle, object_of_triangle : (t,) int32
-    broken : list of str
-        Names of the objects with coordinates that are not finite or too far out, which are dropped.
     """
 
     def __init__(self, n_vertices: int, n_triangles: int) -> None:
@@ -163,7 +155,6 @@ class PlacedMeshes:
         self.material_of_triangle = np.empty(n_triangles, np.int32)
         self.object_of_triangle = np.empty(n_triangles, np.int32)
         self._whole = np.empty(n_triangles, bool)
-        self.broken: list[str] = []
         self._first_vertex = np.zeros(0, np.int32)  # of each object
         self._n_vertices = self._n_triangles = 0
 
@@ -178,17 +169,18 @@ class PlacedMeshes:
         matrices : (k, 4, 4) float32
             Local to world.
         names : list of str
-            Of the k objects.
+            Of the k objects, for messages.
+
+        Raises
+        ------
+        BakeError
+            If a coordinate is not finite.
         """
         batch = _Batch(models, of_copy, matrices, names)
         first_object = len(self._first_vertex)
         self._first_vertex = np.append(self._first_vertex, batch.vertices.first + np.int32(self._n_vertices))
         _in_chunks(batch.vertices.n, lambda chunk: self._add_vertices(batch, chunk))
         _in_chunks(batch.triangles.n, lambda chunk: self._add_triangles(batch, first_object, chunk))
-        if batch.broken.any():
-            self.broken += [names[copy] for copy in np.flatnonzero(batch.broken)]
-            added = slice(self._n_triangles, self._n_triangles + batch.triangles.n)
-            self._whole[added] &= ~batch.broken[self.object_of_triangle[added] - first_object]
         self._n_vertices += batch.vertices.n
         self._n_triangles += batch.triangles.n
 
@@ -215,7 +207,7 @@ class PlacedMeshes:
             self.corner_uvs[into] = _rewound(models.uvs.take(row, 0), mirrored)
 
     def drop_degenerate(self) -> np.ndarray:
-        """Drop triangles without an area or of broken objects, the objects that have no others, and room that is left.
+        """Drop the triangles without an area, the objects that have no others, and the room that was not needed.
 
         Returns
         -------

@@ -1,5 +1,7 @@
 """Points and normals moved by Blender's matrices into the world."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..errors import BakeError
@@ -20,11 +22,7 @@ def to_world(vertices: np.ndarray, matrix: np.ndarray, name: str) -> np.ndarray:
         If one is not finite, or too far out.
     """
     positions = moved(vertices, matrix[None], _ONE)
-    if not are_finite(positions).all():
-        raise BakeError(
-            f"Object '{name}' has vertices or a transform that are not finite (or beyond {FARTHEST:g} m): repair "
-            "them, or hide it from renders."
-        )
+    check_finite(positions, lambda _: name)
     return positions
 
 
@@ -73,6 +71,23 @@ def unit(vectors: np.ndarray) -> np.ndarray:
         return (vectors / length).T.astype(np.float32)
 
 
-def are_finite(positions: np.ndarray) -> np.ndarray:
-    """Which (n, 3) positions, m, are finite and not too far out, (n,) bool."""
-    return (np.abs(positions) < FARTHEST).all(axis=1)  # not of NaN
+def check_finite(positions: np.ndarray, name_of: Callable[[int], str]) -> None:
+    """Make sure that (n, 3) positions are finite and not too far out.
+
+    Parameters
+    ----------
+    positions : (n, 3) float32, m
+    name_of : callable
+        From a row to the name of its object, for the message.
+
+    Raises
+    ------
+    BakeError
+    """
+    near = np.abs(positions) < FARTHEST  # not of NaN
+    if not near.all():
+        name = name_of(int(np.argmin(near.all(axis=1))))
+        raise BakeError(
+            f"Object '{name}' has vertices or a transform that are not finite (or beyond {FARTHEST:g} m): repair "
+            "them, or hide it from renders."
+        )
