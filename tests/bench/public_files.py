@@ -85,7 +85,7 @@ def listed(given, only):
 def trial(file, options):
     """What became of one file."""
     if not file.is_file():
-        return {"status": None, "message": f"{file} is not there."}
+        return {"status": None, "n_shown": 0, "message": f"{file} is not there."}
     with tempfile.TemporaryDirectory() as folder:
         found = look("shown", file, folder, options.limit)
         names = found.pop("shown", ())
@@ -195,8 +195,9 @@ def page(rows):
         f"{summary(rows)} Made by `python tests/bench/public_files.py FOLDER`, whose docstring says how the files were "
         "chosen and what is measured: baked at draft onto vertices by the command, each in a process of its own on two "
         "cores, from public repositories, none of them part of this project. *Meshes* are the mesh objects with faces "
-        "that a render shows; where one got no light, the file was baked again with Bake Copies; *Blender* is the version that saved the file; *All* is the whole command with Blender's "
-        f"start; *Cycles* is its own bake of the same meshes with 16 samples, taken where ours took over {LONG} s.",
+        "that a render shows; where one got no light, the file was baked again with Bake Copies. *Blender* is the "
+        "version that saved the file, *All* the whole command with Blender's start, and "
+        f"*Cycles* is its own bake of the same meshes with 16 samples, taken where ours took over {LONG} s.",
         "",
         "| " + " | ".join(HEAD) + " |",
         "|" + "|".join(["---"] * 3 + ["--:"] * 7 + ["---"]) + "|",
