@@ -2,10 +2,12 @@
 
 
 def register() -> None:
-    """Make the panel, the operators and the command known to Blender."""
+    """Make the panel, the operators and the command known to Blender; fails where the zip is another Blender's."""
     from . import operators
     from .addon import ui
+    from .addon.zips import check_zip
 
+    check_zip()
     ui.register()
     operators.register()
 

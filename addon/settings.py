@@ -63,6 +63,10 @@ class BakeSettings:
     )
     memory: int = knob(4000, "Megabytes that the bake's working arrays may take", 100, 10_000_000)
     add_direct: bool = knob(False, "Add the light that comes straight from the lights")
+    open_side: bool = knob(
+        False,
+        "Where a surface's front is shut by another one or sees none, take the light of its back if that is brighter",
+    )
     seed: int = knob(0, "The same seed gives the same light, whatever the number of threads", 0, 2**31 - 1)
     n_threads: int = knob(0, "Threads; 0 takes every core", 0, 1024)
 

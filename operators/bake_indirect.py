@@ -1,6 +1,5 @@
 """Bake Indirect: the button, and the same from a script."""
 
-import traceback
 from pathlib import Path
 from threading import Thread
 from typing import Any
@@ -16,6 +15,7 @@ from ..addon.ui.redraw import redraw_view3d
 from ..addon.ui.state import bake_state, duration
 from .bake_job import BakeJob, Solved, Wanted
 from .camera_target import WantedCamera
+from .describe import describe
 from .lightmap_target import WantedLightmaps
 from .vertex_target import WantedVertices
 
@@ -222,11 +222,3 @@ def selected_objects(context: Any, copies: bool) -> list[str]:
     if not names:
         raise BakeError("No mesh object is selected: select some, or turn Selected Only off.")
     return names
-
-
-def describe(error: Exception) -> str:
-    """One sentence about an error; for one that is no fault of the input, its traceback goes to the console."""
-    if isinstance(error, BakeError):
-        return str(error)
-    traceback.print_exception(error)
-    return f"The bake failed unexpectedly ({type(error).__name__}: {error}); the console has the details."

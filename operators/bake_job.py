@@ -1,7 +1,7 @@
 """A bake in three steps, for the button, for scripts and for the command line: one solve for all that is asked for."""
 
 from collections.abc import Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -13,7 +13,7 @@ import numpy as np
 from ..addon.blender import READING, SceneReading, in_render_graph, read_scene
 from ..addon.blender.as_read import Placement, edit_mode_left, named
 from ..addon.blender.baked_copies import originals_shown
-from ..addon.errors import Advice, BakeError, refuse_differences
+from ..addon.errors import Advice, BakeError, Cancelled, refuse_differences
 from ..addon.inspector import Inspector
 from ..addon.output import check_space
 from ..addon.parallel import Workers
@@ -24,6 +24,7 @@ from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
 from ..addon.ui.state import duration
 from .camera_target import CameraTarget
+from .describe import describe
 from .vertex_target import WantedVertices
 from .written import Written
 
@@ -255,6 +256,7 @@ class BakeJob:
     def solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None = None) -> Solved:
         """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it."""
         from ..addon.bake import no_light, solve  # here, as Blender's start should not wait for SciPy
+        from ..addon.gather import OpenBacks
 
         inspector, started = inspector or Inspector(), perf_counter()
         workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
@@ -262,6 +264,9 @@ class BakeJob:
         points = [target.points(self.scene, tracer, workers, self.warnings) for target in self.targets]
         self.check_strict()
         receivers = _joined([one.receivers for one in points])
+        backs = OpenBacks.of(receivers, tracer, workers, settings.open_side)
+        if settings.open_side:
+            receivers = backs.added_to(receivers)
         maps = None
         if settings.tracer == "multi_image" and len(receivers):
             maps = self._take_cube_maps(tracer, receivers, settings, workers, inspector)
@@ -272,6 +277,10 @@ class BakeJob:
                 self.warnings.append(NO_LIGHT)
             points = [one.lit_by(solution, workers) for one in points]
         light = solution.irradiance() if solution else no_light()
+        if settings.open_side:
+            light = backs.taken(light)
+        elif solution:
+            self.warnings += [_turned_away(name) for name in backs.lit_behind(self.scene, solution.photons)]
         ends = np.cumsum([len(one.receivers) for one in points])
         parts = [light.where(slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
         products = [one.finish(part, workers) for one, part in zip(points, parts, strict=True)]
@@ -306,11 +315,14 @@ class BakeJob:
                     written.add(product.write())
                 except BakeError as error:
                     refusals.append(str(error))
+                except Exception as error:  # a fault of ours; what is written already can still be undone
+                    written.failures.append(describe(error))
         if refusals and len(refusals) == len(solved.products):
             raise BakeError(" ".join(refusals))
         written.failures += refusals
         self.warnings = list(dict.fromkeys(self.warnings + written.warnings))
-        progress.update(WRITING, 1)
+        with suppress(Cancelled):  # too late: it is written
+            progress.update(WRITING, 1)
         return written
 
     def _moved(self) -> list[str]:
@@ -361,6 +373,13 @@ def _joined(parts: list[Receivers]) -> Receivers:
         ones = [np.ones(len(part), bool) if part.takes_caustics is None else part.takes_caustics for part in parts]
         takes = np.concatenate(ones)
     return Receivers(position, normal, footprint, tuple(targets), takes, any(part.directional for part in parts))
+
+
+def _turned_away(name: str) -> Advice:
+    return Advice(
+        f"Object '{name}' turns its back to the light, and its front to nothing or to a wall: flip its normals (Mesh > "
+        "Normals > Flip), or bake with Open Side."
+    )
 
 
 def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import bpy
 import numpy as np
 
-from ..addon.blender.camera import read_camera, read_frame, read_pixel_filter
+from ..addon.blender.camera import read_camera, read_frame, read_pixel_filter, render_camera
 from ..addon.camera_settings import CameraSettings
 from ..addon.errors import Advice, BakeError
 from ..addon.output import check_place
@@ -53,6 +53,8 @@ class WantedCamera:
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
     ) -> "CameraTarget":
         """See `Wanted.read`."""
+        if names is not None:
+            warnings.append(Advice("The camera's pass shows all objects, and not only those that are to get light."))
         camera = read_camera(scene, depsgraph, warnings)
         frame = scene.frame_current
         path = frame_path(self.folder, self.settings.file_name, frame)
@@ -60,7 +62,7 @@ class WantedCamera:
         if self.settings.pass_denoiser == "oidn" and not has_oidn():
             raise BakeError("OpenImageDenoise (pyoidn) is not installed: install the extension's zip, or choose auto.")
         software = f"Photon Bake {own_version()}, Blender {bpy.app.version_string}"
-        origin = {"Software": software, "Scene": scene.name, "Camera": scene.camera.name, "Frame": str(frame)}
+        origin = {"Software": software, "Scene": scene.name, "Camera": render_camera(scene).name, "Frame": str(frame)}
         return CameraTarget(camera, read_pixel_filter(scene), read_frame(scene), self.settings, path, origin)
 
 

@@ -17,11 +17,11 @@ from ..addon.errors import BakeError, Cancelled
 from ..addon.output import Report, atomic_path, check_writable, hushed, peak_memory_mb
 from ..addon.progress import Progress
 from ..addon.ui.state import duration, shares_of
-from .bake_indirect import describe
 from .bake_job import BakeJob, Wanted
 from .camera_target import WantedCamera
 from .command_options import COMMAND, Options, parse
 from .console import ProgressLine, ctrl_c_cancels, say
+from .describe import describe
 from .lightmap_target import WantedLightmaps
 from .versions import versions
 from .vertex_target import WantedVertices

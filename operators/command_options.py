@@ -146,7 +146,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         parser.error("--frames is for a camera's pass alone: bake other targets without it")
     try:
         settings = settings_for(
-            given.quality, **_given(given, [*KNOB_OPTIONS.values(), *CHOICES, "add_direct", "interpolate"])
+            given.quality, **_given(given, [*KNOB_OPTIONS.values(), *CHOICES, "add_direct", "open_side", "interpolate"])
         )
         lightmaps = LightmapSettings(**_given(given, [*_LIGHTMAP_KNOBS])) if "lightmap" in targets else None
         camera = camera_settings(given) if "camera" in targets else None
@@ -210,6 +210,8 @@ def _parser() -> ArgumentParser:
         add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(knob.metadata["meaning"]))
     meaning = _sentence(knobs["add_direct"].metadata["meaning"])
     add("--direct", dest="add_direct", action="store_true", default=None, help=meaning)
+    meaning = _sentence(knobs["open_side"].metadata["meaning"])
+    add("--open-side", dest="open_side", action="store_true", default=None, help=meaning)
     meaning = "gather at every point, which takes longer where there are many"
     add("--no-interpolation", dest="interpolate", action="store_false", default=None, help=meaning)
     add("--output", metavar="DIR", help=f"folder for images; default: {LIGHTMAP_FOLDER} beside the loaded file")

@@ -4,6 +4,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import bpy
+
 from ..addon.blender import bake_objects, check_color_attribute, receiver_meshes
 from ..addon.blender.as_read import AsRead
 from ..addon.blender.baked_copies import (
@@ -86,9 +88,9 @@ class WantedVertices:
 
 
 def _as_read(objects: list[Any], meshes: list[ReceiverMesh]) -> list[AsRead]:
-    """The objects of meshes, which are those of some of `objects` in their order."""
-    rest = iter(objects)
-    return [AsRead.of(next(obj for obj in rest if obj.name == mesh.object_name)) for mesh in meshes]
+    """The objects of meshes, most of which are among `objects`."""
+    by_name = {obj.name: obj for obj in objects}
+    return [AsRead.of(by_name.get(mesh.object_name) or bpy.data.objects[mesh.object_name]) for mesh in meshes]
 
 
 @dataclass(frozen=True)

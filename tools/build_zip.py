@@ -14,7 +14,6 @@ import argparse
 import hashlib
 import importlib.util
 import os
-import platform
 import shutil
 import subprocess
 import sys
@@ -23,6 +22,8 @@ import tomllib
 import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
+
+from photon_bake.addon.zips import BLENDER_OF_PYTHON, zip_name
 
 ROOT = Path(__file__).resolve().parents[1]
 MANIFEST = "blender_manifest.toml"
@@ -33,12 +34,11 @@ DATE = (2026, 1, 1, 0, 0, 0)  # of every file in a zip
 
 @dataclass(frozen=True)
 class Target:
-    """One Blender: its name in the zip's name, its Python, the versions it spans and the wheels it gets.
+    """One Blender: its Python, the versions it spans and the wheels it gets.
 
     NumPy is Blender's own and never bundled, so each wheel must run with that Blender's: 1.26 in 4.5, 2.x in 5.2.
     """
 
-    blender: str
     python: str
     version_min: str
     version_max: str | None
@@ -51,10 +51,10 @@ XATLAS = "xatlas==0.0.11"  # none for Python 3.14, where Blender packs charts it
 OIDN = ("pyoidn==2.5.1.0", "cffi==2.1.1", "pycparser==3.12")
 EVERYWHERE = ("linux-x64", "windows-x64", "macos-arm64")  # embreex 4 has no wheels for Intel Macs
 TARGETS = (
-    Target("4.5", "3.11", "4.5.0", "5.0.0", ("embreex==4.4.0.post1", "scipy==1.17.1", OPENEXR, XATLAS), EVERYWHERE),
-    Target("5.2", "3.13", "5.2.0", None, ("embreex==4.4.0.post1", "scipy==1.18.1", OPENEXR, XATLAS), EVERYWHERE),
+    Target("3.11", "4.5.0", "5.0.0", ("embreex==4.4.0.post1", "scipy==1.17.1", OPENEXR, XATLAS), EVERYWHERE),
+    Target("3.13", "5.2.0", None, ("embreex==4.4.0.post1", "scipy==1.18.1", OPENEXR, XATLAS), EVERYWHERE),
     # Debian builds Blender 5.2 for its own Python.
-    Target("5.2-debian", "3.14", "5.2.0", None, ("embreex==4.4.0.post1", "scipy==1.18.1", OPENEXR), ("linux-x64",)),
+    Target("3.14", "5.2.0", None, ("embreex==4.4.0.post1", "scipy==1.18.1", OPENEXR), ("linux-x64",)),
 )
 
 # Blender's names for platforms: the wheel tags that run there, best first.
@@ -69,13 +69,6 @@ def say(text: str) -> None:
     """Tell on stderr what is being done, unless `make -s` runs this."""
     if not os.environ.get("QUIET"):
         print(text, file=sys.stderr, flush=True)
-
-
-def this_platform() -> str:
-    """Blender's name for the platform this runs on."""
-    system = {"darwin": "macos"}.get(platform.system().lower(), platform.system().lower())
-    machine = {"x86_64": "x64", "amd64": "x64", "aarch64": "arm64"}.get(platform.machine().lower(), platform.machine())
-    return f"{system}-{machine}"
 
 
 def target_for(python: str) -> Target:
@@ -184,10 +177,11 @@ def build(target: Target, platform_name: str, dist: Path = DIST, oidn: bool = Fa
     if oidn:
         target = replace(target, requirements=target.requirements + OIDN)
     if platform_name not in target.platforms:
-        raise SystemExit(f"There is no zip for Blender {target.blender} on {platform_name}.")
+        raise SystemExit(f"There is no zip for Blender {BLENDER_OF_PYTHON[target.python]} on {platform_name}.")
     version = tomllib.loads((ROOT / MANIFEST).read_text(encoding="utf-8"))["version"]
     dist.mkdir(parents=True, exist_ok=True)
-    path = dist / f"photon_bake-{version}-blender{target.blender}-{platform_name}{'-oidn' * oidn}.zip"
+    path = dist / zip_name(target.python, platform_name, version)
+    path = path.with_stem(path.stem + "-oidn" * oidn)
     wheel_paths = wheels(target, platform_name)
     manifest = manifest_for(target, platform_name, wheel_paths)
     files = source_files()

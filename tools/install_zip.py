@@ -19,17 +19,19 @@ import zipfile
 from pathlib import Path
 
 import build_zip
+from photon_bake.addon.zips import this_platform
 
 ASK = "import bpy, sys; print('ANSWER %d.%d.%d %d.%d' % (*bpy.app.version, *sys.version_info[:2]))"
 TEST_REQUIREMENTS = ("pytest>=8", "hypothesis>=6.100")
 
 
 def blender(executable: str, *arguments: str, resources: Path) -> str:
-    """Run Blender in the background with its user folder elsewhere, and return what it printed."""
+    """Run Blender in the background with its user folder elsewhere, which goes if it fails; returns what it printed."""
     environment = {**os.environ, "BLENDER_USER_RESOURCES": str(resources)}
     command = [executable, "-b", *arguments]
     run = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     if run.returncode:
+        shutil.rmtree(resources, ignore_errors=True)
         raise SystemExit(f"{' '.join(command)} failed with status {run.returncode}:\n{run.stdout}{run.stderr}")
     return run.stdout
 
@@ -48,7 +50,7 @@ def versions(executable: str) -> tuple[str, str]:
 
 def install(executable: str, version: str, target: build_zip.Target, resources: Path) -> None:
     """Install the zip into `resources` and enable it, unless this very zip is there."""
-    path = build_zip.build(target, build_zip.this_platform())
+    path = build_zip.build(target, this_platform())
     stamp = resources / "installed"
     wanted = f"{version} {build_zip.digest(path)}"
     if stamp.exists() and stamp.read_text() == wanted:
@@ -71,7 +73,7 @@ def lay_out_tests(version: str, target: build_zip.Target, resources: Path) -> No
 
     The extension is not installed: the tests register the checkout, and one name cannot be registered twice.
     """
-    wheels = build_zip.wheels(target, build_zip.this_platform())
+    wheels = build_zip.wheels(target, this_platform())
     stamp = resources / "laid_out"
     wanted = " ".join([version, *TEST_REQUIREMENTS, *(wheel.name for wheel in wheels)])
     if stamp.exists() and stamp.read_text() == wanted:
@@ -81,7 +83,7 @@ def lay_out_tests(version: str, target: build_zip.Target, resources: Path) -> No
     modules = resources / "scripts" / "addons" / "modules"
     modules.mkdir(parents=True)
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", f"--target={modules}"]
-    pip += build_zip.pip_selection(target, build_zip.this_platform())
+    pip += build_zip.pip_selection(target, this_platform())
     subprocess.run([*pip, *TEST_REQUIREMENTS], check=True, stdout=sys.stderr)
     for wheel in wheels:
         with zipfile.ZipFile(wheel) as archive:

@@ -9,7 +9,7 @@ from .bake_objects import bake_objects
 from .bvh_tracer import BVHTracer
 from .camera import read_camera
 from .color_attribute import check_color_attribute, write_color_attribute
-from .extract import SceneReading, extract_scene, read_scene
+from .extract import SceneReading, read_scene
 from .materials import READING
 from .render_graph import in_render_graph
 from .vertex_meshes import receiver_meshes
@@ -20,7 +20,6 @@ __all__ = [
     "SceneReading",
     "bake_objects",
     "check_color_attribute",
-    "extract_scene",
     "in_render_graph",
     "read_camera",
     "read_scene",

@@ -280,7 +280,7 @@ def _make_meshes(copies: list[CopyMesh]) -> tuple[dict[tuple[str, int], _Made], 
         for owner, index, instance in _meshes(there, depsgraph):
             place, obj = (owner.name, index), instance.object
             if place in wanted and np.array_equal(corner_vertex(obj.data), wanted[place].corner_vertex):
-                mesh = bpy.data.meshes.new_from_object(obj, preserve_all_data_layers=True, depsgraph=depsgraph)
+                mesh = _new_mesh(owner, instance, depsgraph)
                 _take_object_materials(mesh, obj)
                 made[place] = _Made(owner, mesh, instance.matrix_world.copy())
 
@@ -293,6 +293,17 @@ def _make_meshes(copies: list[CopyMesh]) -> tuple[dict[tuple[str, int], _Made], 
         f"Object '{name}' got no light, since its mesh was changed during the bake: bake again."
         for name in sorted(changed)
     ]
+
+
+def _new_mesh(owner: "bpy.types.Object", instance: Any, depsgraph: "bpy.types.Depsgraph") -> "bpy.types.Mesh":
+    """A new mesh from an evaluated one."""
+    obj = instance.object
+    if not instance.is_instance or obj.original != owner or owner.type != "MESH":
+        return bpy.data.meshes.new_from_object(obj, preserve_all_data_layers=True, depsgraph=depsgraph)
+    mesh = obj.data.copy()  # of what nodes instance without another object, Blender would make its owner's own mesh
+    for name in [one.name for one in mesh.attributes if one.name.startswith(".a_")]:  # anonymous ones
+        mesh.attributes.remove(mesh.attributes[name])
+    return mesh
 
 
 def _new_copy(owner: "bpy.types.Object", mesh: "bpy.types.Mesh", matrix: Any) -> "bpy.types.Object":

@@ -21,7 +21,7 @@ _FILTERS: dict[str, tuple[FilterKind, float]] = {
 
 
 def read_camera(scene: Any, depsgraph: Any, warnings: list[str] | None = None) -> Camera:
-    """The scene's active camera, with what renders show of its picture: the render region, if there is one.
+    """The camera that renders look through, with what they show of its picture: the render region, if there is one.
 
     Parameters
     ----------
@@ -35,14 +35,21 @@ def read_camera(scene: Any, depsgraph: Any, warnings: list[str] | None = None) -
     BakeError
         If there is no camera, its kind is not known, or the render region is empty.
     """
-    if scene.camera is None:
+    original = render_camera(scene)
+    if original is None:
         raise BakeError(f"Scene '{scene.name}' has no active camera: choose one in the Scene properties.")
-    camera = scene.camera.evaluated_get(depsgraph)
-    data, name = camera.data, scene.camera.name
-    if scene.camera.type != "CAMERA":
+    camera = original.evaluated_get(depsgraph)
+    data, name = camera.data, original.name
+    if original.type != "CAMERA":
         raise BakeError(f"Object '{name}' is no camera, though the scene looks through it: choose a camera.")
     if data.dof.use_dof and warnings is not None:
         warnings.append(f"Camera '{name}' has depth of field, which the pass does not have: it is sharp everywhere.")
+    if scene.render.use_multiview and warnings is not None:
+        views = ", ".join(f"'{view.name}'" for view in scene.render.views if view.use)
+        warnings.append(
+            f"Scene '{scene.name}' renders several views ({views}), of which the pass has none: it is seen from camera "
+            f"'{name}' itself."
+        )
     width, height = _resolution(scene.render)
     first_column, last_column, first_row, last_row = _region(scene, width, height)
     lens, (left, right, bottom, top) = _lens_and_window(scene, data, name, width, height)
@@ -64,6 +71,18 @@ def read_camera(scene: Any, depsgraph: Any, warnings: list[str] | None = None) -
         height=last_row - first_row,
         clip=(data.clip_start, data.clip_end),
     )
+
+
+def render_camera(scene: Any) -> Any:
+    """The object that renders of the current frame look through; None where there is none.
+
+    Markers that have a camera choose it: the last one up to this frame, else the first of all.
+    """
+    markers = [one for one in scene.timeline_markers if one.camera and not one.camera.hide_render]
+    begun = [one for one in markers if one.frame <= scene.frame_current]
+    if begun:
+        return max(begun, key=lambda one: one.frame).camera
+    return min(markers, key=lambda one: one.frame).camera if markers else scene.camera
 
 
 def read_frame(scene: Any) -> PictureFrame:

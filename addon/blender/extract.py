@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from itertools import compress, pairwise
-from typing import Any
 
 import bpy
 import numpy as np
@@ -43,11 +42,6 @@ class SceneReading:
     def scene(self, of: "bpy.types.Scene") -> Scene:
         """The whole scene; not while Cycles or anything else bakes. `of` is whose frame it is."""
         return replace(self._lit_by_nothing, world=self._world.world(of, self._warnings))
-
-
-def extract_scene(depsgraph: "bpy.types.Depsgraph", warnings: list[str] | None = None, **options: Any) -> Scene:
-    """`read_scene`, and then the whole scene; for a graph that is not `in_render_graph`'s."""
-    return read_scene(depsgraph, warnings, **options).scene(depsgraph.scene)
 
 
 def read_scene(

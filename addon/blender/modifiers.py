@@ -84,6 +84,24 @@ def may_change_elements(obj: "bpy.types.Object") -> bool:
     return not all(keeps_vertices_first(modifier) for modifier in obj.modifiers)
 
 
+def cutters(obj: "bpy.types.Object") -> "list[bpy.types.Object]":
+    """Objects whose faces Boolean modifiers hand on to an original object, and whose meshes can hold their light.
+
+    Renders do not show them, as they would have light of their own.
+    """
+    found = [
+        modifier.object
+        for modifier in obj.modifiers
+        if modifier.type == "BOOLEAN" and modifier.operand_type == "OBJECT" and modifier.object is not None
+    ]
+    return [one for one in dict.fromkeys(found) if one.type == "MESH" and one != obj and _can_hold_light(one)]
+
+
+def _can_hold_light(cutter: "bpy.types.Object") -> bool:
+    hidden = cutter.hide_render or all(home.hide_render for home in cutter.users_collection)
+    return hidden and cutter.library is None and cutter.data.is_editable and len(cutter.data.polygons) > 0
+
+
 def keeps_vertices_first(modifier: "bpy.types.Modifier") -> bool:
     """Whether the mesh that a modifier makes starts with the vertices that it is given, where they stay in order."""
     if modifier.type in SAME_VERTICES:

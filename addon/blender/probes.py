@@ -8,7 +8,9 @@ which elements, and how much of each, every corner of the evaluated mesh shows:
   more than `CHANNELS` corners share the channels out, and the weights of least norm are taken.
 - A vertex, for meshes without faces, has its own position, which lies between those of the two that are mixed.
 
-Elements that modifiers make from nothing have Blender's default there, black or white, which no code is.
+Elements that modifiers make from nothing have Blender's default there, black or white, which no code is. What Boolean
+modifiers take from other objects has these objects' codes, if they can hold light (`modifiers.cutters`): their faces'
+numbers follow the object's own.
 """
 
 from dataclasses import dataclass
@@ -18,6 +20,7 @@ import numpy as np
 
 from ..receivers import AttributeMap
 from .meshes import attribute, corner_vertex
+from .modifiers import cutters
 from .render_graph import in_render_graph
 from .temporary import Temporary
 
@@ -34,8 +37,8 @@ _SPARSE = 1e-4  # weights below this are rounding
 
 def attribute_maps(
     objects: "list[bpy.types.Object]", scene: "bpy.types.Scene"
-) -> "dict[bpy.types.Object, AttributeMap]":
-    """What the modifiers of mesh objects make of an attribute; without those that show nothing of any attribute.
+) -> "dict[bpy.types.Object, dict[bpy.types.Object, AttributeMap]]":
+    """What mesh objects show of an attribute of their own mesh, and of their cutters', as far as they show any.
 
     Parameters
     ----------
@@ -58,31 +61,51 @@ def attribute_maps(
 def _add_probes(
     objects: "list[bpy.types.Object]", collection: "bpy.types.Collection", temporary: Temporary
 ) -> "dict[bpy.types.Object, bpy.types.Object]":
-    """A copy of each object with codes on its mesh, linked to a collection."""
-    meshes: dict[bpy.types.Mesh, bpy.types.Mesh] = {}
-    probes = {}
-    for obj in objects:
-        if obj.data not in meshes:
-            mesh = meshes[obj.data] = temporary.add(obj.data.copy())
+    """A copy of each object with codes on its mesh, linked to a collection, and with such copies of its cutters."""
+    meshes: dict[tuple[bpy.types.Mesh, int], bpy.types.Mesh] = {}
+
+    def copy(obj: "bpy.types.Object", first_face: int) -> "bpy.types.Object":
+        if (obj.data, first_face) not in meshes:
+            mesh = meshes[obj.data, first_face] = temporary.add(obj.data.copy())
             if mesh.shape_keys is not None:
                 temporary.add(mesh.shape_keys)
-            _write_codes(mesh)
-        probe = probes[obj] = temporary.add(obj.copy())
-        probe.data = meshes[obj.data]
+            _write_codes(mesh, first_face)
+        probe = temporary.add(obj.copy())
+        probe.data = meshes[obj.data, first_face]
+        return probe
+
+    probes = {}
+    for obj in objects:
+        first_faces = _first_faces(obj)
+        copies = {one: copy(one, first_face) for one, first_face in first_faces.items()}
+        probe = probes[obj] = copies[obj]
+        for modifier in probe.modifiers:
+            if modifier.type == "BOOLEAN" and modifier.object in copies:
+                modifier.object = copies[modifier.object]
         probe.hide_viewport = probe.hide_render = False
         collection.objects.link(probe)
     return probes
 
 
+def _first_faces(obj: "bpy.types.Object") -> "dict[bpy.types.Object, int]":
+    """The number of the first face of an original object and of each of its cutters."""
+    owners = [obj, *cutters(obj)]
+    return dict(zip(owners, np.cumsum([0, *(len(one.data.polygons) for one in owners)]).tolist(), strict=False))
+
+
 def _read_probes(
     probes: "dict[bpy.types.Object, bpy.types.Object]", depsgraph: "bpy.types.Depsgraph"
-) -> "dict[bpy.types.Object, AttributeMap]":
-    maps = {}
+) -> "dict[bpy.types.Object, dict[bpy.types.Object, AttributeMap]]":
+    maps: dict[bpy.types.Object, dict[bpy.types.Object, AttributeMap]] = {}
     for obj, probe in probes.items():
         evaluated = probe.evaluated_get(depsgraph).data
-        entries = _entries(obj.data, evaluated)
-        if entries is not None:
-            maps[obj] = _attribute_map(obj.data, evaluated, entries)
+        maps[obj] = {}
+        for owner, first_face in _first_faces(obj).items():
+            entries = (
+                _entries(owner.data, evaluated) if owner == obj else _corner_entries(owner.data, evaluated, first_face)
+            )
+            if entries.n_corners:
+                maps[obj][owner] = _attribute_map(owner.data, evaluated, entries)
     return maps
 
 
@@ -100,13 +123,13 @@ class _Entries:
         return len(np.unique(self.corner))
 
 
-def _write_codes(mesh: "bpy.types.Mesh") -> None:
+def _write_codes(mesh: "bpy.types.Mesh", first_face: int) -> None:
     positions = attribute(mesh, "position", "vector", (len(mesh.vertices), 3), np.float32)
     _write(mesh, _VERTEX, "POINT", np.column_stack([positions, np.full(len(positions), 2)]))
     faces = _Faces(mesh)
     if not len(faces.of_corner):
         return
-    high, low = np.divmod(faces.of_corner, _LOW)
+    high, low = np.divmod(faces.of_corner + first_face, _LOW)
     one, zero = np.ones(len(low)), np.zeros(len(low))
     _write(mesh, _FACE, "CORNER", np.column_stack([high, low, one, zero]))
     codes = np.zeros((len(low), faces.n_channels))
@@ -167,8 +190,8 @@ def _read(evaluated: "bpy.types.Mesh", name: str) -> np.ndarray | None:
     return values if layer.domain == "CORNER" else values[corner_vertex(evaluated)]
 
 
-def _entries(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh") -> _Entries | None:
-    """What the corners of an evaluated probe show; None where they show nothing.
+def _entries(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh") -> _Entries:
+    """What the corners of an evaluated probe show of its own mesh.
 
     The vertices' codes count where the corners', which tell more, reach less than half of what they reach.
 
@@ -177,12 +200,11 @@ def _entries(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh") -> _Entries | 
     mesh : bpy.types.Mesh
         The stored one.
     """
-    corners, vertices = _corner_entries(mesh, evaluated), _vertex_entries(mesh, evaluated)
-    best = vertices if 2 * corners.n_corners < vertices.n_corners else corners
-    return best if best.n_corners else None
+    corners, vertices = _corner_entries(mesh, evaluated, 0), _vertex_entries(mesh, evaluated)
+    return vertices if 2 * corners.n_corners < vertices.n_corners else corners
 
 
-def _corner_entries(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh") -> _Entries:
+def _corner_entries(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh", first_face: int) -> _Entries:
     faces = _Faces(mesh)
     codes = [_read(evaluated, f"{_PLACE}{i}") for i in range(0, faces.n_channels, 4)]
     number = _read(evaluated, _FACE)
@@ -190,7 +212,7 @@ def _corner_entries(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh") -> _Ent
         return _joined("CORNER", [])
     code = np.concatenate([values for values in codes if values is not None], axis=1)
     whole = np.rint(number[:, :2])
-    face = (whole @ [_LOW, 1]).astype(np.int64)
+    face = (whole @ [_LOW, 1]).astype(np.int64) - first_face
     known = (np.abs(number[:, :2] - whole) < 0.02).all(axis=1) & (np.abs(number[:, 2:] - [1, 0]) < 1e-3).all(axis=1)
     known &= (face >= 0) & (face < len(faces.size))
     parts = []
@@ -239,7 +261,11 @@ def _attribute_map(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh", entries:
     _, nearest = cKDTree(features[shown]).query(features)
     stand_in = shown[nearest]
     stand_in[shown] = shown
-    return AttributeMap(
+    corner = corner_vertex(evaluated)
+    normals = np.empty((len(corner), 3), np.float32)
+    evaluated.corner_normals.foreach_get("vector", normals.reshape(-1))
+    places = attribute(evaluated, "position", "vector", (len(evaluated.vertices), 3), np.float32)[corner]
+    found = AttributeMap(
         domain="CORNER" if entries.domain == "CORNER" else "POINT",
         area=_corner_areas(evaluated),
         stand_in=stand_in.astype(np.int32),
@@ -247,6 +273,7 @@ def _attribute_map(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh", entries:
         element=entries.element,
         weight=entries.weight,
     )
+    return found.with_misplaced(np.nan_to_num(places), np.nan_to_num(normals))
 
 
 def _features(mesh: "bpy.types.Mesh", domain: str) -> np.ndarray:

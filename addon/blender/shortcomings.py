@@ -38,6 +38,10 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Ite
         yield "its back is baked like its front"
     if _uses(material.node_tree, "LAYER_WEIGHT", "Facing"):
         yield "what it mixes by how much it faces the viewer is baked as the mean over all angles"
+    if any(node.type == "PARTICLE_INFO" for node in all_nodes(material.node_tree)):
+        yield "what it reads of particles is baked as zero"
+    if any(getattr(node, "from_instancer", False) for node in all_nodes(material.node_tree)):
+        yield "its texture coordinates from instancers are baked as zero"
     if any(closure.for_shadows for closure in closures):
         yield "what only shadow rays see of it is baked for all rays"
     for closure in closures:

@@ -11,6 +11,7 @@ from .expressions import UnreadableError, constant
 from .images import is_readable
 from .meshes import UVMaps
 from .nodes import Place
+from .texels import SMALL_SIDE
 
 
 @dataclass(frozen=True)
@@ -81,11 +82,16 @@ def coordinates_of(image: Place) -> Coordinates:
     """
     node = image.socket.node
     is_picture = node.image.source not in {"TILED", "SEQUENCE", "MOVIE"} and is_readable(node.image)
-    if node.projection != "FLAT" or not is_picture:
+    if node.projection != "FLAT" or not is_picture or _fades_out(node):
         raise UnreadableError(node)
     place = image.input("Vector").origin
     affine = _own_mapping(node, _affine(place) if place.socket.is_output else _Affine())
     return Coordinates(affine.uv_map, affine.matrix[:2, :2], affine.offset[:2])
+
+
+def _fades_out(node: "bpy.types.Node") -> bool:
+    """Whether a clipped picture is seen outside of itself: interpolation fades it out over half of its large texels."""
+    return node.extension == "CLIP" and node.interpolation != "Closest" and max(node.image.size) < SMALL_SIDE
 
 
 def _own_mapping(node: "bpy.types.Node", affine: _Affine) -> _Affine:

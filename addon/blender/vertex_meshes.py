@@ -13,21 +13,20 @@ In the first two cases values go on corners where the evaluated mesh has flat fa
 where it is smooth all over. Subdivided surfaces take them on vertices: what was an original corner is rounded there.
 """
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 
 from ..errors import BakeError
 from ..progress import Progress
-from ..receivers import AttributeMap, ReceiverMesh
+from ..receivers import IN_PLACE, AttributeMap, ReceiverMesh, joined, unreached_share
 from .color_attribute import check_editable
 from .meshes import attribute, corner_vertex, evaluated_mesh
 from .modifiers import COPIES_FACES, active_modifiers, keeps_vertices_first, may_change_elements
 from .probes import attribute_maps
 from .transforms import place_normals, to_world
 from .warn import Warnings, listed
-
-MISPLACED = 0.4
-"""Light shown this far from where it belongs (`AttributeMap.misplaced`) is worth a warning; a bevel's is 0.2."""
 
 UNREACHED = 0.01
 """Share of an object's surface that may show no light without a warning."""
@@ -60,6 +59,11 @@ def receiver_meshes(
         Objects whose mesh cannot show their light as it is are appended instead, and left out.
     progress : Progress, optional
 
+    Returns
+    -------
+    list of ReceiverMesh
+        Of the objects, and then of objects that cut them, whose meshes hold the light of the cuts.
+
     Raises
     ------
     Cancelled
@@ -69,14 +73,15 @@ def receiver_meshes(
     """
     warn, progress = Warnings(warnings), progress or Progress()
     evaluated = {obj: evaluated_mesh(obj.evaluated_get(depsgraph), depsgraph) for obj in objects}
-    probed = {obj for obj in objects if may_change_elements(obj) and not _same_elements(obj.data, evaluated[obj])}
-    maps = attribute_maps([obj for obj in objects if obj in probed], depsgraph.scene)
+    probed = [obj for obj in objects if may_change_elements(obj) and not _same_elements(obj.data, evaluated[obj])]
+    maps = attribute_maps(probed, depsgraph.scene)
     meshes: dict[bpy.types.Object, ReceiverMesh] = {}
+    cut: dict[bpy.types.Object, list[ReceiverMesh]] = {}  # faces of cutters, by these
     refusals = []
     for obj in objects:
         progress.check()
         try:
-            mesh = _receiver_mesh(obj, evaluated[obj], depsgraph, obj in probed, maps.get(obj))
+            parts = _receiver_parts(obj, evaluated[obj], depsgraph, maps.get(obj))
         except BakeError as error:
             if flawed is not None and isinstance(error, NotShownError):
                 flawed.append(obj)
@@ -85,37 +90,49 @@ def receiver_meshes(
                 raise
             refusals.append(str(error))
             continue
-        if flawed is not None and (_lacks_light(mesh) or _repeats_light(obj, mesh, depsgraph)):
+        share = _share_without_light(list(parts.values()))
+        if flawed is not None and (share > UNREACHED or _repeats_light(obj, parts[obj], depsgraph)):
             flawed.append(obj)
-        else:
-            meshes[obj] = mesh
+            continue
+        if share > UNREACHED:
+            warn.add(
+                f"Object '{obj.name}': {share:.0%} of its surface shows no light, as its modifier "
+                f"'{_culprit(obj, depsgraph)}' makes faces that show no attribute: turn on Bake Copies."
+            )
+        meshes[obj] = parts.pop(obj)
+        for cutter, part in parts.items():
+            cut.setdefault(cutter, []).append(part)
     if refusals and not meshes and not flawed:
         raise BakeError(f"Nothing to bake: {refusals[0]}")
     for sentence in refusals:
         warn.add(f"Left out: {sentence}")
     if flawed is None:
-        _warn_of_flaws(meshes, depsgraph, warn)
-    return list(meshes.values())
+        _warn_of_repeated_light(meshes, depsgraph, warn)
+    return [*meshes.values(), *(joined(parts) for cutter, parts in cut.items() if cutter not in meshes)]
 
 
-def _receiver_mesh(
+def _receiver_parts(
     obj: "bpy.types.Object",
     evaluated: "bpy.types.Mesh",
     depsgraph: "bpy.types.Depsgraph",
-    is_probed: bool,
-    mapped: AttributeMap | None,
-) -> ReceiverMesh:
+    maps: "dict[bpy.types.Object, AttributeMap] | None",
+) -> "dict[bpy.types.Object, ReceiverMesh]":
+    """What an original object shows of its own mesh, and of those of its cutters."""
     mesh = obj.data
     matrix = np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)
-    if is_probed:
-        if mapped is None or len(mapped.area) != len(evaluated.loops):
+    if maps is not None:
+        if obj not in maps or len(maps[obj].area) != len(evaluated.loops):
             raise _not_shown(obj, depsgraph)
-        return evaluated_receiver_mesh(obj.name, mesh.name, evaluated, matrix, mapped)
+        whole = evaluated_receiver_mesh(obj.name, mesh.name, evaluated, matrix)
+        return {
+            owner: replace(whole, object_name=owner.name, mesh_name=owner.data.name, map=mapped)
+            for owner, mapped in maps.items()
+        }
     if len(evaluated.vertices) < len(mesh.vertices):
         raise _not_shown(obj, depsgraph)
     local = _positions(evaluated)[: len(mesh.vertices)]
     normals, on_corners = _normals(obj, evaluated, local)
-    return ReceiverMesh(
+    own = ReceiverMesh(
         object_name=obj.name,
         mesh_name=mesh.name,
         domain="CORNER" if on_corners else "POINT",
@@ -124,6 +141,7 @@ def _receiver_mesh(
         corner_vertex=corner_vertex(mesh),
         corner_face=_corner_face(mesh),
     )
+    return {obj: own}
 
 
 def evaluated_receiver_mesh(
@@ -131,9 +149,8 @@ def evaluated_receiver_mesh(
     mesh_name: str,
     evaluated: "bpy.types.Mesh",
     matrix: np.ndarray,
-    mapped: AttributeMap | None = None,
 ) -> ReceiverMesh:
-    """An evaluated mesh in its own elements, where a (4, 4) matrix puts it, and how they lead back to stored ones."""
+    """An evaluated mesh in its own elements, where a (4, 4) matrix puts it."""
     smooth = evaluated.normals_domain == "POINT"
     return ReceiverMesh(
         object_name=object_name,
@@ -143,7 +160,6 @@ def evaluated_receiver_mesh(
         normals=place_normals(_read_normals(evaluated.vertex_normals if smooth else evaluated.corner_normals), matrix),
         corner_vertex=corner_vertex(evaluated),
         corner_face=_corner_face(evaluated),
-        map=mapped,
     )
 
 
@@ -161,29 +177,23 @@ def _culprit(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> str:
     return next((modifier.name for modifier in (*changing, *modifiers)), "?")
 
 
-def _lacks_light(mesh: ReceiverMesh) -> bool:
-    """Whether some of the surface shows no light."""
-    return mesh.map is not None and mesh.map.unreached_share > UNREACHED
+def _share_without_light(parts: list[ReceiverMesh]) -> float:
+    """Share of an object's surface that shows no stored light."""
+    maps = [part.map for part in parts if part.map is not None]
+    return unreached_share(maps) if maps else 0.0
 
 
 def _repeats_light(obj: "bpy.types.Object", mesh: ReceiverMesh, depsgraph: "bpy.types.Depsgraph") -> bool:
     """Whether some of the surface shows the light of other places."""
     if mesh.map is None:
         return any(modifier.type in COPIES_FACES for modifier in active_modifiers(obj, depsgraph.mode))
-    corner_normals = mesh.normals if mesh.domain == "CORNER" else mesh.normals[mesh.corner_vertex]
-    return mesh.map.misplaced(mesh.positions[mesh.corner_vertex], corner_normals) > MISPLACED
+    return mesh.map.misplaced > IN_PLACE
 
 
-def _warn_of_flaws(
+def _warn_of_repeated_light(
     meshes: "dict[bpy.types.Object, ReceiverMesh]", depsgraph: "bpy.types.Depsgraph", warn: Warnings
 ) -> None:
-    """Name the objects that show no light on some of their surface, or that of other places."""
-    for obj, mesh in meshes.items():
-        if mesh.map is not None and _lacks_light(mesh):
-            warn.add(
-                f"Object '{obj.name}': {mesh.map.unreached_share:.0%} of its surface shows no light, as its modifier "
-                f"'{_culprit(obj, depsgraph)}' makes faces that show no attribute: turn on Bake Copies."
-            )
+    """Name the objects that show the light of some places in others."""
     repeating = [f"'{obj.name}'" for obj, mesh in meshes.items() if _repeats_light(obj, mesh, depsgraph)]
     if repeating:
         warn.add(

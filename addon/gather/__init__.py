@@ -11,6 +11,7 @@ from .gather_rays import GatherRays
 from .glossy_light import glossy_radiance
 from .irradiance import Estimate, Irradiance
 from .light_volume import Cascade
+from .open_sides import OpenBacks
 from .photon_volumes import OF_SCATTERED, photon_volume_gloss, photon_volume_irradiance, scatter_light
 from .radiance_cache import RadianceCache
 from .screen_volume import screen_irradiance
@@ -26,6 +27,7 @@ __all__ = [
     "FinalGather",
     "GatherRays",
     "Irradiance",
+    "OpenBacks",
     "PhotonDensity",
     "RadianceCache",
     "Survey",

@@ -1,6 +1,6 @@
 """Where light is wanted: points with a normal, and where each one's value goes."""
 
-from .attribute_map import AttributeMap
+from .attribute_map import AttributeMap, unreached_share
 from .camera import Camera, SeenSurface, seen_surface
 from .camera_points import CameraPoints, camera_points, diffuse_colors
 from .charts import Charts, LightmapMesh
@@ -9,9 +9,10 @@ from .lightmap import Texels, texel_receivers
 from .pixel_filter import PixelFilter
 from .receivers import AttributeTarget, Receivers
 from .seams import Seams
-from .vertices import ReceiverMesh, vertex_receivers
+from .vertices import IN_PLACE, ReceiverMesh, joined, vertex_receivers
 
 __all__ = [
+    "IN_PLACE",
     "AttributeMap",
     "AttributeTarget",
     "Camera",
@@ -31,7 +32,9 @@ __all__ = [
     "Texels",
     "camera_points",
     "diffuse_colors",
+    "joined",
     "seen_surface",
     "texel_receivers",
+    "unreached_share",
     "vertex_receivers",
 ]

@@ -46,7 +46,7 @@ class AttributeTarget:
         values = np.zeros((len(receiver), of_receiver.shape[1]), np.float32)
         lit = receiver >= 0
         values[lit] = of_receiver[receiver[lit]]
-        return values if self.map is None else np.maximum(self.map.stored(values), 0).astype(np.float32)
+        return values if self.map is None else np.maximum(self.map.stored(values, lit), 0).astype(np.float32)
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,12 @@ On faces of a few millimetres it matters, as they may lie that close to other su
 LIFT = 1e-3
 """How far a receiver is lifted off its face, as a share of the distance to the middle of its faces."""
 
+IN_PLACE = 0.4
+"""Light that modifiers show less far than this from where it belongs (`AttributeMap.misplaced`) is where it should be.
+
+A bevel's is 0.2; copies of faces, which show the light of one place in several, have more.
+"""
+
 
 @dataclass(frozen=True)
 class ReceiverMesh:
@@ -54,6 +60,48 @@ class ReceiverMesh:
     corner_vertex: np.ndarray
     corner_face: np.ndarray
     map: AttributeMap | None = None
+
+    @property
+    def corner_normals(self) -> np.ndarray:
+        """Normals of the corners, (c, 3)."""
+        return self.normals if self.domain == "CORNER" else self.normals[self.corner_vertex]
+
+
+def joined(parts: list[ReceiverMesh]) -> ReceiverMesh:
+    """One mesh of several with maps to the same stored mesh, such as the faces that one object cuts into others."""
+    if len(parts) == 1:
+        return parts[0]
+    maps = [part.map for part in parts if part.map is not None]
+    corner, vertex, face = (
+        np.cumsum([0, *counts])[:-1]
+        for counts in (
+            [len(part.corner_vertex) for part in parts],
+            [len(part.positions) for part in parts],
+            [part.corner_face[-1] + 1 for part in parts],
+        )
+    )
+    element = np.concatenate([one.element for one in maps])
+    stand_in = maps[0].stand_in.copy()
+    stand_in[element] = element
+    together = AttributeMap(
+        domain=maps[0].domain,
+        area=np.concatenate([one.area for one in maps]),
+        stand_in=stand_in,
+        corner=np.concatenate([one.corner + first for one, first in zip(maps, corner, strict=True)]),
+        element=element,
+        weight=np.concatenate([one.weight for one in maps]),
+        misplaced=max(one.misplaced for one in maps),
+    )
+    return ReceiverMesh(
+        object_name=parts[0].object_name,
+        mesh_name=parts[0].mesh_name,
+        domain="CORNER",
+        positions=np.concatenate([part.positions for part in parts]),
+        normals=np.concatenate([part.corner_normals for part in parts]),
+        corner_vertex=np.concatenate([part.corner_vertex + first for part, first in zip(parts, vertex, strict=True)]),
+        corner_face=np.concatenate([part.corner_face + first for part, first in zip(parts, face, strict=True)]),
+        map=together,
+    )
 
 
 def vertex_receivers(meshes: list[ReceiverMesh]) -> Receivers:
@@ -99,13 +147,18 @@ def _of_mesh(mesh: ReceiverMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray, np
 
 
 def _reached(receiver_of_element: np.ndarray, mesh: ReceiverMesh) -> tuple[np.ndarray, np.ndarray]:
-    """The receiver of each corner that shows what is stored (−1: none), and which of the receivers these are."""
+    """The receiver of each corner that decides on stored values (−1: none), and which of the receivers these are.
+
+    All that show stored values do, unless there are more of them than of these, and each shows its own light.
+    """
     assert mesh.map is not None
     of_corner = receiver_of_element if mesh.domain == "CORNER" else receiver_of_element[mesh.corner_vertex]
-    reached = mesh.map.reached
-    used, of_reached = np.unique(of_corner[reached], return_inverse=True)
+    decides = mesh.map.reached
+    if mesh.map.misplaced < IN_PLACE and len(np.unique(of_corner[decides])) > len(mesh.map.stand_in):
+        decides &= np.isin(of_corner, of_corner[mesh.map.decisive()])
+    used, of_deciding = np.unique(of_corner[decides], return_inverse=True)
     receiver = np.full(len(of_corner), -1, np.int32)
-    receiver[reached] = of_reached.reshape(-1)
+    receiver[decides] = of_deciding.reshape(-1)
     return receiver, used
 
 

@@ -131,7 +131,8 @@ class LightTracer:
         u, v = scene.barycentrics(triangle, scene.points(at.triangle, at.u, at.v))
         hits.put(here, Hits(triangle, at.distance, u, v, rows(scene.normals, triangle)))
         t_max = np.broadcast_to(np.float32(t_max), len(origins))[beyond]
-        hits.put(beyond, onward(scene, closest, origins[beyond], directions[beyond], passed.where(beyond), t_max))
+        rays = origins[beyond], directions[beyond]
+        hits.put(beyond, onward(scene, closest, *rays, passed.where(beyond), t_max, first[beyond]))
         first = first.copy()
         first[beyond] = hits.triangle[beyond]
         return hits, first

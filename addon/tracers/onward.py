@@ -33,8 +33,15 @@ def onward(
     directions: np.ndarray,
     passed: Hits,
     t_max: np.ndarray | float = np.inf,
+    first: np.ndarray | None = None,
 ) -> Hits:
-    """The first hit of each ray beyond the one that it passed, with its distance from the ray's origin."""
+    """The first hit of each ray beyond the one that it passed, with its distance from the ray's origin.
+
+    Parameters
+    ----------
+    first : (n,) int32, optional
+        Triangles that were passed, too, in the same place: their sides may be the other way round.
+    """
     gap = scene.ray_offset(origins + passed.distance[:, None] * directions)[:, 0]
     t_max = np.broadcast_to(np.float32(t_max), len(gap))
 
@@ -44,19 +51,20 @@ def onward(
         return replace(found, distance=found.distance + far_on)
 
     hits = beyond(slice(None), passed.distance)
-    k = np.flatnonzero(_meet_it_again(hits, passed, directions, gap))
+    first = passed.triangle if first is None else first
+    k = np.flatnonzero(_meet_it_again(hits, passed, first, directions, gap))
     for turn in range(_MAX_AGAIN):
         if len(k) == 0:
             break
         found = beyond(k, hits.distance[k] + (2**turn) * _STEP * gap[k])
         hits.put(k, found)
-        k = k[_meet_it_again(found, passed.where(k), directions[k], gap[k])]
+        k = k[_meet_it_again(found, passed.where(k), first[k], directions[k], gap[k])]
     return hits
 
 
-def _meet_it_again(hits: Hits, passed: Hits, directions: np.ndarray, gap: np.ndarray) -> np.ndarray:
+def _meet_it_again(hits: Hits, passed: Hits, first: np.ndarray, directions: np.ndarray, gap: np.ndarray) -> np.ndarray:
     """Whether rays met the surface that they had passed, (n,) bool."""
-    again = hits.hit & (dot(hits.normal, passed.normal) > _PARALLEL)
+    again = hits.hit & ((dot(hits.normal, passed.normal) > _PARALLEL) | (hits.triangle == first))
     k = np.flatnonzero(again)
     across = np.abs(dot(rows(passed.normal, k), rows(directions, k)))
     again[k] = (hits.distance[k] - passed.distance[k]) * across <= gap[k]

@@ -85,6 +85,7 @@ class PHOTON_BAKE_PT_output(_Tab, bpy.types.Panel):
             row.operator("photon_bake.remove_copies", text="", icon="X")
         column.prop_search(properties, "light_group", context.view_layer, "lightgroups")
         column.prop(properties, "add_direct")
+        column.prop(properties, "open_side")
 
 
 class PHOTON_BAKE_PT_lightmaps(_Tab, bpy.types.Panel):

@@ -13,10 +13,9 @@ from time import perf_counter
 import bpy
 import numpy as np
 from bounce_maps import attrition_table
-from figures import camera_of_scene, scene_options, scenes_in, table, write_png
+from figures import camera_of_scene, rendered_scene, scene_options, scenes_in, table, write_png
 from flicker import flicker_table
 from light_volume import material, side_by_side
-from photon_bake.addon.blender import extract_scene
 from photon_bake.addon.gather import photon_volume_irradiance
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import PathKind, light_sources, region_of, trace_photons
@@ -65,7 +64,7 @@ class Bench:
         build()
         change()
         bpy.context.view_layer.update()
-        self.scene = extract_scene(bpy.context.evaluated_depsgraph_get())
+        self.scene = rendered_scene()
         self.camera = camera_of_scene(WIDTH, HEIGHT)
         self.tracer = LightTracer(self.scene, EmbreeTracer(self.scene))
         self.seen = seen_surface(self.scene, self.tracer, self.camera)

@@ -14,11 +14,11 @@ import growth
 import numpy as np
 import rivals
 from error_plot import error_plot
-from figures import table
+from figures import rendered_scene, table
 from memory import extra_memory
 from own_scenes import OWN_SCENES
 from photon_bake.addon.bake import bake
-from photon_bake.addon.blender import in_render_graph, read_scene, receiver_meshes
+from photon_bake.addon.blender import in_render_graph, receiver_meshes
 from photon_bake.addon.receivers import Receivers, vertex_receivers
 from photon_bake.addon.scene import Scene
 from photon_bake.addon.settings import settings_for
@@ -47,11 +47,11 @@ class Case:
         """Open a scene of our own, or a file, and put about n receivers into it."""
         truth = open_scene(name, path)
         start = perf_counter()
-        at = bpy.context.scene, bpy.context.view_layer
-        scene = in_render_graph(*at, read_scene).scene(bpy.context.scene)
+        scene = rendered_scene()
         seconds = perf_counter() - start
         objects = [add_receivers(scene, grown(truth.position), n), bpy.data.objects["Probes"]]
         start = perf_counter()
+        at = bpy.context.scene, bpy.context.view_layer
         meshes = in_render_graph(*at, lambda depsgraph: receiver_meshes(objects, depsgraph))
         receivers = vertex_receivers(meshes)
         return Case(name, n, scene, receivers, truth, seconds + perf_counter() - start)

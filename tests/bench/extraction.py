@@ -6,7 +6,7 @@ Two scenes are built in code: 5 million triangles (sculpted, flat, textured and 
 meshes of their own beside 20,000 instances (10,000 by collections, 10,000 on vertices). Each measurement is a process
 of its own:
 
-- ours: `extract_scene` on the evaluated dependency graph, and the most memory that the process had during it beyond
+- ours: `read_scene` on the evaluated dependency graph, and the most memory that the process had during it beyond
   what it had before;
 - Cycles: a render of 4×4 pixels with one sample on all cores. Its start is the time from the first object that it
   synchronises to its first sample, by its own statistics: synchronisation and BVH. In Blenders before 5.0, where
@@ -24,7 +24,7 @@ from time import perf_counter
 
 import bpy
 import numpy as np
-from photon_bake.addon.blender import extract_scene
+from photon_bake.addon.blender import read_scene
 
 HEAD = [
     "Scene",
@@ -137,7 +137,7 @@ def measure_ours(name):
         Path("/proc/self/clear_refs").write_text("5")  # the most from now on
         before = resident_mb("VmRSS")
     start = perf_counter()
-    scene = extract_scene(depsgraph)
+    scene = read_scene(depsgraph).scene(bpy.context.scene)
     seconds = perf_counter() - start
     more = resident_mb("VmHWM") - before
     return {"seconds": seconds, "mb": more, "triangles": scene.n_triangles, "objects": len(scene.objects.names)}

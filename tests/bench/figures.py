@@ -41,6 +41,11 @@ def scenes_in(folder):
     return {name: path for name, path in paths.items() if path.exists()}
 
 
+def rendered_scene():
+    """The open scene as renders show it."""
+    return in_render_graph(bpy.context.scene, bpy.context.view_layer, read_scene).scene(bpy.context.scene)
+
+
 def load(path):
     """Scene, receivers of all objects, and those of the probes where there are some."""
     bpy.ops.wm.open_mainfile(filepath=str(path))

@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 
 import bpy
+from figures import rendered_scene
 from memory import extra_memory
-from photon_bake.addon.blender import extract_scene
 from photon_bake.addon.settings import settings_for
 
 HEAD = ["Changed", "Photons", "Stored", "Triangles", "Receivers", "Seconds", "MB more"]
@@ -48,7 +48,7 @@ def measure(case):
         for modifier in modifiers:
             modifier.levels = modifier.render_levels = level
         bpy.context.view_layer.update()
-        scene = extract_scene(bpy.context.evaluated_depsgraph_get())
+        scene = rendered_scene()
         bakes.append(Bake.measure("triangles", replace(case, scene=scene), PHOTONS[1]))
     return bakes
 

@@ -14,8 +14,7 @@ from time import perf_counter
 
 import bpy
 import numpy as np
-from figures import ROOT, camera_of_scene, figures, load, scene_options, scenes_in, table, write_png
-from photon_bake.addon.blender import extract_scene
+from figures import ROOT, camera_of_scene, figures, load, rendered_scene, scene_options, scenes_in, table, write_png
 from photon_bake.addon.camera_bake import bake_camera
 from photon_bake.addon.gather import Cascade
 from photon_bake.addon.parallel import Workers
@@ -120,7 +119,7 @@ def grid_picture(path, to):
 def caustics_picture(to):
     """Write what a white wall would reflect of the caustics alone, and all that the camera gets but direct light."""
     build_caustics()
-    scene = extract_scene(bpy.context.evaluated_depsgraph_get())
+    scene = rendered_scene()
     settings = BakeSettings(n_photons=2_000_000)
     light = bake_camera(scene, camera_of_scene(480, 400), settings, EmbreeTracer(scene))
     write_png(to, side_by_side(light.caustics / np.pi, light.radiance))

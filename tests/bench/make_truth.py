@@ -14,8 +14,8 @@ import bpy
 import numpy as np
 from camera_only import LIFT, add_probes, camera_only_mesh
 from cycles_bakes import bake_indirect, baked
+from figures import rendered_scene
 from own_scenes import OWN_SCENES, build
-from photon_bake.addon.blender import extract_scene
 from photon_bake.addon.output import atomic_path
 from photon_bake.addon.sampling.warps import sample_cosine_hemisphere, to_world
 from photon_bake.addon.scene.surface_points import surface_points
@@ -44,7 +44,7 @@ def _make_own(name):
     build(name)
     key = fingerprint()
     region = np.array(OWN_SCENES[name].region, np.float32)
-    position, normal = choose_probes(extract_scene(bpy.context.evaluated_depsgraph_get()), region)
+    position, normal = choose_probes(rendered_scene(), region)
     size = _PROBE_SIZE * np.linalg.norm(region[1] - region[0])
     probes, runs, start, noise = add_probes(position, normal, size), [], process_time(), np.inf
     while len(runs) < _MIN_RUNS or (noise > NOISE and process_time() - start < MAX_CPU_SECONDS):

@@ -22,6 +22,7 @@ RANKS = [
         "addon.inspector",
         "addon.sampling",
         "addon.unrolling",
+        "addon.zips",
     ],
     ["addon.scene"],
     ["addon.bsdf"],

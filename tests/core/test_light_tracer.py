@@ -154,6 +154,13 @@ def test_thin_walls_and_surfaces_in_one_place_count_twice(angle, gap):
     assert through.mean() == pytest.approx(0.5 * 0.8, abs=0.03)
 
 
+@pytest.mark.parametrize("angle", [0.3, 1e-2, 1e-3])
+def test_flat_rays_pass_both_of_faces_back_to_back_once(angle):
+    scene = layers(sheet(1), sheet(1, up=False), coverage=[0.5, 0.2], shift=(2, 0, 20))
+    passes = light_tracer(scene).visibility(*at_grazing(angle, 4000, (2, 0, 20), reach=0.2))
+    assert passes.mean() == pytest.approx(0.5 * 0.8, rel=2e-3)
+
+
 def test_no_light_passes_a_wall_that_a_see_through_surface_lies_on():
     for coverage in ([0.5, 1], [1, 0.5]):
         scene = layers(*2 * [sheet(3)], coverage=coverage)

@@ -12,6 +12,7 @@ from photon_bake.addon.ui.state import bake_state
 from photon_bake.operators.bake_job import BakeJob
 from photon_bake.operators.vertex_target import WantedVertices
 from photon_bake.tests.host import scenes
+from photon_bake.tests.host.test_receiver_mesh_modifiers import geometry_nodes
 from photon_bake.tests.host.test_shown_light import light_at
 
 KINDS = ("objects", "meshes", "curves", "collections", "scenes", "materials")
@@ -206,6 +207,30 @@ def test_copies_look_like_their_originals(room):
     bake()
     copy = copy_of(text)
     assert (copy.visible_glossy, copy.pass_index, copy["tint"], tuple(copy.color)) == (False, 7, 0.25, (1, 0, 0, 1))
+
+
+def test_what_nodes_instance(room):
+    """Points with cubes on them, beside their own face; and a cube that is but an instance of itself."""
+    scenes.add_cube("Itself")
+    geometry_nodes(bpy.data.objects["Itself"], "GeometryNodeGeometryToInstance")
+    seed = scenes.add_cube("Seed")
+    seed.hide_render = True
+    points = scenes.add_plane("Points")
+    geometry_nodes(points, "GeometryNodeInstanceOnPoints")
+    tree = points.modifiers["Nodes"].node_group
+    on_points = next(node for node in tree.nodes if node.bl_idname == "GeometryNodeInstanceOnPoints")
+    info, join = tree.nodes.new("GeometryNodeObjectInfo"), tree.nodes.new("GeometryNodeJoinGeometry")
+    info.inputs["Object"].default_value, info.inputs["As Instance"].default_value = seed, True
+    tree.links.new(info.outputs["Geometry"], on_points.inputs["Instance"])
+    last = next(node for node in tree.nodes if node.bl_idname == "NodeGroupOutput")
+    for output in (on_points.outputs[0], tree.nodes["Group Input"].outputs[0]):
+        tree.links.new(output, join.inputs[0])
+    tree.links.new(join.outputs[0], last.inputs[0])
+    assert bake() == []
+    copies = [obj for obj in bpy.data.objects if "(Baked)" in obj.name]
+    assert sorted(len(obj.data.vertices) for obj in copies) == [4, 8, 8, 8, 8, 8]
+    assert {tuple(round(x) for x in obj.location) for obj in copies} >= {(1, 1, 0), (1, -1, 0), (-1, 1, 0), (-1, -1, 0)}
+    assert all("Indirect" in obj.data.attributes for obj in copies)
 
 
 def test_what_copies_cannot_show_is_named(room, monkeypatch):

@@ -6,8 +6,8 @@ import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 from photon_bake.addon.blender import read_camera
-from photon_bake.addon.blender.camera import read_frame, read_pixel_filter
-from photon_bake.addon.errors import BakeError
+from photon_bake.addon.blender.camera import read_frame, read_pixel_filter, render_camera
+from photon_bake.addon.errors import BakeError, kind_of
 from photon_bake.addon.receivers import seen_surface
 from photon_bake.addon.tracers import LightTracer
 from photon_bake.addon.tracers.embree import EmbreeTracer
@@ -178,3 +178,28 @@ def test_pixel_filter_is_the_engine_s(empty_scene, tmp_path, kind):
     x, y = middles[None, :, None, None] + offsets[:, None], middles[::-1, None, None, None] + offsets
     ours = (x * np.cos(0.1) > y * np.sin(0.1)).mean(axis=(2, 3))
     assert np.sqrt(((cycles - ours) ** 2).mean()) < 0.01
+
+
+@pytest.mark.parametrize(("frame", "hidden", "name"), [(1, "", "B"), (3, "", "B"), (8, "", "C"), (8, "C", "B")])
+def test_markers_choose_the_camera_as_in_renders(empty_scene, frame, hidden, name):
+    cameras = {one: new_camera(empty_scene) for one in "ABC"}
+    for one, camera in cameras.items():
+        camera.name, camera.hide_render = one, one == hidden
+    empty_scene.frame_set(frame)
+    empty_scene.timeline_markers.new("b", frame=3).camera = cameras["B"]
+    empty_scene.timeline_markers.new("c", frame=7).camera = cameras["C"]
+    empty_scene.camera = cameras["A"]
+    assert render_camera(empty_scene).name == name
+    empty_scene.render.engine, empty_scene.cycles.samples = "CYCLES", 1
+    empty_scene.render.resolution_x = empty_scene.render.resolution_y = 4
+    bpy.ops.render.render()  # which makes it the scene's
+    assert empty_scene.camera.name == name
+
+
+def test_stereoscopy_is_named(empty_scene):
+    new_camera(empty_scene)
+    empty_scene.render.use_multiview = True
+    warnings = []
+    read_camera(empty_scene, bpy.context.evaluated_depsgraph_get(), warnings)
+    (warning,) = warnings
+    assert "several views ('left', 'right')" in warning and kind_of(warning) == "difference"

@@ -477,6 +477,19 @@ def test_says_that_displacement_and_edge_tint_are_not_baked():
     ]
 
 
+@pytest.mark.parametrize("kind", ["ParticleInfo", "UVMap"])
+def test_says_that_instancers_are_not_asked(kind):
+    material, tree, show = tree_of()
+    node, diffuse = tree.nodes.new(f"ShaderNode{kind}"), shader(tree, "BsdfDiffuse")
+    if kind == "UVMap":
+        node.from_instancer = True
+    tree.links.new(node.outputs[0], diffuse.inputs["Color"])
+    show(diffuse)
+    warnings = []
+    read(material, warnings)
+    assert [one for one in warnings if "baked as zero" in one]
+
+
 def test_says_that_both_sides_are_alike():
     material, surface = scenes.add_material("Card")
     geometry = material.node_tree.nodes.new("ShaderNodeNewGeometry")

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import bpy
 import pytest
+from photon_bake.addon.zips import this_platform
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -76,11 +77,11 @@ print("BAKED", colors.mean())
 )
 
 
-def build_zip():
-    """tools/build_zip.py as a module."""
-    spec = importlib.util.spec_from_file_location("build_zip", ROOT / "tools" / "build_zip.py")
+def tool(name):
+    """A file of tools/ as a module."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "tools" / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
-    sys.modules["build_zip"] = module  # where its dataclass looks itself up
+    sys.modules[name] = module  # where a dataclass looks itself up, and the other tools too
     spec.loader.exec_module(module)
     return module
 
@@ -88,8 +89,9 @@ def build_zip():
 @pytest.fixture(scope="module")
 def zip_path():
     """The zip for this Python and platform."""
-    tool = build_zip()
-    return tool.build(tool.target_for(".".join(platform.python_version_tuple()[:2])), tool.this_platform())
+    build_zip = tool("build_zip")
+    python = ".".join(platform.python_version_tuple()[:2])
+    return build_zip.build(build_zip.target_for(python), this_platform())
 
 
 @pytest.fixture
@@ -132,3 +134,18 @@ def test_a_zip_holds_the_extension_and_its_wheels_only(zip_path):
     packages = {name.split("/")[1].split("-")[0] for name in wheels}
     assert packages - {"xatlas"} == {"embreex", "openexr", "scipy"}  # there is no xatlas for Python 3.14
     assert ("xatlas" in packages) == (sys.version_info < (3, 14))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the Blender is a shell script")
+def test_a_blender_that_refuses_the_zip_leaves_no_folder(tmp_path, monkeypatch):
+    """Blender unpacks a zip that is for another Python before it says so."""
+    build_zip, install_zip = tool("build_zip"), tool("install_zip")
+    monkeypatch.setattr(build_zip, "build", lambda target, platform_name: ROOT / "README.md")
+    blender = tmp_path / "blender"
+    blender.write_text(
+        '#!/bin/sh\nmkdir -p "$BLENDER_USER_RESOURCES/extensions/photon_bake"; echo incompatible; exit 1'
+    )
+    blender.chmod(0o755)
+    with pytest.raises(SystemExit, match=r"README\.md failed with status 1:\nincompatible"):
+        install_zip.install(str(blender), "5.2.0", build_zip.target_for("3.13"), tmp_path / "resources")
+    assert not (tmp_path / "resources").exists()

@@ -2,7 +2,11 @@
 
 import json
 import os
+import re
 import shutil
+import subprocess
+import sys
+from contextlib import suppress
 from dataclasses import replace
 
 import bpy
@@ -214,6 +218,58 @@ def test_a_full_disk_leaves_the_old_images(tmp_path, monkeypatch):
         job.write(solved, Progress())
     assert "\n" not in str(error.value) and state() == before
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == old
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A disk of 1 MB, where the system lets us make one."""
+    if sys.platform != "linux" or os.geteuid() != 0:
+        pytest.skip("mounting is root's")
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", disk], capture_output=True).returncode:
+        pytest.skip("this system mounts nothing")
+    yield disk
+    subprocess.run(["umount", disk], check=True)
+
+
+def fill(disk):
+    """Leave no room."""
+    with suppress(OSError), (disk / "rest").open("wb", buffering=0) as file:
+        while True:
+            file.write(bytes(4096))
+
+
+def test_a_disk_that_fills_up_during_the_bake_loses_no_more_than_it_must(small_disk):
+    bake(small_disk)
+    old = (small_disk / "scene_Floor_indirect.exr").read_bytes()
+    wanted = [WantedLightmaps(LightmapSettings(density=8.0), small_disk, "scene"), WantedVertices()]
+    job = BakeJob.prepare(bpy.context, wanted, Progress())
+    job.check_space()
+    solved = job.solve(QUICK, Progress())
+    fill(small_disk)
+    (failure,) = job.write(solved, Progress()).failures
+    assert "cannot be written (No space left on device)" in failure
+    assert "Indirect" in bpy.data.objects["Floor"].data.attributes
+    assert (small_disk / "scene_Floor_indirect.exr").read_bytes() == old
+    assert sorted(path.name for path in small_disk.iterdir()) == [
+        "rest",
+        "scene_Box_indirect.exr",
+        "scene_Floor_indirect.exr",
+    ]
+    with pytest.raises(BakeError, match="make room"):
+        job.check_space()
+
+
+def test_a_file_is_saved_elsewhere_where_its_disk_is_full(small_disk, capfd):
+    fill(small_disk)
+    (small_disk / "rest").rename(small_disk / "x.blend")  # there is room for a name
+    assert run(["--quality", "draft", "--photons", "5000", "--save", str(small_disk / "x.blend")]) == 1
+    said = capfd.readouterr().err
+    (kept,) = re.findall(r"could not be saved .*; the baked file is (.*): move it\.", said)
+    bpy.ops.wm.open_mainfile(filepath=kept)
+    assert "Indirect" in bpy.data.objects["Floor"].data.attributes
+    shutil.rmtree(os.path.dirname(kept))
 
 
 def test_what_a_full_disk_has_room_for_is_written(tmp_path, monkeypatch):

@@ -78,6 +78,27 @@ def instanced_by_points(obj, n):
     return by
 
 
+def instanced_by_collections(obj, n):
+    collection = bpy.data.collections.new("Set")
+    collection.objects.link(obj)
+    for i in range(n):
+        by = bpy.data.objects.new("Instance", None)
+        by.instance_type, by.instance_collection, by.location = "COLLECTION", collection, (2 * i, 0, 0)
+        by["paint"] = (0.1 * i, 0.5, 0.9)
+        bpy.context.scene.collection.objects.link(by)
+
+
+def instanced_by_particles(obj, n):
+    by = points(n, "Particles")
+    settings = by.modifiers.new("Particles", "PARTICLE_SYSTEM").particle_system.settings
+    settings.emit_from, settings.count, settings.use_emit_random = "VERT", n, False
+    settings.frame_start = settings.frame_end = 1
+    settings.lifetime, settings.normal_factor, settings.effector_weights.gravity = 99, 0, 0
+    settings.render_type, settings.instance_object, settings.particle_size = "OBJECT", obj, 1
+    settings["paint"] = (0.3, 0.6, 0.9)
+    bpy.context.scene.frame_set(1)
+
+
 def ours(n, warnings=None):
     """What the tiles 2 m apart emit, (n, 3)."""
     scene = scenes.extracted(warnings)
@@ -129,7 +150,7 @@ def test_object_info(output, noise, tmp_path):
 
 @pytest.mark.parametrize("noise", [False, True])
 @pytest.mark.parametrize("output", ["Random", "Location", "Color"])
-@pytest.mark.parametrize("instanced", [instanced_by_nodes, instanced_by_points])
+@pytest.mark.parametrize("instanced", [instanced_by_nodes, instanced_by_points, instanced_by_collections])
 def test_object_info_of_instances(instanced, output, noise, tmp_path):
     obj = tile("Tile", glowing("ObjectInfo", output, noise))
     obj.color = (0.2, 0.4, 0.6, 1)
@@ -142,6 +163,14 @@ def test_attributes_of_instances(output, tmp_path):
     material = glowing("Attribute", output, attribute_type="INSTANCER", attribute_name="paint")
     instanced_by_nodes(tile("Tile", material), 3, "paint")
     assert_as_cycles(3, tmp_path, differ=output != "Alpha")
+
+
+@pytest.mark.parametrize("instanced", [instanced_by_collections, instanced_by_points, instanced_by_particles])
+def test_attributes_of_instancers(instanced, tmp_path):
+    obj = tile("Tile", glowing("Attribute", attribute_type="INSTANCER", attribute_name="paint"))
+    instanced(obj, 2)
+    assert_as_cycles(2, tmp_path, differ=instanced == instanced_by_collections)
+    assert ours(2).any() == (instanced != instanced_by_points)
 
 
 @pytest.mark.parametrize("kind", ["INSTANCER", "OBJECT"])

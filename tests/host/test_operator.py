@@ -22,6 +22,7 @@ from photon_bake.operators.bake_indirect import TICK, Solver, Watch
 from photon_bake.operators.bake_job import BakeJob
 from photon_bake.operators.lightmap_target import WantedLightmaps
 from photon_bake.operators.vertex_target import VertexPoints, WantedVertices
+from photon_bake.operators.written import Written
 
 from .scenes import add_cube, add_lamp, add_material, add_plane
 
@@ -302,25 +303,60 @@ class Broken:
 
     files, counts = [], {}
 
+    def __init__(self, error=None):
+        self.error = error or BakeError("The disk is full.")
+
     def concerns(self):
         return []
 
     def write(self):
-        raise BakeError("The disk is full.")
+        raise self.error
+
+
+class CancelledInTime:
+    """A product during whose writing the user cancels: too late."""
+
+    files, counts = [], {}
+
+    def concerns(self):
+        return []
+
+    def write(self):
+        bake_state.cancel()
+        return Written()
+
+
+def solved_with(monkeypatch, product):
+    """Have bakes make one more product."""
+    solve = BakeJob.solve
+
+    def with_product(*at):
+        solved = solve(*at)
+        solved.products.insert(0, product)
+        return solved
+
+    monkeypatch.setattr(BakeJob, "solve", with_product)
+
+
+def test_what_is_written_is_not_cancelled(room, monkeypatch):
+    solved_with(monkeypatch, CancelledInTime())
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
+    assert light_of("Box")[:, :3].max() > 0
+
+
+def test_a_fault_of_ours_in_one_output_keeps_no_other_from_being_written(room, monkeypatch, capfd):
+    solved_with(monkeypatch, Broken(ZeroDivisionError("by zero")))
+    with pytest.raises(RuntimeError, match=r"unexpectedly.*The rest was written\."):
+        bpy.ops.photon_bake.bake_indirect()
+    assert "Traceback" in capfd.readouterr().err and light_of("Box")[:, :3].max() > 0
 
 
 def test_one_of_two_outputs_that_fails_is_said_and_the_other_is_written(room, monkeypatch):
-    solve = BakeJob.solve
-    monkeypatch.setattr(BakeJob, "solve", lambda *at: with_broken(solve(*at)))
+    solved_with(monkeypatch, Broken())
     with pytest.raises(RuntimeError, match=r"The disk is full\. The rest was written\."):
         bpy.ops.photon_bake.bake_indirect()
     assert light_of("Box")[:, :3].max() > 0 and "points in" in bake_state.result
     assert bake_state.error == "The disk is full." and not bake_state.running
-
-
-def with_broken(solved):
-    solved.products.insert(0, Broken())
-    return solved
 
 
 def test_strict_writes_nothing_where_light_differs(room):
@@ -432,3 +468,23 @@ def test_quality_is_what_the_knobs_say(empty_scene, quality):
     assert properties.settings() == settings_for(quality, seed=5) and properties.quality == quality
     properties.n_photons += 1
     assert properties.quality == "custom"
+
+
+def outward_room():
+    """A room whose walls' normals look out of it."""
+    for name in ("Floor", "Box"):
+        bpy.data.objects.remove(bpy.data.objects[name])
+    bpy.data.objects["Lamp"].location = (0, 0, 0)
+    return add_cube("Room")
+
+
+def test_an_object_that_turns_its_back_to_the_light_is_named(room):
+    outward_room()
+    bpy.ops.photon_bake.bake_indirect()
+    assert light_of("Room")[:, :3].max() == 0
+    (warning,) = (one for one in bake_state.warnings if "turns its back" in one)
+    assert "'Room'" in warning and "Open Side" in warning and kind_of(warning) == "advice"
+    room.open_side = True
+    bpy.ops.photon_bake.bake_indirect()
+    assert light_of("Room")[:, :3].min() > 0
+    assert not any("turns its back" in warning for warning in bake_state.warnings)

@@ -180,15 +180,43 @@ def test_instances_on_particles():
     assert [SEVERAL in warning for warning in warnings] == [True]
 
 
-def test_boolean_shows_light_on_what_is_left_and_names_what_is_new():
-    obj = scenes.add_cube()
-    cutter = scenes.add_cube("Cutter")
-    cutter.scale, cutter.location, cutter.hide_render = (0.5, 0.5, 0.5), (1, 0, 0), True
+def add_cut(obj, cutter):
     modifier = obj.modifiers.new("Cut", "BOOLEAN")
     modifier.object = cutter
+    return modifier
+
+
+def add_cutter():
+    cutter = scenes.add_cube("Cutter")
+    cutter.scale, cutter.location = (0.5, 0.5, 0.5), (1, 0, 0)
+    return cutter
+
+
+def test_boolean_shows_light_on_what_is_left_and_names_what_is_new():
+    """A cutter that renders show has light of its own."""
+    obj = scenes.add_cube()
+    add_cut(obj, add_cutter())
     (warning,) = bake_light_at(obj)
     assert "'Cube': 12% of its surface shows no light, as its modifier 'Cut'" in warning  # 3 m² of 24 − 1 + 3
     assert (np.sort(errors(obj))[:28] < EXACT).all()
+
+
+@pytest.mark.parametrize("solver", ["EXACT", "FLOAT" if bpy.app.version >= (5, 0, 0) else "FAST"])
+def test_a_hidden_cutter_holds_the_light_of_its_cuts(solver):
+    """Also of what it cuts into two objects, and with modifiers of its own."""
+    one, other, cutter = scenes.add_cube(), scenes.add_cube("Other"), add_cutter()
+    other.location, cutter.hide_render = (2.25, 0, 0), True
+    if solver == "EXACT":
+        bevel = cutter.modifiers.new("Bevel", "BEVEL")
+        bevel.limit_method, bevel.width = "NONE", 0.05
+    for obj in (one, other):
+        add_cut(obj, cutter).solver = solver
+    warnings = bake_light_at(one)
+    assert warnings == []
+    assert "Indirect" in cutter.data.attributes
+    assert errors(one).max() < 0.05
+    values, positions = shown(other)
+    assert np.abs(values - light_at(positions + np.array([2.25, 0, 0]))).max() < 0.05
 
 
 def test_vertices_without_faces_hold_light_too():

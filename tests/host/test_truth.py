@@ -37,7 +37,12 @@ def at_probes(gather, quality, **changes):
 
 @pytest.mark.parametrize(
     "gather, quality, bound",
-    [("light_volume", "draft", 0.12), ("final", "draft", 0.12), ("final", "medium", 0.06), ("final", "high", 0.03)],
+    [
+        ("light_volume", "draft", 0.12),
+        ("final", "draft", 0.12),
+        ("final", "medium", 0.06),
+        pytest.param("final", "high", 0.03, marks=pytest.mark.long),
+    ],
 )
 def test_cornell_box(truth, gather, quality, bound):
     keep = truth["keep"]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from .registry import case
-from .stage import glow, lamp, nodes, picture, probes, quad, room, shader, sky, world
+from .stage import glow, lamp, missing_picture, nodes, picture, probes, quad, room, shader, sky, world
 
 GROUP = "Emitting surfaces and worlds"
 
@@ -125,7 +125,7 @@ def world_constant():
 
 @case("World that takes light away", GROUP)
 def world_negative():
-    # A tenth of what a lamp gives goes again.
+    # It takes away some of what a lamp gives.
     open_room()
     world((1, 0.7, 0.4), -0.2)
     lamp("POINT", (0.3, 0.4, -0.2), energy=100, shadow_soft_size=0.1)
@@ -151,6 +151,15 @@ def world_picture():
     tree = sky()
     turned = tree.add("Mapping", {"Vector": tree.add("TexCoord"), "Rotation": (0, 0, 2.6)})
     image = tree.add("TexEnvironment", {"Vector": turned}, image=picture(pixels, byte=False))
+    tree.done(tree.add("Background", {"Color": image, "Strength": 0.8}), "OutputWorld")
+
+
+@case("World picture whose file is missing", GROUP)
+def world_missing():
+    # Magenta.
+    open_room()
+    tree = sky()
+    image = tree.add("TexEnvironment", image=missing_picture())
     tree.done(tree.add("Background", {"Color": image, "Strength": 0.8}), "OutputWorld")
 
 

@@ -183,6 +183,13 @@ def world(color, strength=1.0):
     return tree.done(tree.add("Background", {"Color": color, "Strength": strength}), "OutputWorld")
 
 
+def missing_picture():
+    """An image whose file is not there."""
+    image = bpy.data.images.new("Missing", 4, 4)
+    image.source, image.filepath = "FILE", "//nowhere/missing.png"
+    return image
+
+
 def picture(pixels, name="Picture", colorspace="", byte=True):
     """An image of rows of pixels from the bottom left, (h, w, 3 or 4), packed into the file."""
     pixels = np.asarray(pixels, np.float32)

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 
 from .registry import case
-from .stage import lamp, matte, picture, probes, room, tinted
+from .stage import lamp, matte, missing_picture, picture, probes, room, tinted
 
 GROUP = "Textures and colours"
 
@@ -99,6 +99,12 @@ def image_float():
         return tree.add("TexImage", image=picture(pixels, byte=False), interpolation="Closest")
 
     painted(make)
+
+
+@case("Image texture whose file is missing", GROUP)
+def image_missing():
+    # Magenta.
+    painted(lambda tree: tree.add("TexImage", image=missing_picture()))
 
 
 @case("Image texture by the name of a UV map", GROUP)
