@@ -9,7 +9,7 @@ import json
 import os
 import sys
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 
 import bpy
 import numpy as np
@@ -69,8 +69,8 @@ def small_picture(width):
     render.resolution_x, render.resolution_y = width, max(32, round(width * render.resolution_y / render.resolution_x))
 
 
-def cycles_seconds(names):
-    """Seconds of Cycles' bake of indirect light onto the corners of the objects of some names; and how many took it."""
+def cycles_bake(names):
+    """What Cycles' bake of indirect light takes onto the corners of objects of some names."""
     lose_no_light()
     bpy.context.scene.cycles.samples = N_SAMPLES
     if bpy.context.object is not None and bpy.context.object.mode != "OBJECT":
@@ -87,9 +87,10 @@ def cycles_seconds(names):
             obj.data.color_attributes.new("Trial", "FLOAT_COLOR", "CORNER")
         obj.data.color_attributes.active_color = obj.data.color_attributes["Trial"]
     bpy.context.view_layer.objects.active = objects[0]
-    start = perf_counter()
+    start, cpu = perf_counter(), process_time()
     bpy.ops.object.bake(type="DIFFUSE", pass_filter={"INDIRECT"}, target="VERTEX_COLORS", use_clear=True)
-    return perf_counter() - start, len(objects)
+    took = {"seconds": perf_counter() - start, "cpu_seconds": process_time() - cpu, "objects": len(objects)}
+    return {f"cycles_{name}": value for name, value in took.items()}
 
 
 def picture(path, baked):
@@ -146,8 +147,7 @@ def main(what, file, answer, baked=None):
     names = shown()
     said = {"version": version, "shown": names}
     if what == "cycles":
-        seconds, n = cycles_seconds(names)
-        said = {"cycles_seconds": seconds, "cycles_objects": n}
+        said = cycles_bake(names)
     Path(answer).write_text(json.dumps(said))
 
 
