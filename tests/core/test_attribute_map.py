@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from photon_bake.addon.receivers import AttributeMap, ReceiverMesh, vertex_receivers
+from photon_bake.addon.receivers import AttributeMap, ReceiverMesh, joined, unreached_share, vertex_receivers
 from photon_bake.addon.receivers.attribute_map import N_PLACES
 
 
@@ -50,7 +50,8 @@ def test_what_no_corner_shows_takes_its_stand_ins_value():
 def test_share_of_the_surface_without_light():
     found = map_of(np.array([[1.0], [0], [1]]), [1, 2, 5])
     np.testing.assert_array_equal(found.reached, [True, False, True])
-    np.testing.assert_allclose(found.unreached_share, 0.25)
+    np.testing.assert_allclose(unreached_share([found]), 0.25)
+    np.testing.assert_allclose(unreached_share([found, map_of(np.array([[0.0], [1], [0]]))]), 0)
 
 
 def test_misplaced_light():
@@ -83,3 +84,20 @@ def test_a_few_places_decide():
     np.testing.assert_allclose(target.values(np.ones((len(receivers), 3))), 1, rtol=1e-4)
     copied = replace(mesh, map=replace(found, misplaced=1.0))
     assert len(vertex_receivers([copied])) == n
+
+
+def test_parts_that_show_one_mesh_are_solved_together():
+    """Two objects show a stored mesh's two corners each, half of them the same: the shared one has the mean."""
+
+    def part(elements):
+        matrix = np.eye(3)[elements]
+        positions = np.zeros((2, 3), np.float32)
+        whole = np.arange(2, dtype=np.int32)
+        found = replace(map_of(matrix), stand_in=np.array([1, 1, 1], np.int32))
+        return ReceiverMesh("O", "M", "POINT", positions, np.tile([[0, 0, 1.0]], (2, 1)), whole, whole * 0, found)
+
+    mesh = joined([part([0, 1]), part([1, 2])])
+    np.testing.assert_array_equal(mesh.corner_vertex, [0, 1, 2, 3])
+    np.testing.assert_array_equal(mesh.corner_face, [0, 0, 1, 1])
+    np.testing.assert_array_equal(mesh.map.stand_in, [0, 1, 2])
+    np.testing.assert_allclose(mesh.map.stored(np.array([[1.0], [2], [4], [5]])), [[1], [3], [5]], rtol=1e-4)
