@@ -11,6 +11,8 @@ from hashlib import blake2b
 import bpy
 import numpy as np
 
+from .visibility import objects_of
+
 _STILL = 1e-5
 """How far an entry of a world matrix may be from what it was, m: some constraints never settle."""
 
@@ -90,11 +92,11 @@ class Placement:
     """Where a view layer's objects stood when the bake read them."""
 
     def __init__(self, view_layer: "bpy.types.ViewLayer") -> None:
-        self._matrices = dict(_matrices(view_layer.objects))
+        self._matrices = dict(_matrices(objects_of(view_layer)))
 
     def moved(self, view_layer: "bpy.types.ViewLayer") -> list[str]:
         """Names of the objects that stand elsewhere now; those that are gone are not among them."""
-        now = [obj for obj in view_layer.objects if obj.session_uid in self._matrices]
+        now = [obj for obj in objects_of(view_layer) if obj.session_uid in self._matrices]
         if not now:
             return []
         before = np.array([self._matrices[obj.session_uid] for obj in now])
@@ -117,11 +119,11 @@ def named(names: Sequence[str]) -> str:
 def edit_mode_left() -> Iterator[None]:
     """Leave edit mode, in which Blender would overwrite what is written to meshes, and come back to it at the end."""
     view_layer = bpy.context.view_layer
-    editing = [obj for obj in view_layer.objects if obj.mode == "EDIT" and obj.type == "MESH"]
+    editing = [obj for obj in objects_of(view_layer) if obj.mode == "EDIT" and obj.type == "MESH"]
     if not editing:
         yield
         return
-    chosen = [obj for obj in view_layer.objects if obj.select_get()]
+    chosen = [obj for obj in objects_of(view_layer) if obj.select_get()]
     bpy.ops.object.mode_set(mode="OBJECT")
     try:
         yield
@@ -134,5 +136,5 @@ def edit_mode_left() -> Iterator[None]:
 
 
 def _select(view_layer: "bpy.types.ViewLayer", chosen: "list[bpy.types.Object]") -> None:
-    for obj in view_layer.objects:
+    for obj in objects_of(view_layer):
         obj.select_set(obj in chosen, view_layer=view_layer)

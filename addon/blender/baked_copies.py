@@ -20,9 +20,9 @@ from ..receivers import ReceiverMesh, Receivers
 from .as_read import AsRead
 from .color_attribute import write_color, write_color_attribute
 from .meshes import corner_vertex
-from .render_graph import in_render_graph, is_stand_in
+from .render_graph import in_render_graph
 from .vertex_meshes import check_placed, evaluated_receiver_mesh
-from .visibility import NOT_READ, has_hair
+from .visibility import NOT_READ, has_hair, objects_of
 from .warn import Warnings, listed
 
 MAX_COPIES = 1000
@@ -346,15 +346,12 @@ def originals_shown() -> Iterator[None]:
 
 def _instances(depsgraph: "bpy.types.Depsgraph") -> "Iterator[tuple[bpy.types.Object, Any]]":
     """What renders show, and by which original object; each holds until the next."""
-    is_own: dict[bpy.types.Object, bool] = {}  # of the view layer, and not of its Background Set
+    own = set(objects_of(depsgraph.view_layer))  # and not of its Background Set
     for instance in depsgraph.object_instances:
-        if not instance.show_self:
-            continue
-        owner = (instance.parent or instance.object).original
-        if owner not in is_own:
-            is_own[owner] = depsgraph.view_layer.objects.get(owner.name) == owner and not is_stand_in(owner)
-        if is_own[owner]:
-            yield owner, instance
+        if instance.show_self:
+            owner = (instance.parent or instance.object).original
+            if owner in own:
+                yield owner, instance
 
 
 def _meshes(

@@ -13,6 +13,7 @@ from ..output import atomic_path, check_writable
 from .lightmap_meshes import write_uv_map
 from .lightmap_writing import SCALE_OFFSET, UV_MAP
 from .temporary import Temporary
+from .visibility import objects_of
 
 EXPORTER = "io_scene_gltf2"
 
@@ -38,7 +39,7 @@ def export_gltf(path: Path, selected_only: bool = False) -> list[str]:
     BakeError
         If no object has a lightmap, Blender's exporter is not there or says no.
     """
-    objects = [obj for obj in bpy.context.view_layer.objects if obj.type == "MESH" and _has_lightmap(obj)]
+    objects = [obj for obj in objects_of(bpy.context.view_layer) if obj.type == "MESH" and _has_lightmap(obj)]
     if not objects:
         raise BakeError("No object in the view layer has a lightmap: bake lightmaps first.")
     if addon_utils.enable(EXPORTER, default_set=False) is None:

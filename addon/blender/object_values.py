@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from typing import Any
 
 import bpy
 import numpy as np
@@ -170,7 +171,7 @@ def _property(block: "bpy.types.bpy_struct", name: str) -> np.ndarray | None:
 def _of_geometry(parent: "bpy.types.Object", index: tuple[int, ...], name: str) -> np.ndarray | None:
     """An attribute of an object's instances of geometry, the innermost first, (4,); None where there is none."""
     found = None
-    geometry = parent.evaluated_geometry()
+    geometry: Any = parent.evaluated_geometry() if parent.type != "EMPTY" else None
     for i in reversed(index):
         cloud = geometry.instances_pointcloud() if geometry is not None else None
         if cloud is None or i >= len(cloud.attributes["position"].data):

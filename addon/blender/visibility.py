@@ -32,11 +32,16 @@ def rays_that_see(obj: "bpy.types.Object", view_layer: "bpy.types.ViewLayer") ->
     return mask & ~_CAMERA if obj.original.indirect_only_get(view_layer=view_layer) else mask
 
 
+def objects_of(view_layer: "bpy.types.ViewLayer") -> "list[bpy.types.Object]":
+    """A view layer's objects, without those that a missing library leaves empty places of."""
+    return [obj for obj in view_layer.objects if obj is not None and not is_stand_in(obj)]
+
+
 def shown_objects(depsgraph: "bpy.types.Depsgraph") -> "list[bpy.types.Object]":
     """The original objects that a graph shows themselves, and not only what they instance; without its set's."""
-    view_layer = depsgraph.view_layer
+    own = set(objects_of(depsgraph.view_layer))
     shown = (one.object.original for one in depsgraph.object_instances if not one.is_instance and one.show_self)
-    return [obj for obj in dict.fromkeys(shown) if view_layer.objects.get(obj.name) == obj and not is_stand_in(obj)]
+    return [obj for obj in dict.fromkeys(shown) if obj in own]
 
 
 def warn_of_hair(objects: Iterable["bpy.types.Object"], warnings: Warnings) -> None:
