@@ -20,6 +20,7 @@ KNOB_OPTIONS = {
     "--photons": "n_photons",
     "--bounces": "max_bounces",
     "--gather-rays": "n_gather_rays",
+    "--rays-a-receiver": "rays_a_receiver",
     "--noise": "noise",
     "--time": "time",
     "--memory": "memory",

@@ -8,6 +8,8 @@ import numpy as np
 
 _NOISE_OF_RAY = 0.66  # of what comes from all sides: the standard deviation of L, over its mean, in a lit room
 _BISECTIONS = 60
+NEVER_SPARED = 1_500_000
+"""Rays that are always sent where they are needed: that takes few seconds."""
 
 
 @dataclass(frozen=True)
@@ -24,18 +26,27 @@ class Effort:
         If finite: rays are added until then, by `time.perf_counter`.
     interpolate : bool
         False: every receiver is a record.
+    rays_a_receiver : int
+        Rays that all records together send for each receiver, if that is over `NEVER_SPARED`; 0: as many as are needed.
     """
 
     n_rays: int
     noise: float = 0.0
     deadline: float = np.inf
     interpolate: bool = True
+    rays_a_receiver: int = 0
 
     @property
     def tolerance(self) -> float:
         """Share of the irradiance that interpolation may be off: about the noise that the rays leave."""
         of_rays = _NOISE_OF_RAY / self.n_rays**0.5
         return min(of_rays, self.noise) if self.noise else of_rays
+
+    def most_rays(self, n_receivers: int) -> float:
+        """Rays that all records of so many receivers should send together."""
+        if not self.rays_a_receiver or not self.interpolate:
+            return np.inf
+        return max(NEVER_SPARED, self.rays_a_receiver * n_receivers)
 
     @property
     def seconds_left(self) -> float:
