@@ -200,7 +200,7 @@ class Solution:
     def _by_final_gather(self) -> tuple[Estimate, dict[str, int]]:
         """Photons and direct light make a radiance cache; rays from some receivers gather from it, for all."""
         asked = self.settings
-        effort = Effort(asked.n_gather_rays, asked.noise, self.deadline, asked.interpolate, asked.rays_a_receiver)
+        effort = Effort(asked.n_gather_rays, asked.noise, self.deadline, asked.interpolate, asked.gather_share)
         extent = max(2 * region_of(self.receivers.position).radius, _LEAST_EXTENT)
         at, surfaces = self.receivers, self.tracer.surfaces
         gather = FinalGather(self._must_gather(), at, effort, extent, surfaces, self.workers)

@@ -20,7 +20,7 @@ KNOB_OPTIONS = {
     "--photons": "n_photons",
     "--bounces": "max_bounces",
     "--gather-rays": "n_gather_rays",
-    "--rays-a-receiver": "rays_a_receiver",
+    "--gather-share": "gather_share",
     "--noise": "noise",
     "--time": "time",
     "--memory": "memory",
@@ -34,7 +34,7 @@ KNOB_OPTIONS = {
 }
 """The options that are a number of `BakeSettings`."""
 
-_METAVARS = {"noise": "FRACTION", "time": "SECONDS", "memory": "MB"}
+_METAVARS = {"gather_share": "FRACTION", "noise": "FRACTION", "time": "SECONDS", "memory": "MB"}
 
 LIGHTMAP_OPTIONS = {
     "--uv": "uv_map",

@@ -56,7 +56,7 @@ def write_color_attribute(irradiance_value: np.ndarray, receivers: Receivers, at
     if not np.isfinite(irradiance_value).all():
         raise BakeError("The bake made values that are not finite, so nothing was written: please report this.")
     colors = np.asarray(irradiance_value, np.float32) / np.float32(pi)
-    objects = [_object(target) for target in receivers.targets]
+    objects = _objects(receivers.targets)
     check_color_attribute(objects, attribute_name)
     by_mesh: dict[int, list[tuple[bpy.types.Object, AttributeTarget]]] = {}
     for obj, target in zip(objects, receivers.targets, strict=True):
@@ -120,11 +120,19 @@ def _is_color(attribute: "bpy.types.Attribute") -> bool:
     return attribute.data_type in {"FLOAT_COLOR", "BYTE_COLOR"} and attribute.domain in {"POINT", "CORNER"}
 
 
-def _object(target: AttributeTarget) -> "bpy.types.Object":
-    obj = bpy.data.objects.get((target.object_name, None)) or bpy.data.objects.get(target.object_name)
-    if obj is None or obj.type != "MESH":
-        raise BakeError(f"Object '{target.object_name}' is gone: bake again.")
-    return obj
+def _objects(targets: "tuple[AttributeTarget, ...]") -> "list[bpy.types.Object]":
+    """The objects of targets, local ones before linked ones of the same name.
+
+    Asked for a name, Blender looks through all objects: here they are gone through once for all names.
+    """
+    by_name = {obj.name: obj for obj in sorted(bpy.data.objects, key=lambda obj: obj.library is None)}
+    found = []
+    for target in targets:
+        obj = by_name.get(target.object_name)
+        if obj is None or obj.type != "MESH":
+            raise BakeError(f"Object '{target.object_name}' is gone: bake again.")
+        found.append(obj)
+    return found
 
 
 def _check_unchanged(obj: "bpy.types.Object", target: AttributeTarget) -> None:

@@ -231,20 +231,20 @@ def test_many_small_things_send_a_bounded_number_of_rays(monkeypatch):
     monkeypatch.setattr(effort, "NEVER_SPARED", 0)
     scene, at = crowd()
     sure = baked(scene, at, interpolate=False, n_gather_rays=512)
-    bounded, free = (baked(scene, at, rays_a_receiver=rays) for rays in (16, 0))
+    bounded, free = (baked(scene, at, gather_share=share) for share in (0.25, 1.0))
     assert free.counts["gather_rays"] > 40 * len(at)
     assert bounded.counts["gather_rays"] < 17 * len(at)
     off = (bounded.value - sure.value).mean(axis=1)
     said = np.hypot(bounded.stderr, sure.stderr)
     assert 0.7 < np.sqrt(np.mean(off**2) / np.mean(said**2)) < 1.4
     assert abs(off.mean()) < 0.02 * sure.value.mean()
-    alone = baked(scene, at, rays_a_receiver=16, n_threads=1)
+    alone = baked(scene, at, gather_share=0.25, n_threads=1)
     assert np.array_equal(alone.value, bounded.value)
 
 
 def test_few_receivers_are_never_spared():
     scene, at = crowd(40)
-    assert np.array_equal(baked(scene, at, rays_a_receiver=1).value, baked(scene, at, rays_a_receiver=0).value)
+    assert np.array_equal(baked(scene, at, gather_share=0.01).value, baked(scene, at, gather_share=1.0).value)
 
 
 def test_rays_that_run_out_go_to_the_cells_of_most_receivers():

@@ -8,8 +8,8 @@ import numpy as np
 
 _NOISE_OF_RAY = 0.66  # of what comes from all sides: the standard deviation of L, over its mean, in a lit room
 _BISECTIONS = 60
-NEVER_SPARED = 1_500_000
-"""Rays that are always sent where they are needed: that takes few seconds."""
+NEVER_SPARED = 24_000
+"""Records that always send as many rays as they should: a draft's take few seconds."""
 
 
 @dataclass(frozen=True)
@@ -26,15 +26,15 @@ class Effort:
         If finite: rays are added until then, by `time.perf_counter`.
     interpolate : bool
         False: every receiver is a record.
-    rays_a_receiver : int
-        Rays that all records together send for each receiver, if that is over `NEVER_SPARED`; 0: as many as are needed.
+    share : float
+        Of the receivers, or `NEVER_SPARED` if that is more: so many may be records before rays are short; 1: all.
     """
 
     n_rays: int
     noise: float = 0.0
     deadline: float = np.inf
     interpolate: bool = True
-    rays_a_receiver: int = 0
+    share: float = 1.0
 
     @property
     def tolerance(self) -> float:
@@ -44,9 +44,9 @@ class Effort:
 
     def most_rays(self, n_receivers: int) -> float:
         """Rays that all records of so many receivers should send together."""
-        if not self.rays_a_receiver or not self.interpolate:
+        if self.share == 1 or not self.interpolate:
             return np.inf
-        return max(NEVER_SPARED, self.rays_a_receiver * n_receivers)
+        return self.n_rays * max(NEVER_SPARED, self.share * n_receivers)
 
     @property
     def seconds_left(self) -> float:
