@@ -35,7 +35,7 @@ class BakeSettings:
         1.0,
         "Share of the vertices or texels that there are Gather Rays for, where many small things leave nothing to "
         "interpolate: below 1 they get fewer each",
-        0.01,
+        0.0,
         1.0,
     )
     n_cache_elements: int = knob(60_000, "Surface elements of the radiance cache", 100, 10_000_000)
