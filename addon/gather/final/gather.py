@@ -102,7 +102,8 @@ def _add_rays(
     """The records with more rays, in turns, until the effort is made."""
     harm = weights.square().column_sums(len(records))
     for turn in range(_MAX_TURNS):
-        wanted = _wanted(effort, records, Spread.of(records, around), harm, weights, maker, turn)
+        spread = Spread.of(records, around, maker.short)
+        wanted = _wanted(effort, records, spread, harm, weights, maker, turn)
         packets = np.minimum(wanted - records.n_rays, _MOST_MORE * records.n_rays) / maker.n_rays
         whole = np.floor(packets + 0.5)
         if effort.noise > 0 and not whole.any():
