@@ -204,7 +204,8 @@ class Solution:
 
     def _by_final_gather(self) -> tuple[Estimate, dict[str, int]]:
         """Photons and direct light make a radiance cache; rays from some receivers gather from it, for all."""
-        effort = Effort(self.settings.n_gather_rays, self.settings.noise, self.deadline, self.settings.interpolate)
+        asked = self.settings
+        effort = Effort(asked.n_gather_rays, asked.noise, self.deadline, asked.interpolate, asked.gather_share)
         extent = max(2 * region_of(self.receivers.position).radius, _LEAST_EXTENT)
         at, surfaces = self.receivers, self.tracer.surfaces
         gather = FinalGather(self._must_gather(), at, effort, extent, surfaces, self.workers)

@@ -31,6 +31,13 @@ class BakeSettings:
     n_photons: int = knob(1_000_000, "Photons emitted by all lights together", 1_000, 1_000_000_000)
     max_bounces: int = knob(32, "Surfaces a photon may hit before it is dropped", 1, 1024)
     n_gather_rays: int = knob(256, "Rays that a point sends out in a final gather, on the average", 4, 65_536)
+    gather_share: float = knob(
+        1.0,
+        "Share of the vertices or texels that there are Gather Rays for, where many small things leave nothing to "
+        "interpolate: below 1 they get fewer each",
+        0.0,
+        1.0,
+    )
     n_cache_elements: int = knob(60_000, "Surface elements of the radiance cache", 100, 10_000_000)
     n_cache_rays: int = knob(
         4, "Rays that an element of the radiance cache gathers with; 0 trusts its photons", 0, 4096
@@ -106,6 +113,7 @@ _QUALITIES: dict[str, dict[str, Any]] = {
     "draft": {
         "n_photons": 300_000,
         "n_gather_rays": 64,
+        "gather_share": 0.25,
         "n_cache_elements": 20_000,
         "n_cache_rays": 0,
         "n_nearest": 100,

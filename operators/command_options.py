@@ -22,6 +22,7 @@ KNOB_OPTIONS = {
     "--photons": "n_photons",
     "--bounces": "max_bounces",
     "--gather-rays": "n_gather_rays",
+    "--gather-share": "gather_share",
     "--noise": "noise",
     "--time": "time",
     "--memory": "memory",
@@ -35,7 +36,7 @@ KNOB_OPTIONS = {
 }
 """The options that are a number of `BakeSettings`."""
 
-_METAVARS = {"noise": "FRACTION", "time": "SECONDS", "memory": "MB"}
+_METAVARS = {"gather_share": "FRACTION", "noise": "FRACTION", "time": "SECONDS", "memory": "MB"}
 
 LIGHTMAP_OPTIONS = {
     "--uv": "uv_map",

@@ -6,7 +6,7 @@ import bpy
 
 from ..errors import BakeError
 from .vertex_meshes import check_target
-from .visibility import shown_objects
+from .visibility import objects_of, shown_objects
 from .warn import Warnings
 
 Check = Callable[["bpy.types.Object", "bpy.types.Depsgraph"], None]
@@ -64,9 +64,10 @@ def bake_objects(
 
 def _named(depsgraph: "bpy.types.Depsgraph", names: list[str], check: Check) -> "list[bpy.types.Object]":
     shown = {obj.name: obj for obj in shown_objects(depsgraph)}
+    there_are = {obj.name for obj in objects_of(depsgraph.view_layer)}
     objects = []
     for name in dict.fromkeys(names):
-        if name not in depsgraph.view_layer.objects:
+        if name not in there_are:
             raise BakeError(f"There is no object '{name}' in the view layer: check the name.")
         if name not in shown:
             raise BakeError(f"Object '{name}' is hidden in renders: show it there to bake to it.")

@@ -12,7 +12,7 @@ from .debug_views import debug_views
 from .state import bake_state, duration
 
 _GATHER_KNOBS: dict[Gather, list[str]] = {
-    "final": ["n_gather_rays", "interpolate", "noise", "time", "n_cache_elements", "n_cache_rays"],
+    "final": ["n_gather_rays", "gather_share", "interpolate", "noise", "time", "n_cache_elements", "n_cache_rays"],
     "density": ["n_nearest", "max_radius"],
     "light_volume": ["n_grid_cells", "n_volume_rays"],
     "photon_volumes": ["subsample"],

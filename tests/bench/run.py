@@ -6,7 +6,7 @@
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
-window, error, scenes, volume, images, extraction, caustics, lightmaps, lightmap_speed or camera.
+window, error, scenes, volume, images, extraction, small, caustics, lightmaps, lightmap_speed or camera.
 """
 
 import json
@@ -31,6 +31,7 @@ import multi_image
 import numpy as np
 import ray_rates
 import responsiveness
+import small_speed
 from cycles_bakes import bake_indirect, baked
 from figures import ROOT, figures, load, scene_options, scenes_in, table
 from own_scenes import OWN_SCENES
@@ -143,6 +144,7 @@ PARTS = {
     "volume": light_volume.tables,
     "images": multi_image.tables,
     "extraction": extraction_tables,
+    "small": small_speed.tables,
     "caustics": caustics.tables,
     "lightmaps": lambda scenes, _: lightmaps.tables(scenes),
     "lightmap_speed": lambda scenes, _: lightmap_rival.tables(scenes),

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from photon_bake.addon.bake import bake, solve
 from photon_bake.addon.gather import FinalGather
+from photon_bake.addon.gather.final import effort
 from photon_bake.addon.gather.final.cells import cell_keys, middles
 from photon_bake.addon.gather.final.effort import Effort, rays_for_budget, rays_for_noise
+from photon_bake.addon.gather.final.placement import affordable
 from photon_bake.addon.gather.final.records import N_BATCHES, Records
 from photon_bake.addon.gather.final.spread import Spread
 from photon_bake.addon.gather.final.weights import Neighbourhood, Weights
@@ -220,3 +222,50 @@ def test_one_receiver_and_equal_receivers():
     assert np.isfinite(baked(scene, receivers_at([(0, 0, -0.999)], UP)).value).all()
     same = baked(scene, receivers_at(np.tile([(0.5, 0.5, -0.999)], (500, 1)), UP))
     assert same.value.min() > 0 and same.counts["gather_points"] == 1
+
+
+def crowd(n=120, half=0.02, seed=4):
+    """A room with n small cubes in it, and a receiver at each corner of each side of each."""
+    random = np.random.default_rng(seed)
+    cube = box(half, inwards=False)
+    middles_ = random.uniform(-0.8, 0.8, (n, 3)).astype(np.float32)
+    scene = scene_of(
+        *merge(box(), *[(cube[0] + middle, cube[1]) for middle in middles_]),
+        albedo=0.5,
+        lights=lamp(LightKind.RECTANGLE, 3.0, (0, 0, 0.99), size=(0.5, 0.5)),
+    )
+    face = np.array([(x, y, 1.02) for x in (-0.9, 0.9) for y in (-0.9, 0.9)], np.float32)
+    sides = [(np.roll(face * sign, axis, axis=1), sign * np.roll(UP, axis)) for axis in range(3) for sign in (1, -1)]
+    local = np.concatenate([corners for corners, _ in sides])
+    normal = np.concatenate([np.tile(up, (4, 1)) for _, up in sides]).astype(np.float32)
+    position = (middles_[:, None] + half * local).reshape(-1, 3)
+    return scene, Receivers(position, np.tile(normal, (n, 1)), np.full(len(position), half, np.float32))
+
+
+def test_many_small_things_send_a_bounded_number_of_rays(monkeypatch):
+    """Where there is nothing to interpolate rays are few for each receiver, and the error is as large as it is said."""
+    monkeypatch.setattr(effort, "NEVER_SPARED", 0)
+    scene, at = crowd()
+    sure = baked(scene, at, interpolate=False, n_gather_rays=512)
+    bounded, free = (baked(scene, at, gather_share=share) for share in (0.25, 1.0))
+    assert free.counts["gather_rays"] > 40 * len(at)
+    assert bounded.counts["gather_rays"] < 17 * len(at)
+    off = (bounded.value - sure.value).mean(axis=1)
+    said = np.hypot(bounded.stderr, sure.stderr)
+    assert 0.7 < np.sqrt(np.mean(off**2) / np.mean(said**2)) < 1.4
+    assert abs(off.mean()) < 0.02 * sure.value.mean()
+    alone = baked(scene, at, gather_share=0.25, n_threads=1)
+    assert np.array_equal(alone.value, bounded.value)
+
+
+def test_few_receivers_are_never_spared():
+    scene, at = crowd(40)
+    assert np.array_equal(baked(scene, at, gather_share=0.01).value, baked(scene, at, gather_share=1.0).value)
+
+
+def test_rays_that_run_out_go_to_the_cells_of_most_receivers():
+    cell, keys = np.repeat([0, 1, 2], [2, 9, 4]), np.array([0, 1, *[2] * 8, 3, *[4, 5, 6, 7]])
+    cut = np.array([True, True, True])
+    assert affordable(cut, cell, keys, np.inf).all()
+    assert np.array_equal(affordable(cut, cell, keys, 4), [True, True, False])
+    assert np.array_equal(affordable(cut, cell, keys, 3), [False, True, False])

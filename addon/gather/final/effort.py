@@ -8,6 +8,8 @@ import numpy as np
 
 _NOISE_OF_RAY = 0.66  # of what comes from all sides: the standard deviation of L, over its mean, in a lit room
 _BISECTIONS = 60
+NEVER_SPARED = 24_000
+"""Records that always send as many rays as they should: a draft's take few seconds."""
 
 
 @dataclass(frozen=True)
@@ -24,18 +26,27 @@ class Effort:
         If finite: rays are added until then, by `time.perf_counter`.
     interpolate : bool
         False: every receiver is a record.
+    share : float
+        Of the receivers, or `NEVER_SPARED` if that is more: so many may be records before rays are short; 1: all.
     """
 
     n_rays: int
     noise: float = 0.0
     deadline: float = np.inf
     interpolate: bool = True
+    share: float = 1.0
 
     @property
     def tolerance(self) -> float:
         """Share of the irradiance that interpolation may be off: about the noise that the rays leave."""
         of_rays = _NOISE_OF_RAY / self.n_rays**0.5
         return min(of_rays, self.noise) if self.noise else of_rays
+
+    def most_rays(self, n_receivers: int) -> float:
+        """Rays that all records of so many receivers should send together."""
+        if self.share == 1 or not self.interpolate:
+            return np.inf
+        return self.n_rays * max(NEVER_SPARED, self.share * n_receivers)
 
     @property
     def seconds_left(self) -> float:

@@ -10,7 +10,7 @@ from ...tracers import Tracer
 from ..gather_rays import GatherRays
 from ..irradiance import Estimate
 from .effort import Effort, rays_for_budget, rays_for_noise
-from .placement import look_up_all, place_records
+from .placement import look_up_all, place_records, turn_length
 from .records import STAGE, RecordMaker, Records
 from .spread import Spread
 from .weights import Neighbourhood, Weights
@@ -61,18 +61,20 @@ class FinalGather:
         self, rays: GatherRays, receivers: Receivers, effort: Effort, extent: float, tracer: Tracer, workers: Workers
     ) -> None:
         self._receivers, self._effort, self._turns = receivers, effort, Turns(workers)
-        self._maker = maker = RecordMaker(rays, receivers, max(1, effort.n_rays // 2), self._turns)
+        most = effort.most_rays(len(receivers))
+        self._maker = maker = RecordMaker(rays, receivers, max(1, effort.n_rays // 2), self._turns, most)
         records = Records.none(receivers.directional)
         if effort.interpolate:
-            records = place_records(receivers, extent, effort.tolerance, maker, tracer, self._turns)
-            records, weights = look_up_all(records, receivers, extent, maker, tracer, self._turns)
-        self._around: Weights | None = None
-        if _FEW * len(receivers) <= len(records) or not effort.interpolate:
+            placed = place_records(receivers, extent, effort.tolerance, maker, tracer, self._turns)
+            records, weights = look_up_all(placed, receivers, extent, maker, tracer, self._turns)
+        all_gather = not effort.interpolate or (_FEW * len(receivers) <= len(records) and not maker.short)
+        if all_gather:
             others = np.setdiff1d(np.arange(len(receivers)), records.receiver)
             records = records.joined(maker.records(others, extent))
             weights = Weights.identity(records.receiver)
-        else:
-            near = Neighbourhood(records, extent, tracer)
+        self._around: Weights | None = None
+        if not all_gather or maker.short:
+            near = Neighbourhood(records, turn_length(extent, maker.short), tracer)
             self._around = near.of_records(np.arange(len(records)), self._turns.next())
         self.records, self.weights = records, weights
 
@@ -81,7 +83,7 @@ class FinalGather:
         weights, around = self.weights, self._around
         records = _add_rays(self.records, weights, around, self._maker, self._effort)
         self._turns.end(STAGE)
-        spread = Spread.of(records, around)
+        spread = Spread.of(records, around, self._maker.short)
         irradiance = np.maximum(weights.apply(spread.blended(records.irradiance, around)), 0).astype(np.float32)
         slope = _slope(records, spread, around, weights) if self._receivers.directional else None
         stderr = np.sqrt(spread.variance(records, weights)).astype(np.float32)
@@ -103,7 +105,8 @@ def _add_rays(
     """The records with more rays, in turns, until the effort is made."""
     harm = weights.square().column_sums(len(records))
     for turn in range(_MAX_TURNS):
-        wanted = _wanted(effort, records, Spread.of(records, around), harm, weights, maker.rate, turn)
+        spread = Spread.of(records, around, maker.short)
+        wanted = _wanted(effort, records, spread, harm, weights, maker, turn)
         packets = np.minimum(wanted - records.n_rays, _MOST_MORE * records.n_rays) / maker.n_rays
         whole = np.floor(packets + 0.5)
         if effort.noise > 0 and not whole.any():
@@ -115,7 +118,7 @@ def _add_rays(
 
 
 def _wanted(
-    effort: Effort, records: Records, spread: Spread, harm: np.ndarray, weights: Weights, rate: float, turn: int
+    effort: Effort, records: Records, spread: Spread, harm: np.ndarray, weights: Weights, maker: RecordMaker, turn: int
 ) -> np.ndarray:
     """Rays that each record should have, (m,)."""
     seconds = effort.seconds_left
@@ -129,7 +132,9 @@ def _wanted(
         of_rays = float((harm * spread.expected / records.n_rays).sum())
         return rays_for_noise(spread.expected, harm, records.n_rays, of_rays * max(asked / now, _LEAST_STEP))
     if seconds < np.inf:
-        return rays_for_budget(spread.expected, harm, records.n_rays, rate * _TIME_SHARE * seconds)
+        return rays_for_budget(spread.expected, harm, records.n_rays, maker.rate * _TIME_SHARE * seconds)
     if turn == 0:
-        return rays_for_budget(spread.expected, harm, records.n_rays, float(records.n_rays.sum()))
+        as_many = float(records.n_rays.sum())
+        budget = maker.left if maker.short else min(as_many, maker.left)
+        return rays_for_budget(spread.expected, harm, records.n_rays, budget)
     return records.n_rays

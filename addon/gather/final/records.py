@@ -117,11 +117,16 @@ class RecordMaker:
     ----------
     n_rays : int
         Of a record; a multiple of the batches is used.
+    most_rays : float
+        That all records should send together. Where half of what is left of them is too little for records that are
+        wanted, these and all later ones send fewer, down to one a batch.
     """
 
-    def __init__(self, rays: GatherRays, receivers: Receivers, n_rays: int, turns: Turns) -> None:
-        self._rays, self._receivers, self._turns = rays, receivers, turns
-        self.rays_a_batch = max(1, n_rays // N_BATCHES)
+    def __init__(
+        self, rays: GatherRays, receivers: Receivers, n_rays: int, turns: Turns, most_rays: float = np.inf
+    ) -> None:
+        self._rays, self._receivers, self._turns, self._most = rays, receivers, turns, most_rays
+        self.rays_a_batch = self._wanted_a_batch = max(1, n_rays // N_BATCHES)
         self._n_calls = 0
         self._n_sent, self._seconds = 0, 0.0
 
@@ -131,13 +136,33 @@ class RecordMaker:
         return self.rays_a_batch * N_BATCHES
 
     @property
+    def short(self) -> bool:
+        """Whether records send fewer rays than they should."""
+        return self.rays_a_batch < self._wanted_a_batch
+
+    @property
+    def left(self) -> float:
+        """Rays that may still be sent."""
+        return max(self._most - self._n_sent, 0)
+
+    @property
+    def room(self) -> float:
+        """Records that half of these rays are enough for."""
+        return self.left / 2 / N_BATCHES
+
+    @property
     def rate(self) -> float:
         """Rays a second, so far."""
         return self._n_sent / max(self._seconds, 1e-6)
 
     def records(self, chosen: np.ndarray, edge: float) -> Records:
-        """Records of receivers (m,) that stand for cells of an edge in m; receivers may come several times."""
+        """Records of receivers (m,) that stand for cells of an edge in m; receivers may come several times.
+
+        An edge of 0 is for rays that are added to records.
+        """
         began = perf_counter()
+        if edge and len(chosen) * self.n_rays > self.left / 2:
+            self.rays_a_batch = max(1, int(self.room / len(chosen)))
         n_together = int(np.clip(len(chosen) * self.n_rays // _CHUNKS, _FEWEST, _MOST))
         size, key = max(1, n_together // self.n_rays), (_GATHER, self._n_calls)
         self._n_calls += 1

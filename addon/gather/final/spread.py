@@ -28,7 +28,7 @@ class Spread:
     bias2 : (m,) float64, (W/m²)²
         b².
     blend : (m,) float64
-        v / d²; 0 where there are no others.
+        v / d²; 0 where there are no others. With `fair`, v is `expected` for the same reason.
     """
 
     per_ray: np.ndarray
@@ -38,13 +38,15 @@ class Spread:
     blend: np.ndarray
 
     @staticmethod
-    def of(records: Records, around: Weights | None) -> "Spread":
+    def of(records: Records, around: Weights | None, fair: bool = False) -> "Spread":
         """Of each record and of those `around` it in equal parts: few batches of rays tell little of their variance.
 
         Parameters
         ----------
         around : Weights or None
             What each record takes from others; None: nobody takes anything from others.
+        fair : bool
+            For records of so few rays that their own say little of their variance.
         """
         per_ray = records.variance * records.n_rays
         nothing, all_alike = np.zeros(len(records)), np.full(len(records), per_ray.mean() if len(records) else 0.0)
@@ -58,7 +60,8 @@ class Spread:
         value = records.irradiance.mean(axis=1)
         off2 = np.where(supported, (around.apply(value) - value) ** 2, 0)
         off2 = np.where(supported, (off2 + mean.apply(off2)) / 2, 0)
-        blend = np.where(supported, noise / np.maximum(np.maximum(off2, noise + others), 1e-30), 0)
+        own = expected / records.n_rays if fair else noise
+        blend = np.where(supported, own / np.maximum(np.maximum(off2, own + others), 1e-30), 0)
         return Spread(per_ray, expected, others, np.maximum(off2 - noise - others, 0), blend)
 
     def blended(self, value: np.ndarray, around: Weights | None) -> np.ndarray:

@@ -37,7 +37,12 @@ class Weights:
     @staticmethod
     def identity(receiver: np.ndarray) -> "Weights":
         """Of points that each are a record, which holds that of the point `receiver` (m,)."""
-        return Weights(np.argsort(receiver).astype(np.int32)[:, None], np.ones((len(receiver), 1), np.float32))
+        return Weights.of_one(np.argsort(receiver))
+
+    @staticmethod
+    def of_one(record: np.ndarray) -> "Weights":
+        """Of points that take one record (n,) each."""
+        return Weights(record.astype(np.int32)[:, None], np.ones((len(record), 1), np.float32))
 
     @property
     def supported(self) -> np.ndarray:
