@@ -7,6 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
+from shutil import rmtree
 from tempfile import mkdtemp
 from time import perf_counter
 from typing import Any
@@ -47,21 +48,21 @@ def run(arguments: list[str]) -> int:
     line = ProgressLine(sys.stderr, shares, len(options.frames or [0]))
     progress = Progress(line)
     report = _begin(options)
-    started = perf_counter()
+    started, baked = perf_counter(), False
     try:
         with ctrl_c_cancels(progress):
             if unopened:  # Blender goes on with a scene of its own
                 raise BakeError(_why_unopened(unopened))
             failures = _bake(options, progress, report, line.next_time)
         status = FAILED if failures else DONE
-        report.message = " ".join(failures)
+        report.message, baked = " ".join(failures), True
     except Cancelled:
         report.status, report.message, status = "cancelled", "Cancelled; nothing was changed.", CANCELLED
     except Exception as error:
         report.status, report.message, status = "failed", describe(error), FAILED
     line.clear()
     report.total_seconds = perf_counter() - started
-    return _end(report, progress, options, status)
+    return _end(report, progress, options, status, baked)
 
 
 def named_file(arguments: list[str]) -> str:
@@ -167,6 +168,7 @@ def _save_somewhere(path: Path) -> tuple[Path | None, list[str]]:
     try:
         _save(refuge)
     except (OSError, RuntimeError, BakeError):
+        rmtree(refuge.parent, ignore_errors=True)
         return None, [f"{path} could not be saved ({reason}), nor {refuge}: make room and bake again."]
     return refuge, [f"{path} could not be saved ({reason}); the baked file is {refuge}: move it."]
 
@@ -195,11 +197,11 @@ def _begin(options: Options) -> Report:
     )
 
 
-def _end(report: Report, progress: Progress, options: Options, status: int) -> int:
+def _end(report: Report, progress: Progress, options: Options, status: int, baked: bool) -> int:
     """Say how it went, and write the report."""
     report.stage_seconds = progress.stage_seconds
     report.peak_memory_mb = peak_memory_mb()
-    if report.counts:
+    if baked:
         report.message = f"{_summary(report)} {report.message}".strip()
     for warning in report.warnings:
         say(f"warning: {warning}")

@@ -26,6 +26,7 @@ _IGNORED = {"SOUND", "MOVIECLIP", "TEXT", "SCENE", "IMAGE", "LIBRARY"}
 _FILES_OF_THEIR_OWN = {"OBJECT", "MATERIAL", "WORLD", "LIGHT", "NODETREE"}
 _NOT_FOLLOWED = {"SCENE", "WINDOWMANAGER", "WORKSPACE", "SCREEN"}
 _SHADERS = (bpy.types.Material, bpy.types.World, bpy.types.Light, bpy.types.ShaderNodeTree)
+_CACHES = {".mdd", ".pc2"}
 _TILE = re.compile("<(UDIM|UVTILE)>")
 
 
@@ -63,7 +64,7 @@ def warn_of_missing_files(depsgraph: "bpy.types.Depsgraph", readable: Mapping[in
     files: dict[str, _File] = {}
     for block, path, problem in (*_images(shown, frame, readable), *_others(shown)):
         label = "A file" if block.id_type in _FILES_OF_THEIR_OWN else f"{block.bl_rna.name} '{block.name}'"
-        file = files.setdefault(path, _File(label, EFFECTS.get(block.id_type, _NO_EFFECT), problem))
+        file = files.setdefault(path, _File(label, shown.effect_of_loss(block), problem))
         file.users |= shown.users(block)
     for path, file in sorted(files.items()):
         warnings.add(Missing(file.sentence(path)))
@@ -93,6 +94,12 @@ class _Shown:
                 todo += uses[block]
         return _Shown(found, users_of)
 
+    def effect_of_loss(self, block: "bpy.types.ID") -> str:
+        """What is shown in place of the file of a data-block."""
+        if block.id_type == "IMAGE" and not any(isinstance(user, _SHADERS) for user in self.users_of[block]):
+            return _NO_EFFECT  # a modifier reads it
+        return EFFECTS.get(block.id_type, _NO_EFFECT)
+
     def users(self, block: "bpy.types.ID") -> set[str]:
         """Names of the materials, worlds and objects that a shown data-block is for."""
         if block.id_type == "LIBRARY":
@@ -116,8 +123,9 @@ def _others(shown: _Shown) -> "Iterator[tuple[bpy.types.ID, str, str]]":
             continue
         for path in sorted(paths):
             absolute = bpy.path.abspath(path, library=block.library)
-            # Folders are those of simulations, which are there once they are baked
-            if Path(path).suffix and not path.startswith("<") and not Path(absolute).exists():
+            # An object's other paths are folders of simulations, which are there once they are baked
+            wanted = Path(path).suffix.lower() in _CACHES if block.id_type == "OBJECT" else not path.startswith("<")
+            if wanted and not Path(absolute).exists():
                 yield block, absolute, "is missing"
     for library in {block.library for block in shown.blocks if block.is_missing and block.library}:
         path = bpy.path.abspath(library.filepath)

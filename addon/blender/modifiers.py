@@ -84,6 +84,15 @@ def may_change_elements(obj: "bpy.types.Object") -> bool:
     return not all(keeps_vertices_first(modifier) for modifier in obj.modifiers)
 
 
+def can_be_probed(obj: "bpy.types.Object") -> bool:
+    """Whether a copy of an original object can be evaluated beside it: two of a fluid's domains crash Blender."""
+    return not any(modifier.type == "FLUID" and _is_fluid_domain(modifier) for modifier in obj.modifiers)
+
+
+def _is_fluid_domain(modifier: "bpy.types.Modifier") -> bool:
+    return modifier.fluid_type == "DOMAIN"
+
+
 def cutters(obj: "bpy.types.Object") -> "list[bpy.types.Object]":
     """Objects whose faces Boolean modifiers hand on to an original object, and whose meshes can hold their light.
 
@@ -99,6 +108,7 @@ def cutters(obj: "bpy.types.Object") -> "list[bpy.types.Object]":
 
 def _can_hold_light(cutter: "bpy.types.Object") -> bool:
     hidden = cutter.hide_render or all(home.hide_render for home in cutter.users_collection)
+    hidden = hidden and can_be_probed(cutter)
     return hidden and cutter.library is None and cutter.data.is_editable and len(cutter.data.polygons) > 0
 
 
@@ -108,6 +118,8 @@ def keeps_vertices_first(modifier: "bpy.types.Modifier") -> bool:
         return True
     if modifier.type == "NODES":
         return modifier.node_group is None or _nodes_keep_vertices(modifier.node_group)
+    if modifier.type == "FLUID":
+        return not _is_fluid_domain(modifier)
     return modifier.type in FIRST_VERTICES and FIRST_VERTICES[modifier.type](modifier)
 
 

@@ -118,6 +118,7 @@ def reached_nodes(block: "bpy.types.ID") -> "Iterator[bpy.types.Node]":
             continue
         seen.add(node)
         yield node
-        todo += [link.from_node for one in node.inputs for link in one.links if link.is_valid and not link.is_muted]
+        links = (link for one in node.inputs if one.is_linked for link in one.links)
+        todo += [link.from_node for link in links if link.is_valid and not link.is_muted]
         if node.type == "GROUP" and node.node_tree:
             todo += [one for one in node.node_tree.nodes if one.type == "GROUP_OUTPUT" and one.is_active_output]

@@ -20,7 +20,7 @@ import numpy as np
 
 from ..receivers import AttributeMap
 from .meshes import attribute, corner_vertex
-from .modifiers import cutters
+from .modifiers import can_be_probed, cutters
 from .render_graph import in_render_graph
 from .temporary import Temporary
 
@@ -47,15 +47,17 @@ def attribute_maps(
     scene : bpy.types.Scene
         Whose frame and simplification hold.
     """
+    maps: dict[bpy.types.Object, dict[bpy.types.Object, AttributeMap]] = {obj: {} for obj in objects}
+    objects = [obj for obj in objects if can_be_probed(obj)]
     if not objects:
-        return {}
+        return maps
     with Temporary() as temporary:
         own = temporary.add(bpy.data.scenes.new("Photon Bake"))
         own.frame_current, own.frame_subframe = scene.frame_current, scene.frame_subframe
         for name in ("use_simplify", "simplify_subdivision", "simplify_subdivision_render"):
             setattr(own.render, name, getattr(scene.render, name))
         probes = _add_probes(objects, own.collection, temporary)
-        return in_render_graph(own, own.view_layers[0], lambda depsgraph: _read_probes(probes, depsgraph))
+        return maps | in_render_graph(own, own.view_layers[0], lambda depsgraph: _read_probes(probes, depsgraph))
 
 
 def _add_probes(
@@ -72,6 +74,7 @@ def _add_probes(
             _write_codes(mesh, first_face)
         probe = temporary.add(obj.copy())
         probe.data = meshes[obj.data, first_face]
+        _drop_simulations(probe)
         return probe
 
     probes = {}
@@ -85,6 +88,13 @@ def _add_probes(
         probe.hide_viewport = probe.hide_render = False
         collection.objects.link(probe)
     return probes
+
+
+def _drop_simulations(probe: "bpy.types.Object") -> None:
+    """Remove the modifiers that take part in simulations, or start them anew, and leave a mesh's elements alone."""
+    kinds = {"FLUID"} if any(one.type == "EXPLODE" for one in probe.modifiers) else {"FLUID", "PARTICLE_SYSTEM"}
+    for modifier in [one for one in probe.modifiers if one.type in kinds]:
+        probe.modifiers.remove(modifier)
 
 
 def _first_faces(obj: "bpy.types.Object") -> "dict[bpy.types.Object, int]":

@@ -144,9 +144,8 @@ class DirectLight:
             unshadowed[~self._illuminates[source, np.repeat(objects, m)]] = 0
         estimates = unshadowed / np.maximum(chance, np.float32(1e-30))[:, None]
 
-        # Keep one in proportion to its brightness; that of negative light counts alike
-        size = np.abs(estimates)
-        weights = ((size[:, 0] + size[:, 1] + size[:, 2]) / 3).astype(np.float64).reshape(n, m)
+        # Keep one in proportion to its brightness
+        weights = np.abs(estimates).mean(axis=1, dtype=np.float64).reshape(n, m)  # lamps may take light away
         cumulative = np.cumsum(weights, axis=1)
         total = cumulative[:, -1]
         threshold = random.random(n) * total

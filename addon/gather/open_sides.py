@@ -128,8 +128,10 @@ class OpenBacks:
 
 def _asked(target: AttributeTarget, every: bool) -> np.ndarray:
     """Receivers of a target: each, or a few spread over all."""
-    on = np.unique(target.receiver_of_element[target.receiver_of_element >= 0])
-    return on if every or len(on) <= N_ASKED else on[np.linspace(0, len(on) - 1, N_ASKED).astype(int)]
+    of = target.receiver_of_element
+    if not every and len(of) > N_ASKED:
+        of = of[np.linspace(0, len(of) - 1, N_ASKED).astype(int)]
+    return np.unique(of[of >= 0])
 
 
 def _extent(position: np.ndarray) -> float:

@@ -16,7 +16,8 @@ class MeshSource(Source):
 
     def __init__(self, scene: Scene) -> None:
         self._scene, self.lamp = scene, len(scene.lights)
-        self._triangles, self._chance, self.power = emissive_triangles(scene)
+        self._triangles, self._chance, power = emissive_triangles(scene)
+        self.power = power.sum(0)
         self._cumulative = np.cumsum(self._chance)
 
     def emit(self, u: np.ndarray) -> Rays:
@@ -46,7 +47,7 @@ class MeshSource(Source):
 
 
 def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The triangles that emit: index (e,) int32, chance to be chosen by power (e,), power Σ 2π|L|A (3,) W.
+    """The triangles that emit: index (e,) int32, chance to be chosen by power (e,), power 2π|L|A (e, 3) W.
 
     Objects that diffuse rays do not see do not shine on diffuse surfaces. The power of textured triangles is a mean
     over some of their points; a tenth of the chance goes by the brightest that they could be, lest none were missed.
@@ -61,7 +62,7 @@ def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray
     if (materials.emission.textured or materials.coverage.textured) and power.any():
         bound = (area * _brightest(scene)[scene.material_of_triangle[triangles]]).sum(axis=1)
         chance = 0.9 * chance + 0.1 * bound / bound.sum()
-    return triangles, chance, power.sum(axis=0)
+    return triangles, chance, power
 
 
 def _mean_emission(scene: Scene, triangles: np.ndarray) -> np.ndarray:

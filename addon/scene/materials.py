@@ -57,7 +57,7 @@ class Materials:
     translucent : Channel
         Albedo of Lambertian transmission.
     emission : Channel, W/(m² sr)
-        Emitted radiance, the same in every direction on both sides. Where it is negative it takes light away.
+        Emitted radiance, the same in every direction on both sides; below 0 where light is taken away.
     coverage : Channel, scalar in [0, 1]
         Share of the light that does not pass straight through.
     tint : Channel

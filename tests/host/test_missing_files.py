@@ -75,6 +75,14 @@ def test_an_image_that_cannot_be_read_is_magenta(plane, tmp_path, packed):
     assert "'Picture' of material 'Wall' cannot be read" in warning and kind_of(warning) == "missing"
 
 
+def test_an_image_of_a_modifier_is_named(tmp_path):
+    texture = bpy.data.textures.new("Waves", "IMAGE")
+    texture.image = image_at(tmp_path / "waves.png")
+    scenes.add_cube("Box").modifiers.new("Displace", "DISPLACE").texture = texture
+    _, (warning,) = extracted()
+    assert "'Picture' of object 'Box' is missing" in warning and "renders go on without it" in warning
+
+
 @pytest.mark.parametrize("source", ["SEQUENCE", "MOVIE"])
 def test_films_are_magenta(plane, tmp_path, source):
     plane.image = image_at(tmp_path / "film_0001.png", source)

@@ -159,6 +159,20 @@ def test_geometry_nodes(node, expected):
         check(obj, expected)
 
 
+def test_copies_of_fluid_domains_are_never_evaluated():
+    """Blender 4.5 ends on them."""
+    obj = prepared(flat=True)
+    obj.modifiers.new("Bevel", "BEVEL").limit_method = "NONE"
+    obj.modifiers.new("Fluid", "FLUID").fluid_type = "DOMAIN"
+    with pytest.raises(BakeError, match=f"'Grid': its modifier 'Bevel' {LEFT_OUT}"):
+        bake_light_at(obj)
+    obj.modifiers["Fluid"].fluid_type = "EFFECTOR"
+    obj.modifiers["Bevel"].width = 0.05
+    obj.modifiers.new("Particles", "PARTICLE_SYSTEM")
+    check(obj, EXACT)
+    assert len(bpy.data.particles) == 1
+
+
 def test_no_faces_are_left():
     obj = prepared(flat=True)
     obj.modifiers.new("Volume", "VOLUME_TO_MESH")
