@@ -1,7 +1,6 @@
 """What photons are aimed at: objects of glass and of smooth metal, as balls around them."""
 
 import numpy as np
-from scipy.cluster.vq import kmeans2
 
 from ..bsdf import PEAK
 from ..sampling.streams import stream
@@ -31,6 +30,8 @@ def caustic_makers(scene: Scene, largest_radius: float) -> Aim | None:
     group = np.full(len(objects), -1)
     group[small] = np.arange(len(small))
     if len(small) > _MOST_BALLS:
+        from scipy.cluster.vq import kmeans2  # here, as Blender's start should not wait for SciPy
+
         _, group[small] = kmeans2(centre[small].astype(np.float64), _MOST_BALLS, minit="++", rng=stream(0))
     k = np.flatnonzero(group[of_triangle] >= 0)
     return Aim(*_balls(corners[k], group[of_triangle[k]]))

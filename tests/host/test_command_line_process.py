@@ -39,6 +39,12 @@ def test_bake_and_save(blend):
     assert "Indirect" in bpy.data.objects["Box"].data.attributes
 
 
+def test_blender_starts_without_scipy():
+    heavy = "[name for name in sys.modules if name.split('.')[0] in ('scipy', 'embreex', 'OpenEXR')]"
+    done = stand_in("--python-expr", f"import sys; print('loaded:', {heavy})")
+    assert "loaded: []" in done.stdout
+
+
 def test_exit_statuses(blend, tmp_path):
     assert stand_in("-b", blend, "-c", "photon_bake", "--help").returncode == 0
     assert stand_in("-b", blend, "-c", "photon_bake", "--objects", "Nobody").returncode == 1
