@@ -8,12 +8,16 @@ from functools import cached_property
 
 import numpy as np
 
+from ..sampling.streams import sobol
 from ..sampling.vectors import dot, largest, rows
+from ..sampling.warps import sample_uniform_triangle
 from ..scene import Scene
 from ..unrolling import unrolled
 from .protocol import Tracer
 
 _MAX_TRIANGLES = 1 << 20  # looked at, the largest first
+_MOST_POINTS = 16  # of a triangle
+_N_LOOKS = 1 << 17
 _ONE_PLACE = 2.0**-21
 """How far apart surfaces may be, over their coordinates: about what float32 cannot tell apart."""
 
@@ -21,7 +25,9 @@ _ONE_PLACE = 2.0**-21
 class CoincidentSurfaces:
     """Finds where surfaces of a scene lie in one place.
 
-    Triangles are paired by short rays through their middles; whether a point of one lies on another is then exact.
+    Triangles are paired by short rays through their middles and, in small scenes, more of their points. Where they meet
+    anything, more points follow: of two faces that are cut along different diagonals each triangle lies on two.
+    Whether a point of one lies on another is then exact.
     """
 
     def __init__(self, scene: Scene, tracer: Tracer) -> None:
@@ -76,21 +82,31 @@ class CoincidentSurfaces:
         looked_at = np.arange(scene.n_triangles)
         if len(looked_at) > _MAX_TRIANGLES:
             looked_at = np.argpartition(-scene.areas, _MAX_TRIANGLES)[:_MAX_TRIANGLES]
-        middle = np.full(len(looked_at), np.float32(1 / 3))
-        x, normals = scene.points(looked_at, middle, middle), scene.normals[looked_at]
+        n_points = int(np.clip(_N_LOOKS // max(len(looked_at), 1), 1, _MOST_POINTS))
+        near, pairs = self._beside(tracer, looked_at, n_points)
+        _, more = self._beside(tracer, np.unique(near), _MOST_POINTS)
+        found = np.concatenate([pairs, more]).astype(np.int32)
+        both = np.unique(np.concatenate([found, found[:, ::-1]]), axis=0)
+        return both[:, 0], both[:, 1]
+
+    def _beside(self, tracer: Tracer, triangles: np.ndarray, n_points: int) -> tuple[np.ndarray, np.ndarray]:
+        """Of triangles those beside which others are at some of so many points, and the pairs (p, 2) in one place."""
+        scene, looked_at = self._scene, np.repeat(triangles, n_points)
+        others = sample_uniform_triangle(sobol(2, 0).random(_MOST_POINTS).astype(np.float32))
+        u, v = (np.tile(np.append(np.float32(1 / 3), place)[:n_points], len(triangles)) for place in others)
+        x, normals = scene.points(looked_at, u, v), scene.normals[looked_at]
         gap = 4 * scene.ray_offset(x)
-        pairs = []
+        near, pairs = [], []
         for side in (np.float32(1), np.float32(-1)):
             hits = tracer.closest_hit(x + side * gap * normals, -side * normals, 2 * gap[:, 0])
             k = np.flatnonzero(hits.hit & (hits.triangle != looked_at))
             other = hits.triangle[k]
             flat = np.abs(dot(scene.normals[other], normals[k])) > 1 - 1e-6
             k, other = k[flat], other[flat]
+            near.append(looked_at[k])
             k, other = (a[_inside(scene, other, x[k])] for a in (k, other))
             pairs.append(np.stack([looked_at[k], other], axis=1))
-        found = np.concatenate(pairs).astype(np.int32)
-        both = np.unique(np.concatenate([found, found[:, ::-1]]), axis=0)
-        return both[:, 0], both[:, 1]
+        return np.concatenate(near), np.concatenate(pairs)
 
 
 def _inside(scene: Scene, triangle: np.ndarray, x: np.ndarray) -> np.ndarray:
