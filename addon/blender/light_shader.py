@@ -21,7 +21,7 @@ def constant_emission(surface: Place) -> np.ndarray | None:
         return np.zeros(3)
     if kind in {"BACKGROUND", "EMISSION"}:
         color, strength = _color(place.input("Color")), constant(place.input("Strength"))
-        return None if color is None or strength is None else np.maximum(color * float(strength[0]), 0)
+        return None if color is None or strength is None else color * float(strength[0])
     if kind == "ADD_SHADER":
         weights = {"Shader": 1.0, "Shader_001": 1.0}
     elif kind == "MIX_SHADER" and (share := constant(place.input("Fac"))) is not None:

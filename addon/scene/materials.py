@@ -38,7 +38,7 @@ class Channel:
     @cached_property
     def nonzero(self) -> np.ndarray:
         """Whose value is not black all over, (m,) bool."""
-        return (self.value > 0).any(axis=1)
+        return (self.value != 0).any(axis=1)
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Materials:
     translucent : Channel
         Albedo of Lambertian transmission.
     emission : Channel, W/(m² sr)
-        Emitted radiance, the same in every direction on both sides.
+        Emitted radiance, the same in every direction on both sides; below 0 where light is taken away.
     coverage : Channel, scalar in [0, 1]
         Share of the light that does not pass straight through.
     tint : Channel

@@ -24,18 +24,26 @@ class Effort:
         If finite: rays are added until then, by `time.perf_counter`.
     interpolate : bool
         False: every receiver is a record.
+    besides : float, W/m²
+        Standard error that more rays do not lessen, and that counts for `noise` too.
     """
 
     n_rays: int
     noise: float = 0.0
     deadline: float = np.inf
     interpolate: bool = True
+    besides: float = 0.0
 
     @property
     def tolerance(self) -> float:
         """Share of the irradiance that interpolation may be off: about the noise that the rays leave."""
         of_rays = _NOISE_OF_RAY / self.n_rays**0.5
         return min(of_rays, self.noise) if self.noise else of_rays
+
+    def variance_for(self, mean: float) -> float:
+        """Mean variance that rays may leave in light of that mean: a quarter of it, however large the other error."""
+        asked = (self.noise * mean) ** 2
+        return max(asked - self.besides**2, asked / 4)
 
     @property
     def seconds_left(self) -> float:
