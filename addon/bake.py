@@ -29,11 +29,14 @@ from .gather import (
 from .inspector import LIFT, Inspector
 from .parallel import Workers
 from .photons import (
+    GuidedSource,
     PathKind,
     Photons,
     Source,
+    bounces_left,
     guide_sources,
     light_sources,
+    noise_of_photons,
     pilots_for,
     region_of,
     trace_photons,
@@ -110,28 +113,30 @@ def solve(
     started = started or perf_counter()
     workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
     region = region_of(receivers.position)
-    sources = light_sources(scene, region)
     light_tracer = LightTracer(scene, tracer, progress)
     of_photons = LightTracer(scene, photon_tracer, progress) if photon_tracer else light_tracer
 
     # See where gather rays end, so that photons go there
-    survey, guided, home = None, sources, region
+    home, survey = region, None
     if settings.needs_cache:
         survey = survey_surfaces(scene, light_tracer, receivers, region, settings.n_cache_elements, workers)
-        guided, seconds = _guided(scene, of_photons, sources, survey, settings, workers)
         home = survey.home
+    sources = light_sources(scene, region if region.radius > 0 else home)
+    emitters, noise = sources, 0.0
+    if survey:
+        guided, seconds = _guided(scene, of_photons, sources, survey, settings, workers)
         if settings.time:
             settings = affordable(settings, pilots_for(settings.n_photons) / seconds)
+        emitters, noise = list[Source](guided), noise_of_photons(guided, settings.n_photons)
 
     rest = workers.part(_PILOT_PART if survey else 0.0, 1.0)
     n_photons, n_bounces, volumes = settings.n_photons, settings.max_bounces, settings.gather == "photon_volumes"
-    photons = trace_photons(scene, of_photons, guided, n_photons, n_bounces, rest, region=home, on_gloss=volumes)
+    photons = trace_photons(scene, of_photons, emitters, n_photons, n_bounces, rest, region=home, on_gloss=volumes)
     inspector.see("photons", lambda: (photons.position + LIFT * region.radius * photons.normal, photons.power))
-    direct = DirectLight(scene, light_tracer, sources)
+    left, direct = bounces_left(emitters, n_photons, photons), DirectLight(scene, light_tracer, sources)
     deadline = started + settings.time if settings.time else np.inf
-    return Solution(
-        scene, receivers, settings, light_tracer, photons, not sources, direct, survey, workers, inspector, deadline
-    )
+    light = photons, left, noise, sources, direct, survey
+    return Solution(scene, receivers, settings, light_tracer, *light, workers, inspector, deadline)
 
 
 def _check(receivers: Receivers, settings: BakeSettings) -> None:
@@ -150,8 +155,10 @@ class Solution:
     ----------
     receivers : Receivers
         That it was solved for.
-    dark : bool
-        Nothing in the scene gives light.
+    bounces_left : (p,) int or None
+        How many surfaces further each photon may be seen; None without lamps that limit it.
+    noise : float, W/m²
+        Standard error of what photons bring to the receivers' mean, where rays gather.
     direct : DirectLight
     survey : Survey or None
         Of the surfaces that gather rays see; None where no rays are sent.
@@ -164,12 +171,19 @@ class Solution:
     settings: BakeSettings
     tracer: LightTracer
     photons: Photons
-    dark: bool
+    bounces_left: np.ndarray | None
+    noise: float
+    sources: list[Source]
     direct: DirectLight
     survey: Survey | None
     workers: Workers
     inspector: Inspector
     deadline: float
+
+    @property
+    def dark(self) -> bool:
+        """Whether nothing in the scene gives light."""
+        return not self.sources
 
     def irradiance(self) -> Irradiance:
         """The light at the receivers."""
@@ -197,22 +211,37 @@ class Solution:
         """Rays that gather from a radiance cache, which is made when they are first asked for; None without survey."""
         if self.survey is None:
             return None
-        scene, tracer, direct = self.scene, self.tracer, self.direct
-        n_rays = self.settings.n_cache_rays
-        cache = build_radiance_cache(scene, tracer, self.photons, direct, self.survey, n_rays, self.workers)
-        return GatherRays(scene, tracer, direct, cache)
+        if self.bounces_left is None:
+            return self._rays(self.photons, self.direct, self.workers)
+        # What is seen over a surface more may be without some lamps; over more of them it is taken for the same
+        rays = None
+        for n_surfaces, workers in ((2, self.workers.part(0.0, 0.5)), (1, self.workers.part(0.5, 1.0))):
+            lamps = [source for source in self.sources if source.max_bounces >= n_surfaces]
+            photons = self.photons.where(self.bounces_left >= n_surfaces)
+            rays = self._rays(photons, DirectLight(self.scene, self.tracer, lamps), workers, rays)
+        return rays
+
+    def _rays(
+        self, photons: Photons, direct: DirectLight, workers: Workers, beyond: GatherRays | None = None
+    ) -> GatherRays:
+        """Rays that gather what some photons and some lamps bring."""
+        assert self.survey is not None
+        scene, tracer = self.scene, self.tracer
+        n_rays = self.settings.n_cache_rays if beyond or self.bounces_left is None else 0
+        cache = build_radiance_cache(scene, tracer, photons, direct, self.survey, n_rays, workers, beyond)
+        return GatherRays(scene, tracer, direct, cache, beyond)
 
     def _by_final_gather(self) -> tuple[Estimate, dict[str, int]]:
         """Photons and direct light make a radiance cache; rays from some receivers gather from it, for all."""
-        asked = self.settings
-        effort = Effort(asked.n_gather_rays, asked.noise, self.deadline, asked.interpolate, asked.gather_share)
+        of = self.settings
+        effort = Effort(of.n_gather_rays, of.noise, self.deadline, of.interpolate, of.gather_share, besides=self.noise)
         extent = max(2 * region_of(self.receivers.position).radius, _LEAST_EXTENT)
         at, surfaces = self.receivers, self.tracer.surfaces
         gather = FinalGather(self._must_gather(), at, effort, extent, surfaces, self.workers)
         caustics = self._caustics(gather)
         gathered = gather.finish()
         counts = {"gather_points": gathered.n_records, "gather_rays": gathered.n_rays}
-        return _sum(gathered.light, counts, caustics)
+        return _sum(gathered.light.with_noise(self.noise), counts, caustics)
 
     def _by_light_volume(self) -> tuple[Estimate, dict[str, int]]:
         """A coarse but smooth grid takes up photons, or what rays gather; caustics, which are sharp, stay out of it."""
@@ -288,7 +317,7 @@ def _guided(
     survey: Survey,
     settings: BakeSettings,
     workers: Workers,
-) -> tuple[list[Source], float]:
+) -> tuple[list[GuidedSource], float]:
     """Sources whose photons go to what gather rays see, and the seconds that the photons took which told it."""
     start = perf_counter()
 
@@ -296,5 +325,6 @@ def _guided(
         return survey.worth(scene, photons)
 
     part, n_pilots = workers.part(0.0, _PILOT_PART), pilots_for(settings.n_photons)
-    guided = guide_sources(scene, tracer, sources, n_pilots, settings.max_bounces, worth, part, survey.home)
+    at, n_bounces = survey.home, settings.max_bounces
+    guided = guide_sources(scene, tracer, sources, n_pilots, n_bounces, worth, part, at, survey.worth_of_watt)
     return guided, perf_counter() - start

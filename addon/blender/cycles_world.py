@@ -18,15 +18,17 @@ from .nodes import all_nodes, output_node
 from .temporary import CyclesError, Temporary, cycles_scene, frozen_copy
 
 WIDTH, HEIGHT = 1024, 512
-N_SAMPLES = 4
-N_SAMPLES_OF_SPOT = 1 << 19
-"""Samples that the brightest spot gets in all: a sun is as small as a pixel, and often most of the light."""
+N_SAMPLES = 16
+N_SAMPLES_OF_SPOTS = 1 << 20
+"""Samples that bright spots get together: suns and lamps are as small as a pixel, and often most of the light."""
+
+MOST_SPOTS = 16
 
 BRIGHT = 50
-"""How many times the mean a pixel of that spot has at least."""
+"""How many times the mean a pixel of a spot has at least."""
 
 LEAST_SUN = 0.02
-"""Angle of a Sky Texture's sun that four samples a pixel do not miss, rad."""
+"""Angle of a Sky Texture's sun that the samples do not miss, rad."""
 
 MARGIN = 4
 N_KEPT = 4
@@ -61,7 +63,7 @@ def picture_of_world(world: "bpy.types.World", scene: "bpy.types.Scene") -> np.n
 
 
 def _render(world: "bpy.types.World", scene: "bpy.types.Scene") -> np.ndarray:
-    """The picture; the brightest spot with more samples."""
+    """The picture; bright spots with more samples."""
     with _left_as_it_was() as temporary, TemporaryDirectory() as folder:
         stage = _stage(scene, temporary)
         stage.world = copy = _copy(world, temporary)
@@ -73,28 +75,32 @@ def _render(world: "bpy.types.World", scene: "bpy.types.Scene") -> np.ndarray:
         picture = _shot(stage, N_SAMPLES)
         for node, size in suns:
             node.sun_size = size
-        box = brightest_spot(picture)
-        if box is not None:
-            (top, bottom), (left, right) = box
+        spots = bright_spots(picture)
+        for rows, columns in spots:
             render = stage.render
             render.use_border = render.use_crop_to_border = True
-            render.border_min_x, render.border_max_x = left / WIDTH, right / WIDTH
-            render.border_min_y, render.border_max_y = top / HEIGHT, bottom / HEIGHT
-            picture[top:bottom, left:right] = _shot(stage, N_SAMPLES_OF_SPOT // ((bottom - top) * (right - left)))
+            render.border_min_x, render.border_max_x = columns.start / WIDTH, columns.stop / WIDTH
+            render.border_min_y, render.border_max_y = rows.start / HEIGHT, rows.stop / HEIGHT
+            n_pixels = (rows.stop - rows.start) * (columns.stop - columns.start)
+            picture[rows, columns] = _shot(stage, N_SAMPLES_OF_SPOTS // (len(spots) * n_pixels))
     return picture
 
 
-def brightest_spot(picture: np.ndarray) -> tuple[tuple[int, int], tuple[int, int]] | None:
-    """Rows and columns (first, after the last) around the pixels much brighter than the mean, if they are few."""
+def bright_spots(picture: np.ndarray) -> list[tuple[slice, slice]]:
+    """Rows and columns around groups of pixels much brighter than the mean, those with most light, if they are small.
+
+    Each group is taken together with `MARGIN` pixels around it.
+    """
+    from scipy import ndimage  # here, as Blender's start should not wait for SciPy
+
     brightness = np.abs(picture).mean(axis=2)
-    bright = np.argwhere(brightness > BRIGHT * brightness.mean(dtype=np.float64))
-    if len(bright) == 0:
-        return None
-    low = np.maximum(bright.min(axis=0) - MARGIN, 0)
-    high = np.minimum(bright.max(axis=0) + 1 + MARGIN, brightness.shape)
-    if (high - low).prod() > N_SAMPLES_OF_SPOT // (2 * N_SAMPLES):
-        return None
-    return (int(low[0]), int(high[0])), (int(low[1]), int(high[1]))
+    bright = brightness > BRIGHT * brightness.mean(dtype=np.float64)
+    groups, n = ndimage.label(ndimage.binary_dilation(bright, np.ones((2 * MARGIN + 1,) * 2)))
+    light = ndimage.sum_labels(brightness * bright, groups, np.arange(1, n + 1))
+    boxes = ndimage.find_objects(groups)
+    spots = [boxes[k] for k in np.argsort(-light)[:MOST_SPOTS]]
+    most = N_SAMPLES_OF_SPOTS // (2 * N_SAMPLES * max(len(spots), 1))  # pixels that get twice the samples at least
+    return [box for box in spots if (box[0].stop - box[0].start) * (box[1].stop - box[1].start) <= most]
 
 
 def _shot(stage: "bpy.types.Scene", n_samples: int) -> np.ndarray:

@@ -9,18 +9,21 @@ the lamp's world matrix:
 - area: radiance Φ / (π · area), the area as scaled in the world; without Normalize Φ / π. A spread does not change the
   power.
 
+Negative power takes light away. Max Bounces are read as Cycles has them: surfaces between the lamp and who looks.
+
 Rays that gloss or glass sends on see lamps as Ray Visibility says, and none without Multiple Importance.
 
 These were measured with Cycles 4.5 and 5.2 and are held by tests/host/test_extract_lamps.py.
 """
 
+from dataclasses import replace
 from math import pi, sin
 
 import bpy
 import numpy as np
 
 from ..errors import Advice
-from ..scene import LightKind, Lights
+from ..scene import ALL_BOUNCES, LightKind, Lights
 from .light_shader import constant_emission
 from .nodes import Place, output_node, uses_nodes
 from .warn import Warnings
@@ -50,8 +53,10 @@ def read_lamp(obj: "bpy.types.Object", matrix: np.ndarray, name: str, warnings: 
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)
     power = _power(light, name, warnings)
     lights = _shining(light, power, matrix, lengths, name, warnings)
-    met = bool(getattr(getattr(light, "cycles", None), "use_multiple_importance_sampling", True))
-    return lights.seen(met and obj.visible_glossy, met and obj.visible_transmission)
+    cycles = getattr(light, "cycles", None)
+    met = bool(getattr(cycles, "use_multiple_importance_sampling", True))
+    lights = lights.seen(met and obj.visible_glossy, met and obj.visible_transmission)
+    return replace(lights, max_bounces=np.full(len(lights), getattr(cycles, "max_bounces", ALL_BOUNCES), np.int32))
 
 
 def _shining(
@@ -92,7 +97,7 @@ def _power(light: "bpy.types.Light", name: str, warnings: Warnings) -> np.ndarra
         power *= np.array(light.temperature_color)
     if uses_nodes(light):
         power *= _node_factor(light, name, warnings)
-    return np.maximum(power, 0)
+    return power
 
 
 def _node_factor(light: "bpy.types.Light", name: str, warnings: Warnings) -> np.ndarray:

@@ -47,6 +47,8 @@ class Survey:
         Around the receivers' region, and four fifths of where the rays ended.
     hidden : HiddenSides
         What such rays do not see.
+    n_rays : int
+        From the receivers.
     """
 
     elements: SurfaceElements
@@ -54,14 +56,28 @@ class Survey:
     seen: np.ndarray
     home: Sphere
     hidden: HiddenSides
+    n_rays: int
 
     def worth(self, scene: Scene, photons: Photons) -> np.ndarray:
-        """What photons are worth to those who look, (n,): their power, by how much is seen of a square metre there."""
-        elements = self.elements
+        """What photons are worth to those who look, (n,): the irradiance, W/m², that they add on the average.
+
+        With ρ what the surface reflects, A the area of its element and v/n the share of the rays that end there, a
+        photon of Φ watts adds ρΦ/(πA) · π v/n. Caustics light receivers themselves, whatever ρ is.
+        """
+        elements, channels = self.elements, (scene.materials.diffuse, scene.materials.translucent)
         u, v = scene.barycentrics(photons.triangle, photons.position)
         back = dot(rows(scene.normals, photons.triangle), photons.normal) < 0
-        looks = self.visits / np.repeat(elements.areas, 2)
-        return photons.power.sum(axis=1) * looks[2 * elements.find(photons.triangle, u, v) + back]
+        looks = self.visits / np.repeat(elements.areas, 2) / self.n_rays
+        albedo = sum(scene.look_up(channel, photons.triangle, u, v) for channel in channels if channel.nonzero.any())
+        power = np.abs(photons.power)
+        power = np.where((photons.kind == PathKind.CAUSTIC)[:, None], power, albedo * power)
+        return power.mean(axis=1) * looks[2 * elements.find(photons.triangle, u, v) + back]
+
+    @property
+    def worth_of_watt(self) -> float:
+        """What a watt is worth, at most, if it falls evenly on all that is seen."""
+        area = np.repeat(self.elements.areas, 2)[self.visits > 0].sum()
+        return float(self.visits.sum() / self.n_rays / max(area, 1e-300))
 
 
 def survey_surfaces(
@@ -76,6 +92,9 @@ def survey_surfaces(
     """
     n_rays = min(_PILOT_RAYS_PER_ELEMENT * n_elements, _MOST_PILOT_RAYS)
     met, back = _pilot_hits(scene, tracer, receivers, n_rays, workers)
+    hidden = HiddenSides.of(scene, met, back)
+    k = np.flatnonzero(scene.materials.spreads_light[scene.material_of_triangle[met.triangle]])
+    met, back = met.where(k), back[k]  # a cache has nothing to say of the rest: lamps' bulbs, a sky, mirrors
     cells = SurfaceCells.by_visits(scene, np.bincount(met.triangle, minlength=scene.n_triangles), n_elements)
     cell, _, _ = cells.find(met.triangle, met.u, met.v)
     of_cells = np.bincount(2 * cell + back, minlength=2 * len(cells)).reshape(-1, 2)
@@ -87,7 +106,7 @@ def survey_surfaces(
     away = scene.points(met.triangle, met.u, met.v) - region.centre
     reach = float(np.quantile(np.sqrt(dot(away, away)), _HOME)) if len(away) else 0.0
     home = Sphere(region.centre, max(region.radius, reach))
-    return Survey(elements, visits, seen.ravel(), home, HiddenSides.of(scene, met, back))
+    return Survey(elements, visits, seen.ravel(), home, hidden, n_rays)
 
 
 def build_radiance_cache(
@@ -98,6 +117,7 @@ def build_radiance_cache(
     survey: Survey,
     n_rays: int,
     workers: Workers,
+    beyond: GatherRays | None = None,
 ) -> RadianceCache:
     """A radiance cache of the elements of a survey.
 
@@ -108,6 +128,8 @@ def build_radiance_cache(
     n_rays : int
         Rays that each side seen from the receivers gathers with, from the cache of photons and direct light; 0 leaves
         the photons as they are.
+    beyond : GatherRays, optional
+        That they gather with instead, where light is cut off after some bounces.
     """
     elements, survey = survey.elements, replace(survey, hidden=survey.hidden.unlit(scene, photons))
     # Light them by the lamps and by photons
@@ -121,7 +143,7 @@ def build_radiance_cache(
 
     # Let those that are seen gather once
     k = np.flatnonzero(survey.seen)
-    rays = GatherRays(scene, tracer, direct, cache)
+    rays = beyond or GatherRays(scene, tracer, direct, cache)
     gathered = np.zeros_like(sides.radiance)
     gathered[k] = _gather_at_sides(scene, rays, survey, k, n_rays, workers)
     refined = cache.radiance[:-2].copy()

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..photons import Source
-from ..photons.mesh_source import emissive_triangles
+from ..photons.mesh_source import MeshSource
 from ..sampling.vectors import dot, rows
 from ..sampling.warps import (
     pdf_cosine_hemisphere,
@@ -63,14 +63,17 @@ class DirectLight:
 
     def __init__(self, scene: Scene, tracer: LightTracer, sources: list[Source]) -> None:
         self._scene, self._tracer = scene, tracer
-        self._emissive, self._emissive_chance, _ = emissive_triangles(scene)
+        self._emissive, self._emissive_chance = np.zeros(0, np.int32), np.zeros(0)
+        for source in sources:
+            if isinstance(source, MeshSource):
+                self._emissive, self._emissive_chance = source.triangles, source.chance
         self._emissive_cumulative = np.cumsum(self._emissive_chance)
         self._far_away = np.float32(2 * scene.diagonal)
         # After the lamps come all emissive triangles, and the world (whose index is −1)
         power = np.zeros(len(scene.lights) + 2)
         for source in sources:
             if source.sampled_directly:
-                power[source.lamp] = source.power.sum()
+                power[source.lamp] = source.importance
         lit = power > 0
         # Half by power, half evenly: a weak lamp close by must not be missed.
         chance = power / power.sum() / 2 + lit / lit.sum() / 2 if lit.any() else power

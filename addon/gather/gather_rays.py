@@ -108,13 +108,24 @@ class GatherRays:
     ----------
     direct : DirectLight
         For where the cache is not asked.
+    beyond : GatherRays, optional
+        For what lies behind the first surfaces that rays meet, where light is cut off after some bounces.
     """
 
-    def __init__(self, scene: Scene, tracer: LightTracer, direct: DirectLight, cache: RadianceCache) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        tracer: LightTracer,
+        direct: DirectLight,
+        cache: RadianceCache,
+        beyond: "GatherRays | None" = None,
+    ) -> None:
+        self._beyond: GatherRays = beyond or self
         self._scene, self._tracer, self._direct, self._cache = scene, tracer, direct, cache
         # One more entry for triangle −1
         self._narrow = np.append(scene.materials.glossy_or_glass[scene.material_of_triangle], False)
         self._any_narrow = bool(self._narrow.any())
+        self._diffuse = np.append(scene.materials.diffuse.nonzero[scene.material_of_triangle], False)
         self._translucent = np.append(scene.materials.translucent.nonzero[scene.material_of_triangle], False)
 
     def radiance_along(
@@ -144,7 +155,8 @@ class GatherRays:
         for step in range(_MAX_HITS):
             if len(paths.ray) == 0:
                 break
-            paths = self._follow(reflected, paths, step, random, focused)
+            rays = self._beyond if step else self
+            paths = rays._follow(reflected, paths, step, random, focused)
         if facets is not None:
             above = (dot(directions, facets) > 0)[:, None]
             reflected, sky = reflected * above, sky * above
@@ -164,7 +176,7 @@ class GatherRays:
         """Add what the cache says to the rays' `radiance`; return the paths that have to be followed."""
         reflected, near = self._cache.look_up(hits, directions)
         # What shines through a leaf is lit from its other side: only the cache knows both
-        near &= near_allowed & ~self._translucent[hits.triangle]
+        near &= near_allowed & self._diffuse[hits.triangle] & ~self._translucent[hits.triangle]
         reflected = np.where(near[:, None], np.float32(0), reflected * throughput)
         followed, scale = near.copy(), np.ones(len(ray), np.float32)
         if self._any_narrow:
@@ -223,7 +235,7 @@ class GatherRays:
                 k = np.flatnonzero(on.lobe[alive] >= Lobe.GLOSSY)
                 light[k] = self._focused_light(part.where(alive[k]), on.where(alive[k]), hits.where(k), light[k])
             radiance[ray] += throughput * light
-            parts.append(self._look_up(radiance, ray, throughput, origins, onward, hits, near_allowed, random))
+            parts.append(self._beyond._look_up(radiance, ray, throughput, origins, onward, hits, near_allowed, random))
         return _join(parts)
 
     def _focused_light(self, paths: _Paths, on: Scattered, hits: Hits, light: np.ndarray) -> np.ndarray:

@@ -36,6 +36,16 @@ class Estimate:
         stderr = np.hypot(self.stderr, other.stderr)
         return Estimate(self.irradiance + other.irradiance, stderr, slope, self.gathered)
 
+    def with_noise(self, noise: float) -> "Estimate":
+        """The same light, whose mean over the receivers has an error besides, W/m²: of each in proportion to its light.
+
+        Where there is no light but might be, the error is the same everywhere.
+        """
+        light = np.abs(self.irradiance).mean(axis=1)
+        mean = float(light.mean(dtype=np.float64))
+        share = light / np.float32(mean) if mean > 0 else np.float32(1)
+        return Estimate(self.irradiance, np.hypot(self.stderr, np.float32(noise) * share), self.slope)
+
     def put(self, rows: np.ndarray | slice, other: "Estimate") -> None:
         """Take those of some receivers from another estimate."""
         self.irradiance[rows], self.stderr[rows] = other.irradiance, other.stderr

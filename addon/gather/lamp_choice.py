@@ -49,7 +49,7 @@ class LampChoice:
 
 
 def _irradiance(scene: Scene, positions: np.ndarray, least: float) -> np.ndarray:
-    """About the irradiance that each lamp gives surfaces at positions that face it, (n, l) float64.
+    """About the irradiance that each lamp gives, or takes from, surfaces at positions that face it, (n, l) float64.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def _irradiance(scene: Scene, positions: np.ndarray, least: float) -> np.ndarray
         Squared size of the place that each position stands for.
     """
     lights = scene.lights
-    strength = lights.emission.mean(axis=1, dtype=np.float64)
+    strength = np.abs(lights.emission).mean(axis=1, dtype=np.float64)
     strength = strength * np.where(lights.kind >= LightKind.RECTANGLE, lights.area(np.arange(len(lights))), 1)
     give = np.empty((len(positions), len(lights)))
     for lamp, position in enumerate(lights.position):

@@ -2,10 +2,10 @@
 
 from .bounce_map import BounceMap, bounce_map
 from .emission import light_sources
-from .guiding import GuidedSource, guide_sources, pilots_for
+from .guiding import GuidedSource, guide_sources, noise_of_photons, pilots_for
 from .photons import PathKind, Photons
 from .source import Source, Sphere, region_of
-from .tracing import emitted_rays, trace_photons
+from .tracing import bounces_left, emitted_rays, trace_photons
 
 __all__ = [
     "BounceMap",
@@ -15,9 +15,11 @@ __all__ = [
     "Source",
     "Sphere",
     "bounce_map",
+    "bounces_left",
     "emitted_rays",
     "guide_sources",
     "light_sources",
+    "noise_of_photons",
     "pilots_for",
     "region_of",
     "trace_photons",

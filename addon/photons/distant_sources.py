@@ -19,7 +19,7 @@ class _DistantSource(Source):
 
     def __init__(self, scene: Scene, region: Sphere) -> None:
         self._whole = bounding_sphere(scene)
-        smallest = max(region.radius, 1e-3 * self._whole.radius)  # a lone receiver's region has no size
+        smallest = max(region.radius, 1e-6 * self._whole.radius)  # a lone receiver's region may have no size
         n_inner = max(0, int(np.ceil(np.log2(self._whole.radius / smallest))))
         self._centre, self._radii = region.centre, (smallest * 2.0 ** np.arange(n_inner)).astype(np.float32)
         # Σ 1/(K A_k) over the discs around the region that are wider than a distance, by their number

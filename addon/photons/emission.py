@@ -26,9 +26,9 @@ def light_sources(scene: Scene, region: Sphere) -> list[Source]:
             sources.append(SunSource(lights, lamp, scene, region))
         else:
             sources.append(AreaSource(lights, lamp, whole))
-    sources.append(MeshSource(scene))
+    sources.append(MeshSource(scene, region))
     sources.append(WorldSource(scene, region))
-    sources = [source for source in sources if source.power.sum() > 0]
+    sources = [source for source in sources if source.importance > 0]
     near, far = (caustic_makers(scene, share * region.radius) for share in (_LARGEST, _LARGEST_FROM_AFAR))
     for source in sources:
         aim = far if isinstance(source, SunSource | WorldSource) else near

@@ -2,9 +2,14 @@
 
 The hypercube is cut into cells along the dimensions that matter to the source. A photon of cell c is drawn with the
 density q_c instead of 1 and carries 1/q_c of its power, so that its mean stays what it was. Least variance is had where
-q_c follows the root mean square of what photons of the cell are worth. That is known from few photons: so neighbouring
-cells are merged for a part of the density, and a part of it is even, whereby no photon carries more than 1/`EVEN` times
-its power.
+q_c follows the root mean square of what photons of the cell are worth. That is known from few photons: so cells start
+from what the larger cells around them say, as if `_PRIOR` photons had said it, and a part of the density is even,
+whereby no photon carries more than 1/`EVEN` times its power.
+
+The same pilots say how many photons each source gets: the variance of all together is least where the numbers follow
+the root mean square of what each source's photons are worth (Neyman). Of a source that is seen through a keyhole
+pilots may say nothing. So its noise is told as if one photon more, of those that fly towards where light is wanted,
+had arrived there (Laplace's rule of succession).
 """
 
 from collections.abc import Callable
@@ -12,18 +17,20 @@ from collections.abc import Callable
 import numpy as np
 
 from ..parallel import Workers
+from ..sampling.vectors import dot
 from ..scene import Scene
 from ..tracers import LightTracer
 from .photons import Photons
 from .source import Rays, Source, Sphere
-from .tracing import emitted_points, shares, trace_photons
+from .tracing import Pass, emitted_points, shares, trace_photons
 
 EVEN = 0.25
 """Share of the photons that is spread evenly."""
 
 _MOST_PILOTS = 1 << 17
 _PILOT_SHARE = 4  # of the photons, that are traced first
-_MERGED = 2  # cells along each dimension that are one for half of what is not even
+_MERGED = (8, 4, 2, 1)  # cells along each dimension that are one
+_PRIOR = 8.0  # photons, for which what is known of the larger cell around it counts in a cell
 
 Worth = Callable[[Photons], np.ndarray]
 """What stored photons are worth, (n,): their power where those who gather look much, less where they look little."""
@@ -38,22 +45,27 @@ class GuidedSource(Source):
     u : (n, 5) float32
         Points of the hypercube.
     worth : (n,)
-        What the photons of these points were worth.
+        What the photons of these points were worth, if each carries the flux of its ray.
+    one_more : float
+        What one more would be worth that arrives.
+
+    Attributes
+    ----------
+    deviation : float
+        Root mean square of what a photon is worth, the one more among them.
     """
 
-    def __init__(self, source: Source, u: np.ndarray, worth: np.ndarray) -> None:
+    def __init__(self, source: Source, u: np.ndarray, worth: np.ndarray, one_more: float = 0.0) -> None:
         self._source = source
         self._be_like(source)
+        squares = float(np.sum(worth.astype(np.float64) ** 2))
+        self.importance = np.sqrt(squares / max(len(u), 1))
+        self.deviation = np.sqrt((squares + one_more**2) / (len(u) + 1))
         self._shape = np.array(source.n_cells)
-        fine = _root_mean_square(self._cell(u, 1), worth, self._shape)
-        coarse = _root_mean_square(self._cell(u, _MERGED), worth, -(-self._shape // _MERGED))
-        for axis, n in enumerate(self._shape):
-            coarse = np.repeat(coarse, _MERGED, axis)[(slice(None),) * axis + (slice(n),)]
-        guided = [part / part.mean() for part in (fine, coarse) if part.any()]
-        density = EVEN + (1 - EVEN) * np.mean(guided, axis=0) if guided else np.ones(self._shape)
+        guided = np.sqrt(self._mean_square(u, worth))
+        density = EVEN + (1 - EVEN) * guided / max(guided.mean(), 1e-300)
         self._density = density.ravel() / density.mean()
         self._cumulative = np.cumsum(self._density) / density.size
-        self.worth = float(fine.mean())
 
     def emit(self, u: np.ndarray) -> Rays:
         """As the source does, with the last dimension choosing the cell."""
@@ -67,18 +79,28 @@ class GuidedSource(Source):
         rays = self._source.emit(np.minimum(moved, np.float32(1 - 2**-24)))
         return Rays(rays.origins, rays.directions, (rays.flux / density[:, None]).astype(np.float32), rays.objects)
 
+    def _mean_square(self, u: np.ndarray, worth: np.ndarray) -> np.ndarray:
+        """Of what the photons of each cell are worth, an array of `n_cells`: from coarse cells to ever finer ones."""
+        squares = worth.astype(np.float64) ** 2
+        mean = np.full(tuple(self._shape), squares.mean() if len(squares) else 0.0)
+        for merged in _MERGED:
+            cell, shape = self._cell(u, merged), -(-self._shape // merged)
+            columns = (np.bincount(cell, weights, shape.prod()).reshape(shape) for weights in (squares, None))
+            sums, counts = (self._spread(column, merged) for column in columns)
+            mean = (sums + _PRIOR * mean) / (counts + _PRIOR)
+        return mean
+
+    def _spread(self, values: np.ndarray, merged: int) -> np.ndarray:
+        """Values of merged cells, for each cell."""
+        for axis, n in enumerate(self._shape):
+            values = np.repeat(values, merged, axis)[(slice(None),) * axis + (slice(n),)]
+        return values
+
     def _cell(self, u: np.ndarray, merged: int) -> np.ndarray:
         """The cell of each point, `merged` along each dimension being one, (n,) int."""
         shape = -(-self._shape // merged)
         steps = np.minimum((u * self._shape).astype(np.int64) // merged, shape - 1)
         return np.ravel_multi_index(tuple(steps.T), tuple(int(n) for n in shape))
-
-
-def _root_mean_square(cell: np.ndarray, worth: np.ndarray, shape: np.ndarray) -> np.ndarray:
-    """Of what the photons of each cell are worth, an array of `shape`; cells without photons are worth nothing."""
-    n = int(np.prod(shape))
-    squares, counts = np.bincount(cell, worth.astype(np.float64) ** 2, n), np.bincount(cell, minlength=n)
-    return np.sqrt(squares / np.maximum(counts, 1)).reshape(shape)
 
 
 def pilots_for(n_photons: int) -> int:
@@ -95,14 +117,40 @@ def guide_sources(
     worth: Worth,
     workers: Workers,
     region: Sphere | None = None,
-) -> list[Source]:
-    """The sources, each guided by what its share of `n_pilots` photons is worth; the rest is as for `trace_photons`."""
-    photons = trace_photons(scene, tracer, sources, n_pilots, max_bounces, workers, region=region)
+    worth_of_watt: float = 0.0,
+) -> list[GuidedSource]:
+    """The sources, each guided by what its share of `n_pilots` photons is worth; the rest is as for `trace_photons`.
+
+    Parameters
+    ----------
+    worth_of_watt : float
+        What a photon of a watt is worth that arrives where light is wanted.
+    """
+    photons = trace_photons(scene, tracer, sources, n_pilots, max_bounces, workers, region=region, of=Pass.PILOTS)
     counts = shares(sources, n_pilots)
     of_path = np.bincount(photons.path, worth(photons), minlength=sum(counts))
-    ends = np.cumsum(counts)
-    points = emitted_points(sources, n_pilots, workers.seed)
-    return [
-        GuidedSource(source, u, of_path[end - count : end])
-        for source, u, count, end in zip(sources, points, counts, ends, strict=True)
-    ]
+    points, guided, end = emitted_points(sources, n_pilots, workers.seed, Pass.PILOTS), [], 0
+    for source, u in zip(sources, points, strict=True):
+        start, end = end, end + len(u)
+        one_more = worth_of_watt * _flux_towards(region, source.emit(u))
+        guided.append(GuidedSource(source, u, len(u) * of_path[start:end], one_more))
+    return guided
+
+
+def noise_of_photons(sources: list[GuidedSource], n_photons: int) -> float:
+    """Standard deviation of what so many photons of all sources are worth together, from what the pilots showed."""
+    counts = shares(list[Source](sources), n_photons)
+    return float(np.sqrt(sum(source.deviation**2 / n for source, n in zip(sources, counts, strict=True))))
+
+
+def _flux_towards(region: Sphere | None, rays: Rays) -> float:
+    """Mean flux of the rays that would meet a region if nothing were on their way, or of all if none would, W."""
+    flux = np.abs(rays.flux).mean(axis=1, dtype=np.float64)
+    if region is not None:
+        way = region.centre - rays.origins
+        along = dot(way, rays.directions)
+        aside = way - along[:, None] * rays.directions
+        inside = dot(way, way) < region.radius**2
+        meets = inside | ((along > 0) & (dot(aside, aside) < region.radius**2))
+        flux = flux[meets] if meets.any() else flux
+    return float(flux.mean())

@@ -15,11 +15,15 @@ from ..sampling.streams import PathNumbers
 from ..sampling.vectors import dot, rows
 from ..sampling.warps import pdf_cosine_hemisphere, pdf_uniform_cone, sample_uniform_cone, to_world
 from .aiming import cone_around
+from .homeward import FAR
 from .scattering import Scattered
 from .source import Sphere
 
 HOMING = np.float32(0.5)
 """Share of what is scattered outside that is sent towards the region."""
+
+MOST_GAIN = np.float32(2)
+"""Those that stay away carry up to twice as much each time, and would be bright spots if they came in after all."""
 
 
 def sent_home(
@@ -28,6 +32,7 @@ def sent_home(
     normals: np.ndarray,
     region: Sphere,
     random: np.random.Generator | PathNumbers,
+    gained: np.ndarray | None = None,
 ) -> tuple[Scattered, np.ndarray]:
     """Half of the photons that wide lobes scatter outside of the region sent there instead.
 
@@ -37,6 +42,8 @@ def sent_home(
         n photons.
     positions, normals : (n, 3) float32
         Where they were scattered, and geometric normals there.
+    gained : (n,) float32, optional
+        The product of their ratios so far: photons that have stayed away for `MOST_GAIN` are left alone.
 
     Returns
     -------
@@ -48,7 +55,9 @@ def sent_home(
     away, ratio = positions - region.centre, np.ones(len(positions), np.float32)
     if region.radius == 0:
         return scattered, ratio
-    outside = dot(away, away) > np.float32(region.radius) ** 2
+    outside = dot(away, away) > np.float32(FAR * region.radius) ** 2
+    if gained is not None:
+        outside &= gained < MOST_GAIN
     k = np.flatnonzero(outside & (scattered.lobe < Lobe.GLOSSY))
     u = rows(random.random((len(positions), 3), dtype=np.float32), k)  # of all paths, so that no other's numbers move
     directions = scattered.directions.copy()

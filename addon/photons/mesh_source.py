@@ -6,44 +6,73 @@ from ..sampling.streams import sobol
 from ..sampling.vectors import dot
 from ..sampling.warps import sample_cosine_hemisphere, sample_uniform_triangle, to_world
 from ..scene import Scene
-from .source import Rays, Source
+from .homeward import Homeward
+from .source import Rays, Source, Sphere
+
+_BY_OBJECT = 0.1
 
 
 class MeshSource(Source):
-    """All emissive triangles together, each chosen by its power 2π|L|A; both sides emit, negative light too."""
+    """All emissive triangles together; both sides emit, negative light too.
 
-    name, n_cells = "Emissive meshes", (4, 4, 1, 1, 1024)
+    Attributes
+    ----------
+    triangles : (e,) int32
+        Those that emit.
+    chance : (e,) float64
+        With which each is chosen: half by power and half by what could arrive in the receivers' region; a tenth of
+        it evenly by objects, so that a lamp in a closed room is not starved by a sky outside.
+    """
 
-    def __init__(self, scene: Scene) -> None:
-        self._scene, self.lamp = scene, len(scene.lights)
-        self._triangles, self._chance, power = emissive_triangles(scene)
-        self.power = power.sum(0)
-        self._cumulative = np.cumsum(self._chance)
+    name, n_cells = "Emissive meshes", (32, 2, 1, 1, 256)
+
+    def __init__(self, scene: Scene, region: Sphere) -> None:
+        self._scene, self._region, self.lamp = scene, region, len(scene.lights)
+        self.triangles, by_power, power = emissive_triangles(scene)
+        self.power, self.importance = power.sum(0), float(np.abs(power).sum())
+        arrives = by_power * _share_that_arrives(scene, self.triangles, region)
+        _, of = np.unique(scene.object_of_triangle[self.triangles], return_inverse=True)
+        of_object = np.bincount(of, by_power)
+        by_object = by_power / np.maximum(of_object, 1e-300)[of] / max((of_object > 0).sum(), 1)
+        by_arrival = arrives / max(arrives.sum(), 1e-300)
+        self.chance = (1 - _BY_OBJECT) * (by_power + by_arrival) / 2 + _BY_OBJECT * by_object
+        self._cumulative = np.cumsum(self.chance)
 
     def emit(self, u: np.ndarray) -> Rays:
-        """A triangle by power, a place on it, a side, a cosine-weighted direction."""
+        """A triangle, a place on it, a side, a cosine-weighted direction; from far away many go to the region."""
         scene = self._scene
         aimed, last = self._halved(u[:, 4])
         # One dimension chooses both triangle and side, so that it stays stratified.
         chosen = last.astype(np.float64) * 2
         front, chosen = chosen < 1, chosen % 1
         k = np.minimum(np.searchsorted(self._cumulative, chosen, side="right"), len(self._cumulative) - 1)
-        triangle, place = self._triangles[k], sample_uniform_triangle(u[:, 2:4])
+        triangle, place = self.triangles[k], sample_uniform_triangle(u[:, 2:4])
         origins = scene.points(triangle, *place)
         normals = np.where(front[:, None], scene.normals[triangle], -scene.normals[triangle])
-        directions = to_world(sample_cosine_hemisphere(u[:, :2]), normals)
-        flux = np.full(len(u), 2 * np.pi)  # ∫|cos| dω
+        home = Homeward(self._region, u[:, :2], origins)
+        directions = home.redirect(to_world(sample_cosine_hemisphere(home.u), normals))
+        cosine = np.maximum(np.abs(dot(directions, normals)), np.float32(1e-6))
+        per_density = home.per_density(directions, cosine / (2 * np.pi))
         if self.aim:
-            per_density = 2 * np.pi / np.maximum(np.abs(dot(directions, normals)), np.float32(1e-6))
             directions, per_density = self.aim.redirect(aimed, u[:, :2], origins, directions, per_density)
-            cosine = dot(directions, normals)
-            flux, normals = np.abs(cosine) * per_density, np.where(cosine[:, None] < 0, -normals, normals)
-        flux *= scene.areas[triangle] / np.maximum(self._chance[k], 1e-300)
+            cosine = np.abs(dot(directions, normals))
+        normals = np.where(dot(directions, normals)[:, None] < 0, -normals, normals)
+        flux = cosine * per_density * scene.areas[triangle] / np.maximum(self.chance[k], 1e-300)
         origins = origins + scene.ray_offset(origins) * normals
         radiance = scene.emission(triangle, *place)
         return Rays(
             origins, directions, (radiance * flux[:, None]).astype(np.float32), scene.object_of_triangle[triangle]
         )
+
+
+def _share_that_arrives(scene: Scene, triangles: np.ndarray, region: Sphere) -> np.ndarray:
+    """Share of all directions that meet a region from where a triangle is nearest to it, (e,)."""
+    corners = scene.corners(triangles).astype(np.float64)
+    centre = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1, initial=0)
+    nearest = np.maximum(np.linalg.norm(centre - region.centre, axis=1) - reach, max(region.radius, 1e-30))
+    sine2 = (region.radius / nearest) ** 2
+    return sine2 / (1 + np.sqrt(1 - sine2)) / 2
 
 
 def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -58,7 +87,8 @@ def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray
     triangles = np.flatnonzero(glows).astype(np.int32)
     area = 2 * np.pi * scene.areas[triangles, None]
     power = area * _mean_emission(scene, triangles)
-    chance = power.sum(axis=1) / max(power.sum(), 1e-300)
+    chance = np.abs(power).sum(axis=1)
+    chance /= max(chance.sum(), 1e-300)
     if (materials.emission.textured or materials.coverage.textured) and power.any():
         bound = (area * _brightest(scene)[scene.material_of_triangle[triangles]]).sum(axis=1)
         chance = 0.9 * chance + 0.1 * bound / bound.sum()

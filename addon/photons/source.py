@@ -5,10 +5,11 @@ the source's power, so n points make n photons of flux/n watts each.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from ..scene import Lights, Scene
+from ..scene import ALL_BOUNCES, Lights, Scene
 from .aiming import Aim
 
 N_DIMENSIONS = 5
@@ -61,11 +62,15 @@ class Source:
     lamp : int
         Index in the scene's `Lights`; the number of lamps for emissive meshes, −1 for the world.
     power : (3,) float64, W
-        What photons are shared out by; for the sun and the world, the power that enters the region of the receivers.
+        For the sun and the world, what enters the region of the receivers. Below 0 where light is taken away.
+    importance : float
+        What photons are shared out by: the power's size, until it is known what the photons are worth.
     sampled_directly : bool
         Its direct light is found by next-event estimation, so that its photons need not be stored where they first hit.
     illuminates, blocked_by : (o,) bool or None
         Objects that its light falls on, and that keep it away; None: all.
+    max_bounces : int
+        As in `Lights`.
     n_cells : tuple of 5 int
         Into how many cells each dimension of the hypercube is cut where photons are guided.
     aim : Aim or None
@@ -77,9 +82,14 @@ class Source:
     power: np.ndarray
     n_cells: tuple[int, ...] = (8, 8, 8, 8, 1)
     sampled_directly = True
+    max_bounces = ALL_BOUNCES
     illuminates: np.ndarray | None = None
     blocked_by: np.ndarray | None = None
     aim: Aim | None = None
+
+    @cached_property
+    def importance(self) -> float:
+        return float(np.abs(self.power).sum())
 
     def aim_at(self, aim: Aim) -> None:
         """Aim half of the photons: those whose last number is below a half."""
@@ -96,13 +106,14 @@ class Source:
     def _be_lamp(self, lights: Lights, lamp: int) -> None:
         """Take over what all lamps have."""
         self._lights, self.lamp, self.name = lights, lamp, lights.names[lamp]
+        self.max_bounces = int(lights.max_bounces[lamp])
         self.illuminates = None if lights.illuminates is None else lights.illuminates[lamp]
         self.blocked_by = None if lights.blocked_by is None else lights.blocked_by[lamp]
 
     def _be_like(self, source: "Source") -> None:
         """Take over what all sources have."""
-        self.name, self.lamp, self.power = source.name, source.lamp, source.power
-        self.sampled_directly = source.sampled_directly
+        self.name, self.lamp, self.power, self.importance = source.name, source.lamp, source.power, source.importance
+        self.sampled_directly, self.max_bounces = source.sampled_directly, source.max_bounces
         self.illuminates, self.blocked_by = source.illuminates, source.blocked_by
 
     def emit(self, u: np.ndarray) -> Rays:

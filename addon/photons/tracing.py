@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from ..parallel import Workers, slices
 from ..sampling.octahedral import encode_octahedral
 from ..sampling.streams import PathNumbers, sobol_chunks, stream
 from ..sampling.vectors import largest, rows
-from ..scene import Scene
+from ..scene import ALL_BOUNCES, Scene
 from ..tracers import Hits, LightTracer, RayKind, seen_by
 from .bounce_map import View, view_of
 from .first_flight import first_flight
@@ -22,24 +23,42 @@ from .source import N_DIMENSIONS, Rays, Source, Sphere
 CHUNK = 1 << 17
 """Photons that fly together: enough to hide Python's cost a call, few enough to stay in the processor's cache."""
 
-_EMISSION, _SCATTERING = 1, 2  # streams of random numbers
+_EVEN = 0.25  # of the photons is shared evenly: no source is left out, however little of it is found at first
+
+
+class Pass(Enum):
+    """What photons are traced for: the streams of random numbers of their emission and of their scattering.
+
+    The pilots' photons are others than those that they guide, lest what is chosen depend on what it is chosen by.
+    """
+
+    PHOTONS = (1, 2)
+    PILOTS = (4, 5)
 
 
 @dataclass(frozen=True)
 class _Batch:
-    """Photons of one source that are traced together; each draws numbers of its own, so that frames are alike."""
+    """Photons of one source that are traced together; each draws numbers of its own, so that frames are alike.
+
+    Attributes
+    ----------
+    of : Pass
+    """
 
     source: Source
     u: np.ndarray
     n_of_source: int
     first_path: int
     index: int
+    of: Pass
 
 
 def shares(sources: list[Source], n_photons: int) -> list[int]:
-    """How many photons each source emits: in proportion to its power, and at least one."""
-    power = np.array([source.power.sum() for source in sources])
-    return [max(1, round(n_photons * share)) for share in power / power.sum()]
+    """How many photons each source emits: a quarter of them evenly, the rest by importance, and at least one."""
+    importance = np.array([source.importance for source in sources])
+    even = np.full(len(sources), 1 / len(sources))
+    by_importance = importance / importance.sum() if importance.any() else even
+    return [max(1, round(n_photons * share)) for share in _EVEN * even + (1 - _EVEN) * by_importance]
 
 
 def trace_photons(
@@ -52,6 +71,7 @@ def trace_photons(
     in_pictures: bool = False,
     region: Sphere | None = None,
     on_gloss: bool = False,
+    of: Pass = Pass.PHOTONS,
 ) -> Photons:
     """Photons that met surfaces with a diffuse or translucent lobe, and caustics on all surfaces.
 
@@ -73,6 +93,7 @@ def trace_photons(
         Where light is wanted: half of what is scattered outside of it comes home.
     on_gloss : bool
         Store those as well that met surfaces with other lobes alone.
+    of : Pass
 
     Returns
     -------
@@ -80,7 +101,7 @@ def trace_photons(
         The same for a seed whatever the number of threads.
     """
     counts = shares(sources, n_photons)
-    batches = _batches(sources, counts, workers.seed)
+    batches = _batches(sources, counts, workers.seed, of)
     if in_pictures:
         batches = _pictures([view_of(source, scene) for source in sources], counts, workers.seed)
     keeps = scene.materials.spreads_light | on_gloss
@@ -99,24 +120,35 @@ def trace_photons(
 
 def emitted_rays(sources: list[Source], n_photons: int, seed: int) -> list[Rays]:
     """The rays on which `trace_photons` would start so many photons."""
-    return [batch.source.emit(batch.u) for batch in _batches(sources, shares(sources, n_photons), seed)]
+    return [batch.source.emit(batch.u) for batch in _batches(sources, shares(sources, n_photons), seed, Pass.PHOTONS)]
 
 
-def emitted_points(sources: list[Source], n_photons: int, seed: int) -> list[np.ndarray]:
+def emitted_points(sources: list[Source], n_photons: int, seed: int, of: Pass) -> list[np.ndarray]:
     """The points of the hypercubes from which `trace_photons` would start, an array (n, 5) for each source."""
-    counts = shares(sources, n_photons)
-    points = [np.empty((0, N_DIMENSIONS), np.float32)] * len(sources)
-    return [
-        np.concatenate([points[k], *sobol_chunks(N_DIMENSIONS, count, CHUNK, seed, _EMISSION, k)])
-        for k, count in enumerate(counts)
-    ]
+    points: list[list[np.ndarray]] = [[] for _ in sources]
+    for batch in _batches(sources, shares(sources, n_photons), seed, of):
+        points[sources.index(batch.source)].append(batch.u)
+    return [np.concatenate(parts) for parts in points]
 
 
-def _batches(sources: list[Source], counts: list[int], seed: int) -> Iterator[_Batch]:
+def bounces_left(sources: list[Source], n_photons: int, photons: Photons) -> np.ndarray | None:
+    """How many surfaces further photons of `trace_photons` may be seen, (p,) int; None if all sources' are unlimited.
+
+    Light that falls on a receiver has left none of its `max_bounces` behind, and at the b-th surface after the first
+    it has left b.
+    """
+    limits = np.array([source.max_bounces for source in sources])
+    if (limits >= ALL_BOUNCES).all():
+        return None
+    left: np.ndarray = np.repeat(limits, shares(sources, n_photons))[photons.path] - photons.bounce
+    return left
+
+
+def _batches(sources: list[Source], counts: list[int], seed: int, of: Pass) -> Iterator[_Batch]:
     first_path = index = 0
     for k, (source, count) in enumerate(zip(sources, counts, strict=True)):
-        for u in sobol_chunks(N_DIMENSIONS, count, CHUNK, seed, _EMISSION, k):
-            yield _Batch(source, u, count, first_path, index)
+        for u in sobol_chunks(N_DIMENSIONS, count, CHUNK, seed, of.value[0], k):
+            yield _Batch(source, u, count, first_path, index, of)
             first_path, index = first_path + len(u), index + 1
 
 
@@ -127,7 +159,7 @@ def _pictures(views: list[View], counts: list[int], seed: int) -> Iterator[_Batc
         points = view.points(count, seed, k)
         for part in slices(len(points), CHUNK):
             u = points[part]
-            yield _Batch(view, u, len(points), first_path, index)
+            yield _Batch(view, u, len(points), first_path, index, Pass.PHOTONS)
             first_path, index = first_path + len(u), index + 1
 
 
@@ -144,20 +176,21 @@ def _trace_batch(
 
     Those on materials that `keeps` (m,) bool names are stored.
     """
-    random, of_paths = stream(seed, _SCATTERING, batch.index), PathNumbers(seed, _SCATTERING)
+    scattering = batch.of.value[1]
+    random, of_paths = stream(seed, scattering, batch.index), PathNumbers(seed, scattering)
     source = batch.source
     rays = source.emit(batch.u)
     power = rays.flux / np.float32(batch.n_of_source)
     path = np.arange(batch.first_path, batch.first_path + len(batch.u), dtype=np.int32)
     origins, directions = rays.origins, rays.directions
     path_density = np.ones(len(path), np.float32)
-    focused = np.zeros(len(path), bool)
+    focused, gained = np.zeros(len(path), bool), np.ones(len(path), np.float32)
     # What photons left last; −1 for lamps and the world
     came_from = np.full(len(path), -1, np.int32) if rays.objects is None else rays.objects
     seen = np.stack([np.append(seen_by(scene.objects, kind), True) for kind in RayKind])
     stored = [Photons.none()]
 
-    for bounce in range(max_bounces):
+    for bounce in range(min(max_bounces, source.max_bounces + 1)):
         # Find where the photons meet surfaces
         if bounce == 0:
             hits, power = first_flight(scene, tracer, source, origins, directions, power, random)
@@ -170,7 +203,7 @@ def _trace_batch(
         hits, directions = hits.where(hit), rows(directions, hit)
         positions, normals = hits.points(rows(origins, hit), directions)
         power, path, path_density, focused = rows(power, hit), path[hit], path_density[hit], focused[hit]
-        came_from = came_from[hit]
+        came_from, gained = came_from[hit], gained[hit]
 
         # Store them
         if bounce > 0 or not source.sampled_directly:
@@ -201,12 +234,13 @@ def _trace_batch(
         survival = survival[alive]
         weight = rows(scattered.weight, alive) / survival[:, None]
         if region is not None:
-            scattered, ratio = sent_home(scattered, positions, normals, region, of_paths)
+            scattered, ratio = sent_home(scattered, positions, normals, region, of_paths, gained)
             weight *= ratio[alive, None]
+            gained = gained * ratio
         power = rows(power, alive) * weight
         path, path_density = path[alive], path_density[alive] * survival
         origins, directions = rows(scattered.origins, alive), rows(scattered.directions, alive)
-        came_from = scene.object_of_triangle[hits.triangle[alive]]
+        came_from, gained = scene.object_of_triangle[hits.triangle[alive]], gained[alive]
 
         # A caustic starts where photons find the light better, and ends after the first surface that scatters widely
         narrow = scattered.focused[alive] & source.sampled_directly if bounce == 0 else focused[alive]

@@ -52,6 +52,18 @@ def pdf_uniform_cone(cos_max: np.ndarray | float) -> np.ndarray | float:
     return 1 / (2 * np.pi * (1 - cos_max))
 
 
+def sample_versine_octaves(u: np.ndarray, narrow: np.ndarray) -> np.ndarray:
+    """Directions around +z, about as many in each octave of the versine 1 − cos θ above `narrow` (n,), (n, 3)."""
+    versine = narrow * np.expm1(u[:, 0] * np.log1p(2 / narrow))
+    r, phi = np.sqrt(np.maximum(versine * (2 - versine), 0)), TWO_PI * u[:, 1]
+    return np.stack([r * np.cos(phi), r * np.sin(phi), 1 - versine], axis=1).astype(np.float32)
+
+
+def pdf_versine_octaves(versine: np.ndarray, narrow: np.ndarray) -> np.ndarray:
+    """Density of `sample_versine_octaves` by solid angle: with v the versine and s narrow, 1/(2π (s+v) ln(1 + 2/s))."""
+    return 1 / (2 * np.pi * (narrow + versine) * np.log1p(2 / narrow))
+
+
 def sample_cosine_hemisphere(u: np.ndarray) -> np.ndarray:
     """Directions around +z with density cos θ/π, (n, 3)."""
     disk = sample_uniform_disk(u)

@@ -5,6 +5,9 @@ from enum import IntEnum
 
 import numpy as np
 
+ALL_BOUNCES = 1024
+"""Of a lamp whose light is never cut off."""
+
 
 class LightKind(IntEnum):
     """What a lamp looks like."""
@@ -30,7 +33,7 @@ class Lights:
         POINT and SPOT: radiant intensity, W/sr (a spot's inside its cone, before the blend).
         SUN: irradiance on a surface that faces it, W/m².
         RECTANGLE and ELLIPSE: radiance, W/(m² sr), from the front only; with a spread, that of a lamp without one of
-        the same power.
+        the same power. Below 0 of lamps that take light away.
     position : (l, 3) float32, m
     axis_x, axis_y, direction : (l, 3) float32
         Unit vectors of the lamp's frame; it shines along `direction` (Blender's local −Z).
@@ -51,6 +54,9 @@ class Lights:
         RECTANGLE and ELLIPSE: full angle beyond which nothing is emitted; π without a spread. Otherwise π.
     seen_in_gloss, seen_through_glass : (l,) bool
         Whether rays that a surface reflects, or lets through, meet the lamp, if it has a size.
+    max_bounces : (l,) int32
+        The lamp's light counts as far as so many surfaces away from receivers: 0 where it falls on them alone, 1 where
+        they see what it falls on.
     illuminates : (l, o) bool or None
         Which objects of the scene each lamp lights; None where every lamp lights all.
     blocked_by : (l, o) bool or None
@@ -73,6 +79,7 @@ class Lights:
     spread: np.ndarray
     seen_in_gloss: np.ndarray
     seen_through_glass: np.ndarray
+    max_bounces: np.ndarray
     illuminates: np.ndarray | None = None
     blocked_by: np.ndarray | None = None
 
@@ -105,6 +112,7 @@ class Lights:
             "spread": np.full(n, np.pi, np.float32),
             "seen_in_gloss": np.ones(n, bool),
             "seen_through_glass": np.ones(n, bool),
+            "max_bounces": np.full(n, ALL_BOUNCES, np.int32),
         }
         given = {name: np.asarray(column, rest.get(name, scalars["radius"]).dtype) for name, column in columns.items()}
         return Lights(names, np.asarray(kind, np.int32), **(vectors | frame | scalars | rest | given))

@@ -19,7 +19,7 @@ class World:
     Attributes
     ----------
     color : (3,) float32, W/(m² sr)
-        The radiance where there is no image; otherwise what the image is multiplied by.
+        The radiance where there is no image (below 0 it takes light away); otherwise what the image is multiplied by.
     image : (h, w, 3) float32 or None
         Equirectangular, as Cycles maps it: row 0 looks down (−z), column u looks along the azimuth π − 2πu of x to y.
     """
@@ -34,7 +34,7 @@ class World:
 
     @cached_property
     def black(self) -> bool:
-        return not (self.integral > 0).any()
+        return not (self.integral != 0).any()
 
     @cached_property
     def integral(self) -> np.ndarray:

@@ -4,13 +4,16 @@ There Cycles is dark: a ray that leaves one of the two surfaces meets the other 
 away. What a scene means is what Cycles makes of it; a tracer that steps off the surface would make such walls bright.
 """
 
+from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
 
 from ..parallel import slices
 from ..progress import Progress
+from ..sampling.streams import sobol
 from ..sampling.vectors import dot, largest, rows
+from ..sampling.warps import sample_uniform_triangle
 from ..scene import Scene
 from ..unrolling import unrolled
 from .protocol import Tracer
@@ -18,6 +21,8 @@ from .protocol import Tracer
 _STAGE = "Looking for surfaces in one place"
 _CHUNK = 1 << 16
 _MAX_TRIANGLES = 1 << 20  # looked at, the largest first
+_MOST_POINTS = 16  # of a triangle
+_N_LOOKS = 1 << 17
 _ONE_PLACE = 2.0**-21
 """How far apart surfaces may be, over their coordinates: about what float32 cannot tell apart."""
 
@@ -25,7 +30,9 @@ _ONE_PLACE = 2.0**-21
 class CoincidentSurfaces:
     """Finds where surfaces of a scene lie in one place.
 
-    Triangles are paired by short rays through their middles; whether a point of one lies on another is then exact.
+    Triangles are paired by short rays through their middles and, in small scenes, more of their points. Where they meet
+    anything, more points follow: of two faces that are cut along different diagonals each triangle lies on two.
+    Whether a point of one lies on another is then exact.
     """
 
     def __init__(self, scene: Scene, tracer: Tracer, progress: Progress) -> None:
@@ -121,30 +128,44 @@ class CoincidentSurfaces:
         looked_at = np.arange(scene.n_triangles)
         if len(looked_at) > _MAX_TRIANGLES:
             looked_at = np.argpartition(-scene.areas, _MAX_TRIANGLES)[:_MAX_TRIANGLES]
-        pairs = [np.zeros((0, 2), np.int32)]
-        for chunk in slices(len(looked_at), _CHUNK):
-            progress.update(_STAGE, chunk.start / len(looked_at))
-            pairs += _met_beside(scene, tracer, looked_at[chunk])
-        found = np.concatenate(pairs).astype(np.int32)
+        n_points = int(np.clip(_N_LOOKS // max(len(looked_at), 1), 1, _MOST_POINTS))
+        near, pairs = _found_beside(scene, tracer, looked_at, n_points, progress.part(0.0, 0.5))
+        _, more = _found_beside(scene, tracer, np.unique(near), _MOST_POINTS, progress.part(0.5, 1.0))
+        found = np.concatenate([pairs, more]).astype(np.int32)
         both = np.unique(np.concatenate([found, found[:, ::-1]]), axis=0)
         return both[:, 0], both[:, 1]
 
 
-def _met_beside(scene: Scene, tracer: Tracer, triangle: np.ndarray) -> list[np.ndarray]:
-    """Pairs of triangles and those that lie where their middles are, (p, 2) each: by a ray from either side."""
-    middle = np.full(len(triangle), np.float32(1 / 3))
-    x, normals = scene.points(triangle, middle, middle), scene.normals[triangle]
+def _found_beside(
+    scene: Scene, tracer: Tracer, triangles: np.ndarray, n_points: int, progress: Progress
+) -> tuple[np.ndarray, np.ndarray]:
+    """Of triangles those beside which others are at some of so many points, and the pairs (p, 2) in one place."""
+    near, pairs = [np.zeros(0, np.int64)], [np.zeros((0, 2), np.int64)]
+    for chunk in slices(len(triangles), _CHUNK // n_points):
+        progress.update(_STAGE, chunk.start / len(triangles))
+        for of_side, in_place in _met_beside(scene, tracer, triangles[chunk], n_points):
+            near.append(of_side)
+            pairs.append(in_place)
+    return np.concatenate(near), np.concatenate(pairs)
+
+
+def _met_beside(
+    scene: Scene, tracer: Tracer, triangles: np.ndarray, n_points: int
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """By rays from either side: triangles that meet others at some of so many points, and pairs in one place there."""
+    looked_at = np.repeat(triangles, n_points)
+    others = sample_uniform_triangle(sobol(2, 0).random(_MOST_POINTS).astype(np.float32))
+    u, v = (np.tile(np.append(np.float32(1 / 3), place)[:n_points], len(triangles)) for place in others)
+    x, normals = scene.points(looked_at, u, v), scene.normals[looked_at]
     gap = 4 * scene.ray_offset(x)
-    pairs = []
     for side in (np.float32(1), np.float32(-1)):
         hits = tracer.closest_hit(x + side * gap * normals, -side * normals, 2 * gap[:, 0])
-        k = np.flatnonzero(hits.hit & (hits.triangle != triangle))
+        k = np.flatnonzero(hits.hit & (hits.triangle != looked_at))
         other = hits.triangle[k]
         flat = np.abs(dot(scene.normals[other], normals[k])) > 1 - 1e-6
         k, other = k[flat], other[flat]
-        k, other = (a[_inside(scene, other, x[k])] for a in (k, other))
-        pairs.append(np.stack([triangle[k], other], axis=1))
-    return pairs
+        on = _inside(scene, other, x[k])
+        yield looked_at[k], np.stack([looked_at[k[on]], other[on]], axis=1)
 
 
 def _inside(scene: Scene, triangle: np.ndarray, x: np.ndarray) -> np.ndarray:

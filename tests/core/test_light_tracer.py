@@ -89,6 +89,17 @@ def test_surfaces_in_one_place_are_dark():
     assert apart.tint is None
 
 
+@pytest.mark.parametrize("half", [1.0, 0.7])
+def test_faces_in_one_place_are_dark_whichever_way_they_are_cut(half):
+    """By Cycles a floor that is there twice is as dark with the second one's diagonal across the first one's."""
+    (vertices, _), large = plane(half), plane(1.0)
+    scene = scene_of(*merge(large, (vertices, np.array([[0, 1, 3], [1, 2, 3]], np.int32))))
+    origins, directions = from_above(2000)
+    hits = light_tracer(scene).closest_hit(origins, directions)
+    within = (np.abs(origins[:, :2]) < half).all(axis=1)
+    assert np.array_equal((hits.tint == 0).all(axis=1), within)
+
+
 def test_only_where_they_overlap():
     small, large = plane(0.5), plane(1.0)
     scene = scene_of(*merge(large, (small[0] + [0.5, 0.5, 0], small[1])))

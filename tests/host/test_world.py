@@ -276,3 +276,23 @@ def test_pictures_of_one_color_are_one_color(monkeypatch):
     gradient()
     world = read()
     assert world.image is None and world.color.tolist() == [0.5] * 3
+
+
+@pytest.mark.parametrize("n_lamps", [1, 6])
+def test_small_lamps_in_a_picture_keep_their_light(n_lamps):
+    """Of ∫ L dω over a picture with lamps of two by two texels, a quarter of a pixel of ours each."""
+    height, width = 1024, 2048
+    pixels = np.full((height, width, 4), 0.05, np.float32)
+    places = [(700 + 40 * (k % 3), 300 * k + 101 + k) for k in range(n_lamps)]
+    for row, column in places:
+        pixels[row : row + 2, column : column + 2, :3] = (72_000, 54_000, 36_000)
+    image = bpy.data.images.new("Lamps", width, height, float_buffer=True)
+    image.pixels.foreach_set(pixels.ravel())
+    image.update()
+    image.pack()
+    tree = Tree()
+    tree.color(tree.add("TexEnvironment", image=image).outputs["Color"])
+    z = -np.cos(np.pi * np.arange(height + 1) / height)
+    expected = np.einsum("ijk,i->k", pixels[..., :3], np.diff(z), dtype=np.float64) * 2 * np.pi / width
+    world = read_world(bpy.context.evaluated_depsgraph_get(), Warnings())
+    assert world.integral == pytest.approx(expected, rel=0.02)

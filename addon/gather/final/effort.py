@@ -28,6 +28,8 @@ class Effort:
         False: every receiver is a record.
     share : float
         Of the receivers, or `NEVER_SPARED` if that is more: so many may be records before rays are short; 1: all.
+    besides : float, W/m²
+        Standard error that more rays do not lessen, and that counts for `noise` too.
     """
 
     n_rays: int
@@ -35,6 +37,7 @@ class Effort:
     deadline: float = np.inf
     interpolate: bool = True
     share: float = 1.0
+    besides: float = 0.0
 
     @property
     def tolerance(self) -> float:
@@ -47,6 +50,11 @@ class Effort:
         if self.share == 1 or not self.interpolate:
             return np.inf
         return self.n_rays * max(NEVER_SPARED, self.share * n_receivers)
+
+    def variance_for(self, mean: float) -> float:
+        """Mean variance that rays may leave in light of that mean: a quarter of it, however large the other error."""
+        asked = (self.noise * mean) ** 2
+        return max(asked - self.besides**2, asked / 4)
 
     @property
     def seconds_left(self) -> float:

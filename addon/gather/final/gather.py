@@ -84,7 +84,8 @@ class FinalGather:
         records = _add_rays(self.records, weights, around, self._maker, self._effort)
         self._turns.end(STAGE)
         spread = Spread.of(records, around, self._maker.short)
-        irradiance = np.maximum(weights.apply(spread.blended(records.irradiance, around)), 0).astype(np.float32)
+        lowest = min(float(records.irradiance.min(initial=0)), 0.0)  # not 0 where lamps take light away
+        irradiance = np.maximum(weights.apply(spread.blended(records.irradiance, around)), lowest).astype(np.float32)
         slope = _slope(records, spread, around, weights) if self._receivers.directional else None
         stderr = np.sqrt(spread.variance(records, weights)).astype(np.float32)
         gathered = np.zeros(len(irradiance), bool)
@@ -126,7 +127,7 @@ def _wanted(
         return records.n_rays
     if effort.noise > 0:
         mean = float(weights.apply(records.irradiance).mean())
-        now, asked = float(spread.variance(records, weights).mean()), (effort.noise * mean) ** 2
+        now, asked = float(spread.variance(records, weights).mean()), effort.variance_for(mean)
         if now <= asked:
             return records.n_rays
         of_rays = float((harm * spread.expected / records.n_rays).sum())

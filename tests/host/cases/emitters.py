@@ -3,7 +3,7 @@
 import numpy as np
 
 from .registry import case
-from .stage import glow, lamp, missing_picture, nodes, picture, probes, quad, room, shader, sky, world
+from .stage import box, glow, lamp, missing_picture, nodes, picture, probes, quad, room, shader, sky, world
 
 GROUP = "Emitting surfaces and worlds"
 
@@ -38,6 +38,13 @@ def emissive():
 def emissive_principled():
     inputs = {"Base Color": (0.5, 0.5, 0.5), "Emission Color": (0.5, 0.8, 1), "Emission Strength": 5.0}
     lit_by(shader("BsdfPrincipled", {**inputs, "Specular IOR Level": 0.0}))
+
+
+@case("A sky that is a mesh", GROUP, effort=4)
+def emissive_dome():
+    # A box of 400 m around the room, whose front is open: next to none of its light comes in.
+    open_room()
+    box("Sky", (0, 0, 0), (200, 200, 200), glow((0.6, 0.8, 1), 2))
 
 
 @case("Emission from a texture", GROUP, effort=4)

@@ -283,6 +283,20 @@ def through_window():
     lamp("AREA", (-2, -4, 0.5), (1, 0, 0), size=1, energy=1000)
 
 
+@case("Max Bounces of a lamp", GROUP)
+def lamp_max_bounces():
+    # The lamp beside the red wall lights what its light meets first and no more; the other is not seen in the room.
+    lit_room("POINT", (-1, 0, 0.3), energy=100, shadow_soft_size=0.1).data.cycles.max_bounces = 1
+    lamp("POINT", (1, 0, -0.3), energy=500, shadow_soft_size=0.1, name="None").data.cycles.max_bounces = 0
+
+
+@case("Negative power", GROUP)
+def lamp_negative():
+    # Beside the green wall a lamp takes away a third of what the one beside the red wall gives.
+    lit_room("POINT", (-1, 0, 0.3), energy=150, shadow_soft_size=0.1)
+    lamp("POINT", (1, 0, 0.3), energy=-50, shadow_soft_size=0.1, name="Dark")
+
+
 @case("Instanced lamps", GROUP)
 def instanced_lamps():
     # Two instances of a collection with one lamp; the collection itself is not in the scene.
