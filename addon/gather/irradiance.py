@@ -1,6 +1,6 @@
 """The light that arrives at receivers."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -44,7 +44,7 @@ class Estimate:
         light = np.abs(self.irradiance).mean(axis=1)
         mean = float(light.mean(dtype=np.float64))
         share = light / np.float32(mean) if mean > 0 else np.float32(1)
-        return Estimate(self.irradiance, np.hypot(self.stderr, np.float32(noise) * share), self.slope)
+        return replace(self, stderr=np.hypot(self.stderr, np.float32(noise) * share))
 
     def put(self, rows: np.ndarray | slice, other: "Estimate") -> None:
         """Take those of some receivers from another estimate."""

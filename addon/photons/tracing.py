@@ -56,7 +56,7 @@ class _Batch:
 def shares(sources: list[Source], n_photons: int) -> list[int]:
     """How many photons each source emits: a quarter of them evenly, the rest by importance, and at least one."""
     importance = np.array([source.importance for source in sources])
-    even = np.full(len(sources), 1 / len(sources))
+    even = np.full(len(sources), 1 / max(len(sources), 1))
     by_importance = importance / importance.sum() if importance.any() else even
     return [max(1, round(n_photons * share)) for share in _EVEN * even + (1 - _EVEN) * by_importance]
 
