@@ -55,9 +55,10 @@ def in_render_graph(
         except BaseException as error:  # Blender would print it and go on
             errors.append(error)
 
+    simulated = _is_simulated(scene)
     bpy.ops.ed.flush_edits()  # what edit and sculpt modes hold
     with Temporary() as temporary, _registered(read):
-        shown = scene if _is_simulated(scene) else temporary.add(scene.copy())
+        shown = scene if simulated else temporary.add(scene.copy())
         layer, stand_in = shown.view_layers[view_layer.name], _stand_in(temporary)
         shown.collection.objects.link(stand_in)
         engine, shown.render.engine = shown.render.engine, _Reader.bl_idname
@@ -73,6 +74,8 @@ def in_render_graph(
                 bpy.ops.object.bake(type="EMIT", target="VERTEX_COLORS", use_clear=False, use_selected_to_active=False)
         finally:
             shown.render.engine = engine
+    if simulated:
+        view_layer.update()  # else it would list the stand-in, which is gone
     if errors:
         raise errors[0]
     return results[0]

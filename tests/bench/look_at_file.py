@@ -40,6 +40,7 @@ class Counter(bpy.types.RenderEngine):
                 and instance.object.original.type == "MESH"
                 and instance.object.original.name in in_layer
                 and len(instance.object.data.polygons)
+                and np.linalg.matrix_rank(np.array(instance.matrix_world)[:3, :3]) > 1  # at zero scale there is no area
             }
         )
 

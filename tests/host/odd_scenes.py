@@ -103,6 +103,7 @@ class Odd:
     n_cache_rays: int
     add_direct: bool
     copies: bool
+    rigid_bodies: bool
 
 
 def mostly(usual, *odd):
@@ -176,6 +177,7 @@ odd_scenes = st.builds(
     n_cache_rays=st.sampled_from([0, 4]),
     add_direct=st.booleans(),
     copies=mostly(False, True),
+    rigid_bodies=mostly(False, True),
 )
 
 
@@ -331,6 +333,8 @@ def build(odd):
     if odd.text:
         add_text(odd.text)
     set_world(odd.world)
+    if odd.rigid_bodies:
+        bpy.ops.rigidbody.world_add()
     in_set = [obj for obj, one in zip([*objects, *lamps], [*odd.things, *odd.lamps], strict=True) if one.in_set]
     if in_set:
         move_to_set(in_set)

@@ -98,6 +98,7 @@ def test_rigid_bodies_are_where_they_fell_to():
     assert height < 9.7
     np.testing.assert_allclose(scenes.extracted().vertices[:, 2].mean(), height, atol=1e-5)
     assert [obj.name for obj in bpy.context.scene.objects] == ["Ball"]
+    assert [obj.name for obj in bpy.context.view_layer.objects] == ["Ball"]
     engine = bpy.context.scene.render.engine
     assert scenes.in_graph(lambda graph: bpy.context.scene.render.engine) == engine
 
