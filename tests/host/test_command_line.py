@@ -272,7 +272,7 @@ def test_a_name_with_a_comma_counts_as_it_is_where_there_is_such_an_object():
 
 def test_strict_fails_and_writes_nothing(tmp_path, capfd):
     report, saved = tmp_path / "r.json", tmp_path / "x.blend"
-    bpy.data.objects["Box"].modifiers.new("Bevel", "BEVEL")
+    bpy.data.objects["Box"].modifiers.new("Remesh", "REMESH").mode = "BLOCKS"
     arguments = [*QUICK, "--report", str(report), "--save", str(saved)]
     assert run([*arguments, "--strict"]) == 1
     read = json.loads(report.read_text())
