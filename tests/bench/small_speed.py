@@ -14,9 +14,9 @@ import bpy
 import numpy as np
 import small_things
 from cycles_bakes import bake_indirect
-from figures import table
+from figures import rendered_scene, table
 from photon_bake.addon.bake import bake
-from photon_bake.addon.blender import bake_objects, extract_scene, receiver_meshes
+from photon_bake.addon.blender import bake_objects, in_render_graph, receiver_meshes
 from photon_bake.addon.receivers import Receivers, vertex_receivers
 from photon_bake.addon.settings import settings_for
 from photon_bake.addon.tracers.embree import EmbreeTracer
@@ -32,9 +32,10 @@ def measure(name):
     """Rows of `HEAD`, and one of `CYCLES_HEAD`."""
     small_things.build(name)
     start = process_time()
-    depsgraph = bpy.context.evaluated_depsgraph_get()
-    objects = bake_objects(depsgraph)
-    at, scene = vertex_receivers(receiver_meshes(objects, depsgraph)), extract_scene(depsgraph)
+    place = bpy.context.scene, bpy.context.view_layer
+    objects = in_render_graph(*place, bake_objects)
+    at = vertex_receivers(in_render_graph(*place, lambda depsgraph: receiver_meshes(objects, depsgraph)))
+    scene = rendered_scene()
     seconds_to_read = process_time() - start
     k = np.sort(np.random.default_rng(1).choice(len(at), N_CHECKED, replace=False))
     checked = Receivers(at.position[k], at.normal[k], at.footprint[k])
