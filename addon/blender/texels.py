@@ -139,7 +139,11 @@ def _sum(taps: _Taps, planes: np.ndarray, axis: int) -> np.ndarray:
     """The weighted sum of texels of planes (c, h, w) along an axis."""
     if len(taps) == 1:
         return planes.take(taps[0][0], axis)
-    return sum(planes.take(texel, axis, mode="clip") * weight for texel, weight in taps)
+    terms = (planes.take(texel, axis, mode="clip") * weight for texel, weight in taps)
+    total = next(terms)
+    for term in terms:
+        total += term
+    return total
 
 
 def _reduction(n: int) -> np.ndarray:

@@ -33,7 +33,7 @@ class MeshSource(Source):
         arrives = by_power * _share_that_arrives(scene, self.triangles, region)
         _, of = np.unique(scene.object_of_triangle[self.triangles], return_inverse=True)
         of_object = np.bincount(of, by_power)
-        by_object = by_power / np.maximum(of_object, 1e-300)[of] / max((of_object > 0).sum(), 1)
+        by_object = by_power / np.maximum(of_object, 1e-300)[of] / max(int((of_object > 0).sum()), 1)
         by_arrival = arrives / max(arrives.sum(), 1e-300)
         self.chance = (1 - _BY_OBJECT) * (by_power + by_arrival) / 2 + _BY_OBJECT * by_object
         self._cumulative = np.cumsum(self.chance)
