@@ -8,16 +8,16 @@ import bpy
 
 from ..addon.blender import bake_objects, check_color_attribute, receiver_meshes
 from ..addon.blender.as_read import AsRead
-from ..addon.blender.baked_copies import (
+from ..addon.blender.baked_copies import write_light
+from ..addon.blender.color_attribute import light_takers
+from ..addon.blender.shown_meshes import (
     CopyMesh,
     check_copied,
     copyable,
     read_copies,
     shown_meshes,
     warn_of_shared_light,
-    write_light,
 )
-from ..addon.blender.color_attribute import light_takers
 from ..addon.blender.vertex_meshes import check_target
 from ..addon.blender.warn import Warnings
 from ..addon.errors import Advice
