@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import baked_copies
+from photon_bake.addon.blender import baked_copies, shown_meshes
 from photon_bake.addon.blender.baked_copies import write_light
 from photon_bake.addon.errors import BakeError
 from photon_bake.addon.progress import Progress
@@ -241,7 +241,7 @@ def test_what_copies_cannot_show_is_named(room, monkeypatch):
 
 
 def test_too_many_instances(room, monkeypatch):
-    monkeypatch.setattr(baked_copies, "MAX_COPIES", 1)
+    monkeypatch.setattr(shown_meshes, "MAX_COPIES", 1)
     empties = add_instancers(2)
     bpy.data.objects["Inner"].users_collection[0].objects.link(scenes.add_cube("Second"))
     assert any("'Kit 1' shows 2 instances, too many" in warning for warning in bake())
