@@ -46,7 +46,7 @@ def test_no_light_comes_from_behind_facets():
 
 def test_near_hits_find_caustics_in_the_cache():
     """Rays that end too near to ask the cache for the rest: no ray of their own would find light over mirrors."""
-    black = rays_into(scene_of(*box(), albedo=0.0), 12, radiance=5.0, caustic=1.5)
+    black = rays_into(scene_of(*box(), albedo=1e-7), 12, radiance=5.0, caustic=1.5)
     met = black.radiance_along(*in_the_middle(AROUND))
     near = met.hits.distance < np.sqrt(2)  # of elements of 2 m²
     assert 0.5 < near.mean() < 1
