@@ -63,7 +63,7 @@ def bake_camera(
 
     smooth = photons.where(photons.kind == PathKind.INDIRECT)
     volumes = Cascade.of_photons(scene, light_tracer, smooth, seen.position, settings.n_grid_cells, workers)
-    lifted = seen.position + scene.ray_offset(seen.position) * seen.normal
+    lifted = seen.position + scene.ray_offset(seen.hits.triangle, seen.position) * seen.normal
     indirect, _ = volumes.irradiance(lifted, seen.shading_normal, workers)
     focused = photons.where(photons.kind == PathKind.CAUSTIC)
     caustics, _ = screen_irradiance(camera, seen, focused, workers)

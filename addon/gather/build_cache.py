@@ -172,7 +172,7 @@ def _pilot_hits(
             hits, directions = hits.where(hit), rows(directions, hit)
             met.append((hits, hits.back(directions)))
             if step == 0:
-                positions, normals = hits.points(rows(origins, hit), directions)
+                positions, normals = hits.points(scene, directions)
                 on = scatter(scene, hits, positions, directions, normals, random)
                 origins, directions = on.origins, on.directions
         return met
@@ -322,7 +322,7 @@ def _points_on(scene: Scene, elements: SurfaceElements, side: np.ndarray, random
     triangle, u, v = elements.sample(side // 2, random.random((len(side), 3), dtype=np.float32))
     normals = np.where(side % 2 == 0, np.float32(1), np.float32(-1))[:, None] * rows(scene.normals, triangle)
     positions = scene.points(triangle, u, v)
-    positions += scene.ray_offset(positions) * normals
+    positions += scene.ray_offset(triangle, positions) * normals
     shading = scene.shading_normals(triangle, u, v, normals)
     return _Points(positions, normals, shading, triangle, u, v, scene.object_of_triangle[triangle])
 

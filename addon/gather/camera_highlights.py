@@ -84,7 +84,7 @@ class _Glossy:
 def _by_points_of_lights(scene: Scene, at: _Glossy, direct: DirectLight, random: np.random.Generator) -> np.ndarray:
     """What points of lights give that rays by the rough glossy lobe find less often, (n, 3) float32, W/(m² sr)."""
     seen = at.seen
-    origins = seen.position + scene.ray_offset(seen.position) * seen.normal
+    origins = seen.position + scene.ray_offset(seen.hits.triangle, seen.position) * seen.normal
     light = direct.sample(origins, at.normals, at.objects, random, rays_own=False)
     f, pdf = at.lobe(light.direction)
     found = largest(f) < PEAK

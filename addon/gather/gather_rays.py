@@ -76,17 +76,17 @@ class _Paths:
 
     @staticmethod
     def at(
+        scene: Scene,
         k: np.ndarray,
         ray: np.ndarray,
         throughput: np.ndarray,
-        origins: np.ndarray,
         directions: np.ndarray,
         hits: Hits,
         near: np.ndarray,
     ) -> "_Paths":
         """The paths of those rays that `k` chooses."""
         met, flown = hits.where(k), rows(directions, k)
-        positions, normals = met.points(rows(origins, k), flown)
+        positions, normals = met.points(scene, flown)
         return _Paths(ray[k], rows(throughput, k), flown, positions, normals, met, near[k])
 
     def where(self, k: np.ndarray) -> "_Paths":
@@ -151,7 +151,7 @@ class GatherRays:
         throughput = hits.tinted(np.ones((len(origins), 3), np.float32))
         sky = throughput * self._direct.unsampled_sky(hits, directions)
         reflected = np.zeros_like(directions)
-        paths = self._look_up(reflected, np.arange(len(origins)), throughput, origins, directions, hits, True, random)
+        paths = self._look_up(reflected, np.arange(len(origins)), throughput, directions, hits, True, random)
         for step in range(_MAX_HITS):
             if len(paths.ray) == 0:
                 break
@@ -167,7 +167,6 @@ class GatherRays:
         radiance: np.ndarray,
         ray: np.ndarray,
         throughput: np.ndarray,
-        origins: np.ndarray,
         directions: np.ndarray,
         hits: Hits,
         near_allowed: bool,
@@ -182,7 +181,7 @@ class GatherRays:
         if self._any_narrow:
             # Light the narrow lobes, and follow them in proportion to what they reflect
             k = np.flatnonzero(self._narrow[hits.triangle])
-            paths = _Paths.at(k, ray, throughput, origins, directions, hits, near)
+            paths = _Paths.at(self._scene, k, ray, throughput, directions, hits, near)
             surface, cosine = self._surface(paths.hits, paths.directions)
             reflected[k] *= base_share(surface, cosine)[:, None]
             glossy = largest(glossy_albedo(surface, cosine))
@@ -192,7 +191,8 @@ class GatherRays:
             followed[k] |= random.random(len(k), dtype=np.float32) < chance
             scale[k] = np.where(near[k], 1, 1 / np.maximum(chance, np.float32(1e-6)))
         radiance[ray] += reflected
-        return _Paths.at(np.flatnonzero(followed), ray, throughput * scale[:, None], origins, directions, hits, near)
+        k = np.flatnonzero(followed)
+        return _Paths.at(self._scene, k, ray, throughput * scale[:, None], directions, hits, near)
 
     def _surface(self, hits: Hits, directions: np.ndarray) -> tuple[Surface, np.ndarray]:
         """Scattering where rays met surfaces, and the cosines at which they did."""
@@ -235,7 +235,7 @@ class GatherRays:
                 k = np.flatnonzero(on.lobe[alive] >= Lobe.GLOSSY)
                 light[k] = self._focused_light(part.where(alive[k]), on.where(alive[k]), hits.where(k), light[k])
             radiance[ray] += throughput * light
-            parts.append(self._beyond._look_up(radiance, ray, throughput, origins, onward, hits, near_allowed, random))
+            parts.append(self._beyond._look_up(radiance, ray, throughput, onward, hits, near_allowed, random))
         return _join(parts)
 
     def _focused_light(self, paths: _Paths, on: Scattered, hits: Hits, light: np.ndarray) -> np.ndarray:
@@ -254,7 +254,7 @@ class GatherRays:
     def _add_diffuse(self, radiance: np.ndarray, paths: _Paths, random: np.random.Generator) -> None:
         """Direct light that the diffuse lobe reflects, and caustics; what rays own of it comes with the next ray."""
         scene, hits = self._scene, paths.hits
-        origins = paths.positions + scene.ray_offset(paths.positions) * paths.normals
+        origins = paths.positions + scene.ray_offset(paths.hits.triangle, paths.positions) * paths.normals
         objects = scene.object_of_triangle[hits.triangle]
         normals = scene.shading_normals(hits.triangle, hits.u, hits.v, paths.normals)
         light = self._direct.sample(origins, normals, objects, random).irradiance
@@ -274,7 +274,7 @@ class GatherRays:
         hits = paths.hits
         normals = scene.shading_normals(hits.triangle, hits.u, hits.v, paths.normals)
         normals = facing(normals, paths.normals, paths.directions)
-        origins = paths.positions + scene.ray_offset(paths.positions) * paths.normals
+        origins = paths.positions + scene.ray_offset(paths.hits.triangle, paths.positions) * paths.normals
         light = self._direct.sample(origins, normals, scene.object_of_triangle[hits.triangle], random, rays_own=False)
         axes = local_axes(normals)
         wo, wi = (np.einsum("nij,nj->ni", axes, d) for d in (-paths.directions, light.direction))

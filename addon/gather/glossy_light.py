@@ -28,7 +28,8 @@ def glossy_radiance(scene: Scene, seen: SeenSurface, volumes: Cascade, workers: 
     def reflect(chunk: slice, random: np.random.Generator) -> np.ndarray:
         k = glossy[chunk]
         hits, position, normal = seen.hits.where(k), seen.position[k], seen.normal[k]
-        light = nowhere_negative(volumes.radiance(position + scene.ray_offset(position) * normal, normal)[:, :3])
+        lifted = position + scene.ray_offset(hits.triangle, position) * normal
+        light = nowhere_negative(volumes.radiance(lifted, normal)[:, :3])
         total = np.zeros((len(k), 3), np.float32)
         for _ in range(_N_SAMPLES):
             on = scatter(scene, hits, position, seen.direction[k], normal, random, (Lobe.GLOSSY,))

@@ -52,7 +52,7 @@ def first_flight(
         flying = flying[~stops]
         if len(flying) == 0:
             break
-        beyond = onward(scene, closest, origins[flying], directions[flying], hits.where(flying))
+        beyond = onward(scene, closest, directions[flying], hits.where(flying))
         power[flying] = beyond.tinted(power[flying])
         hits.put(flying, beyond)
         flying = flying[beyond.hit]

@@ -58,7 +58,7 @@ class MeshSource(Source):
             cosine = np.abs(dot(directions, normals))
         normals = np.where(dot(directions, normals)[:, None] < 0, -normals, normals)
         flux = cosine * per_density * scene.areas[triangle] / np.maximum(self.chance[k], 1e-300)
-        origins = origins + scene.ray_offset(origins) * normals
+        origins = origins + scene.ray_offset(triangle, origins) * normals
         radiance = scene.emission(triangle, *place)
         return Rays(
             origins, directions, (radiance * flux[:, None]).astype(np.float32), scene.object_of_triangle[triangle]

@@ -103,7 +103,7 @@ def scatter(
     if from_light:
         wide = np.where(lobe < Lobe.GLOSSY, shading_ratio(shading, normals, directions), np.float32(1))
         weight *= wide[:, None]
-    origins = positions + scene.ray_offset(positions) * side[:, None] * normals
+    origins = positions + scene.ray_offset(hits.triangle, positions) * side[:, None] * normals
     return Scattered(origins, onward, weight, lobe, focused)
 
 
@@ -125,7 +125,7 @@ def scatter_both_ways(
     for wi, weight in glass_ways(surface, wo, random.random((len(wo), 2), dtype=np.float32)):
         onward = np.einsum("ni,nij->nj", wi, axes)
         side = np.sign(dot(onward, normals))
-        origins = positions + scene.ray_offset(positions) * side[:, None] * normals
+        origins = positions + scene.ray_offset(hits.triangle, positions) * side[:, None] * normals
         parts.append(Scattered(origins, onward, weight * (side * wi[:, 2] > 0)[:, None], lobe, focused))
     return parts
 

@@ -201,7 +201,7 @@ def _trace_batch(
         if len(hit) == 0:
             break
         hits, directions = hits.where(hit), rows(directions, hit)
-        positions, normals = hits.points(rows(origins, hit), directions)
+        positions, normals = hits.points(scene, directions)
         power, path, path_density, focused = rows(power, hit), path[hit], path_density[hit], focused[hit]
         came_from, gained = came_from[hit], gained[hit]
 

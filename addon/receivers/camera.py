@@ -175,9 +175,9 @@ def seen_surface(scene: Scene, tracer: LightTracer, camera: Camera) -> SeenSurfa
     rays = camera.rays(camera.middles())
     hits = first_hits(tracer, rays)
     k = np.flatnonzero(hits.hit)
-    hits, origins, directions = hits.where(k), rows(rays.origins, k), rows(rays.directions, k)
-    facing_area = camera.pixel_area(hits.points(origins, directions)[0])
-    return surface_seen(scene, k, hits, origins, directions, facing_area)
+    hits, directions = hits.where(k), rows(rays.directions, k)
+    facing_area = camera.pixel_area(hits.points(scene, directions)[0])
+    return surface_seen(scene, k, hits, directions, facing_area)
 
 
 def first_hits(tracer: LightTracer, rays: CameraRays) -> Hits:
@@ -198,7 +198,6 @@ def surface_seen(
     scene: Scene,
     pixel: np.ndarray,
     hits: Hits,
-    origins: np.ndarray,
     directions: np.ndarray,
     facing_area: np.ndarray,
 ) -> SeenSurface:
@@ -209,12 +208,12 @@ def surface_seen(
     pixel : (n,) int64
     hits : Hits
         All hit.
-    origins, directions : (n, 3) float32
+    directions : (n, 3) float32
         Of the rays.
     facing_area : (n,) float32, m²
         What the pixels would cover if the surface faced them.
     """
-    position, normal = hits.points(origins, directions)
+    position, normal = hits.points(scene, directions)
     shading = scene.shading_normals(hits.triangle, hits.u, hits.v, normal)
     cosine = np.maximum(np.abs(dot(directions, normal)), LEAST_COSINE)
     return SeenSurface(pixel, hits, directions, position, normal, shading, facing_area / cosine)

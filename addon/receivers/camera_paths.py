@@ -16,7 +16,7 @@ _MOST_FOLLOWED = 8
 _MOST_SPLIT = 2
 """Surfaces of glass, the first ones, at which a sample goes both ways: through one body, and what it mirrors inside."""
 
-_COLUMNS = ("origins", "directions", "throughput", "distance", "sample", "share", "n_followed", "lamplight")
+_COLUMNS = ("directions", "throughput", "distance", "sample", "share", "n_followed", "lamplight")
 
 
 class FollowedPaths:
@@ -33,12 +33,10 @@ class FollowedPaths:
         Of the lamps met over more than one mirror or surface of glass.
     """
 
-    def __init__(
-        self, hits: Hits, origins: np.ndarray, directions: np.ndarray, throughput: np.ndarray, distance: np.ndarray
-    ) -> None:
-        self.hits, self.origins, self.directions = hits, origins, directions
+    def __init__(self, hits: Hits, directions: np.ndarray, throughput: np.ndarray, distance: np.ndarray) -> None:
+        self.hits, self.directions = hits, directions
         self.throughput, self.distance = throughput, distance
-        n = len(origins)
+        n = len(directions)
         self.sample, self.share = np.arange(n), np.ones(n, np.float32)
         self.n_followed, self.lamplight = np.zeros(n, np.uint8), np.zeros_like(throughput)
 
@@ -48,7 +46,7 @@ class FollowedPaths:
         if len(k) == 0:
             return
         self.hits, self.distance = self.hits.with_tint(), self.distance.copy()
-        self.origins, self.directions = self.origins.copy(), self.directions.copy()
+        self.directions = self.directions.copy()
         for step in range(_MOST_FOLLOWED):
             if len(k) == 0:
                 return
@@ -56,7 +54,7 @@ class FollowedPaths:
             kind = np.where(dot(on.directions, normals) > 0, RayKind.GLOSSY, RayKind.TRANSMITTED)
             onward = tracer.closest_hit(on.origins, on.directions, kind)
             self.hits.put(k, onward)
-            self.origins[k], self.directions[k] = on.origins, on.directions
+            self.directions[k] = on.directions
             self.throughput[k] *= onward.tinted(on.weight)
             if step > 0:
                 met = lamps_along(scene.lights, on.origins, on.directions, onward.distance, kind, objects)
@@ -75,7 +73,7 @@ class FollowedPaths:
         With `split`, those at surfaces of glass alone go both ways, one of them as a new path.
         """
         hits, directions = self.hits.where(k), self.directions[k]
-        positions, normals = hits.points(self.origins[k], directions)
+        positions, normals = hits.points(scene, directions)
         materials, material = scene.materials, scene.material_of_triangle[hits.triangle]
         glossy = materials.f0.nonzero | materials.f90.nonzero
         both = split & ~glossy[material]

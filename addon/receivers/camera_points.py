@@ -79,7 +79,8 @@ class CameraPoints:
         """
         seen = self.seen
         footprint = np.sqrt(seen.area / np.float32(np.pi))
-        lift = np.maximum(scene.ray_offset(seen.position), (_LIFT * footprint)[:, None]) * seen.normal
+        least = scene.ray_offset(seen.hits.triangle, seen.position)
+        lift = np.maximum(least, (_LIFT * footprint)[:, None]) * seen.normal
         k = self.through
         takes = self.n_followed > 0
         return Receivers(

@@ -72,7 +72,7 @@ def camera_samples(
     hits.put(held_out, Hits.none(len(held_out)))
     hit = np.flatnonzero(hits.hit)
     met = hits.where(hit)
-    position, normal = met.points(rows(rays.origins, hit), rows(rays.directions, hit))
+    position, normal = met.points(scene, rows(rays.directions, hit))
 
     depth = np.full(n, NOTHING)
     depth[hit] = camera.depth(position)
@@ -82,13 +82,13 @@ def camera_samples(
     facing_area = np.zeros(n, np.float32)
     facing_area[hit] = camera.pixel_area(position)
 
-    paths = FollowedPaths(hits, rays.origins, rays.directions, hits.tinted(np.ones((n, 3), np.float32)), hits.distance)
+    paths = FollowedPaths(hits, rays.directions, hits.tinted(np.ones((n, 3), np.float32)), hits.distance)
     paths.follow(scene, tracer, random)
     k = np.flatnonzero(paths.hits.hit)
     k = k[np.argsort(paths.sample[k], kind="stable")]
     sample = paths.sample[k]
     grown = (paths.distance[k] / first_distance[sample]) ** 2
-    ends = paths.hits.where(k), rows(paths.origins, k), rows(paths.directions, k)
+    ends = paths.hits.where(k), rows(paths.directions, k)
     seen = surface_seen(scene, sample // n_samples, *ends, facing_area[sample] * grown)
     shape = (len(pixel), n_samples)
     return CameraSamples(

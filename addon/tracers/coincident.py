@@ -157,7 +157,7 @@ def _met_beside(
     others = sample_uniform_triangle(sobol(2, 0).random(_MOST_POINTS).astype(np.float32))
     u, v = (np.tile(np.append(np.float32(1 / 3), place)[:n_points], len(triangles)) for place in others)
     x, normals = scene.points(looked_at, u, v), scene.normals[looked_at]
-    gap = 4 * scene.ray_offset(x)
+    gap = 4 * scene.ray_offset(looked_at, x)
     for side in (np.float32(1), np.float32(-1)):
         hits = tracer.closest_hit(x + side * gap * normals, -side * normals, 2 * gap[:, 0])
         k = np.flatnonzero(hits.hit & (hits.triangle != looked_at))

@@ -95,14 +95,13 @@ class LightTracer:
 
             # Send them on from behind the surface
             tint = met.tint * scene.look_up(materials.tint, met.triangle, met.u, met.v)
-            beyond, first = self._onward(origins[k], directions[k], met, first, np.inf, kind)
+            beyond, first = self._onward(directions[k], met, first, np.inf, kind)
             hits.put(k, replace(beyond, tint=tint))
             left = np.flatnonzero(self._see_through[beyond.triangle])
             open_, first = k[left], first[left]
 
     def _onward(
         self,
-        origins: np.ndarray,
         directions: np.ndarray,
         passed: Hits,
         first: np.ndarray,
@@ -122,7 +121,7 @@ class LightTracer:
             return self.surfaces.closest_hit(starts, ways, left, kind=kind)
 
         if not self._coincident.any:
-            hits = onward(scene, closest, origins, directions, passed, t_max)
+            hits = onward(scene, closest, directions, passed, t_max)
             return hits, hits.triangle
         seen = seen_by(scene.objects, kind)
         triangle = self._coincident.following(passed.triangle, passed.u, passed.v, first, seen)
@@ -130,9 +129,8 @@ class LightTracer:
         hits, at, triangle = Hits.none(len(triangle)), passed.where(here), triangle[here]
         u, v = scene.barycentrics(triangle, scene.points(at.triangle, at.u, at.v))
         hits.put(here, Hits(triangle, at.distance, u, v, rows(scene.normals, triangle)))
-        t_max = np.broadcast_to(np.float32(t_max), len(origins))[beyond]
-        rays = origins[beyond], directions[beyond]
-        hits.put(beyond, onward(scene, closest, *rays, passed.where(beyond), t_max, first[beyond]))
+        t_max = np.broadcast_to(np.float32(t_max), len(directions))[beyond]
+        hits.put(beyond, onward(scene, closest, directions[beyond], passed.where(beyond), t_max, first[beyond]))
         first = first.copy()
         first[beyond] = hits.triangle[beyond]
         return hits, first
@@ -177,7 +175,7 @@ class LightTracer:
             passes[ray] *= share
             k = np.flatnonzero((share > 0).any(axis=1))
             ray, passed = ray[k], hits.where(k)
-            hits, first = self._onward(origins[ray], directions[ray], passed, first[k], t_max[ray], RayKind.SHADOW)
+            hits, first = self._onward(directions[ray], passed, first[k], t_max[ray], RayKind.SHADOW)
         passes[ray] = 0
         return passes
 

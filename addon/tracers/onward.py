@@ -29,7 +29,6 @@ ClosestHit = Callable[[np.ndarray, np.ndarray, np.ndarray], Hits]
 def onward(
     scene: Scene,
     closest_hit: ClosestHit,
-    origins: np.ndarray,
     directions: np.ndarray,
     passed: Hits,
     t_max: np.ndarray | float = np.inf,
@@ -42,15 +41,17 @@ def onward(
     first : (n,) int32, optional
         Triangles that were passed, too, in the same place: their sides may be the other way round.
     """
-    gap = scene.ray_offset(origins + passed.distance[:, None] * directions)[:, 0]
-    t_max = np.broadcast_to(np.float32(t_max), len(gap))
+    start, _ = passed.points(scene, directions)
+    gap = scene.ray_offset(passed.triangle, start)[:, 0]
+    left = t_max - passed.distance
 
-    def beyond(k: np.ndarray | slice, start: np.ndarray) -> Hits:
-        far_on, flown = start + _STEP * gap[k], directions[k]
-        found = closest_hit(origins[k] + far_on[:, None] * flown, flown, np.maximum(t_max[k] - far_on, 0))
+    def beyond(k: np.ndarray | slice, far_on: np.ndarray) -> Hits:
+        flown = directions[k]
+        found = closest_hit(start[k] + far_on[:, None] * flown, flown, np.maximum(left[k] - far_on, 0))
         return replace(found, distance=found.distance + far_on)
 
-    hits = beyond(slice(None), passed.distance)
+    # Distances are counted from the surface passed until the end
+    hits = beyond(slice(None), _STEP * gap)
     first = passed.triangle if first is None else first
     k = np.flatnonzero(_meet_it_again(hits, passed, first, directions, gap))
     for turn in range(_MAX_AGAIN):
@@ -59,13 +60,13 @@ def onward(
         found = beyond(k, hits.distance[k] + (2**turn) * _STEP * gap[k])
         hits.put(k, found)
         k = k[_meet_it_again(found, passed.where(k), first[k], directions[k], gap[k])]
-    return hits
+    return replace(hits, distance=hits.distance + passed.distance)
 
 
 def _meet_it_again(hits: Hits, passed: Hits, first: np.ndarray, directions: np.ndarray, gap: np.ndarray) -> np.ndarray:
-    """Whether rays met the surface that they had passed, (n,) bool."""
+    """Whether rays met the surface that they had passed and fly on from, (n,) bool."""
     again = hits.hit & ((dot(hits.normal, passed.normal) > _PARALLEL) | (hits.triangle == first))
     k = np.flatnonzero(again)
     across = np.abs(dot(rows(passed.normal, k), rows(directions, k)))
-    again[k] = (hits.distance[k] - passed.distance[k]) * across <= gap[k]
+    again[k] = hits.distance[k] * across <= gap[k]
     return again

@@ -8,7 +8,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from ..sampling.vectors import dot, rows
-from ..scene import SceneObjects
+from ..scene import Scene, SceneObjects
 
 Tree = TypeVar("Tree")
 
@@ -42,10 +42,13 @@ class Hits:
         """Which rays came to the back of their triangle, (n,) bool."""
         return dot(self.normal, directions) > 0
 
-    def points(self, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Positions of the hits, and the unit normals of the sides that the rays came to, (n, 3) float32 each."""
+    def points(self, scene: Scene, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Positions of the hits, and the unit normals of the sides that the rays came to, (n, 3) float32 each.
+
+        The positions lie on the triangles to within their rounding, however far the rays flew.
+        """
         normals = np.where(self.back(directions), np.float32(-1), np.float32(1))[:, None] * self.normal
-        return origins + self.distance[:, None] * directions, normals
+        return scene.points(self.triangle, self.u, self.v), normals
 
     def where(self, chosen: np.ndarray) -> "Hits":
         """The hits of the rays that a mask or an index array chooses."""

@@ -72,8 +72,9 @@ def spread(scene, n):
     """Positions and normals of about n points spread over the scene's front sides, a little lifted."""
     parts = list(surface_points(scene, scene.bounds, np.sqrt(scene.areas.sum() / n)))
     position = np.concatenate([part.position for part in parts])
-    normal = scene.normals[np.concatenate([part.triangle for part in parts])]
-    return position + scene.ray_offset(position) * normal, normal
+    triangle = np.concatenate([part.triangle for part in parts])
+    normal = scene.normals[triangle]
+    return position + scene.ray_offset(triangle, position) * normal, normal
 
 
 def timed(scene, tracer, photons, points, n_cells):

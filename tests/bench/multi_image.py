@@ -149,8 +149,9 @@ def seen_rows(case, numbers=(8, 27, 125)):
     parts = list(surface_points(case.scene, case.region, spacing))
     x, triangle = (np.concatenate([getattr(part, name) for part in parts]) for name in ("position", "triangle"))
     k = stream(2).permutation(len(x))[:4000]
-    x, normal = x[k].astype(np.float32), case.scene.normals[triangle[k]]
-    gap, embree = case.scene.ray_offset(x) * normal, EmbreeTracer(case.scene)
+    x, triangle = x[k].astype(np.float32), triangle[k]
+    normal = case.scene.normals[triangle]
+    gap, embree = case.scene.ray_offset(triangle, x) * normal, EmbreeTracer(case.scene)
 
     def share(centres):
         seen = np.zeros(len(x), bool)

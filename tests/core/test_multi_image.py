@@ -89,10 +89,11 @@ def test_a_ball_is_met_where_it_is():
 def test_rays_from_a_ball_leave_it():
     scene = scene_of(*merge(box(), sphere()))
     inwards = -directions(3000)
-    positions, normals = EmbreeTracer(scene).closest_hit(-0.9 * inwards, inwards).points(-0.9 * inwards, inwards)
+    hits = EmbreeTracer(scene).closest_hit(-0.9 * inwards, inwards)
+    positions, normals = hits.points(scene, inwards)
     ways = directions(3000, seed=7)
     ways *= np.copysign(1, (ways * normals).sum(axis=1, keepdims=True))
-    origins = positions + scene.ray_offset(positions) * normals
+    origins = positions + scene.ray_offset(hits.triangle, positions) * normals
     assert (disagreement(images(scene, n_maps=27, size=64), scene, origins, ways) < 0.02).mean() > 0.98
 
 

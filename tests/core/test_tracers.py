@@ -129,7 +129,7 @@ def test_offset_rays_leave_their_surface(tracer_class, scale, shift):
     u, v = random.random((2, 5000), np.float32) * np.float32(0.45) + np.float32(0.02)
     normals = scene.normals[triangle]
     positions = scene.points(triangle, u, v)
-    positions += scene.ray_offset(positions) * normals
+    positions += scene.ray_offset(triangle, positions) * normals
     hits = tracer_class(scene).closest_hit(positions, normals)
     assert hits.hit.all()
     assert np.allclose(hits.distance, 2 * scale, rtol=0.01 + 1e-4 * shift / scale)

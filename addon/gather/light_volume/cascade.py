@@ -17,7 +17,7 @@ from .volume import LightVolume
 
 _LEFT_OUT = (0, 2, 10)  # per cent of the receivers at each end of each axis, from the coarser volumes to the finest
 _LEAST_GAIN = 2  # a volume whose cells are not so many times smaller than the one's around it is not built
-_LEAST_LENGTH = 1e-4  # of a cell, in diagonals of the scene: rays start off surfaces by a hundredth of that
+_LEAST_LENGTH = 2.0**-16  # of a cell, over its coordinates: rays start off surfaces by a quarter of that
 _CHUNK = 1 << 13  # receivers
 
 _READING = 63  # the chunks draw no random numbers
@@ -64,7 +64,7 @@ class Cascade:
             return LightVolume.of_rays(scene, tracer, rays, n_rays, grid, n_cells // 4, part)
 
         def worthwhile(grid: Grid) -> bool:
-            large = grid.length > _LEAST_LENGTH * scene.diagonal
+            large = grid.length > _LEAST_LENGTH * np.abs(grid.box).max()
             return large and bool(np.count_nonzero(grid.reaches(positions)) >= n_cells)
 
         return Cascade._filled(scene, positions, n_cells, worthwhile, fill, workers)

@@ -31,6 +31,7 @@ class Sides:
     Attributes
     ----------
     position, normal : (k, 3) float32, m
+    triangle : (k,) int32
     area : (k,) float32, m²
         What each stands for, as far as photons are stored there.
     cell : (k,) int64
@@ -40,6 +41,7 @@ class Sides:
 
     position: np.ndarray
     normal: np.ndarray
+    triangle: np.ndarray
     area: np.ndarray
     cell: np.ndarray
     unseen: np.ndarray
@@ -48,7 +50,7 @@ class Sides:
     def none() -> "Sides":
         """No points."""
         vectors, numbers = np.zeros((0, 3), np.float32), np.zeros(0, np.int64)
-        return Sides(vectors, vectors, vectors[:, 0], numbers, numbers)
+        return Sides(vectors, vectors, numbers, vectors[:, 0], numbers, numbers)
 
     @staticmethod
     def join(parts: "list[Sides]") -> "Sides":
@@ -79,7 +81,7 @@ def lit_sides(scene: Scene, tracer: LightTracer, grid: Grid, n_points_a_cell: in
         hits = tracer.surfaces.closest_hit(centres, ways / np.sqrt(dot(ways, ways))[:, None])
         seen = (hits.triangle == np.tile(points.triangle, 2)) & ~tracer.smothered(hits.triangle, hits.u, hits.v)
         seen &= cell < grid.n_cells
-        return Sides(position[seen], normal[seen], np.tile(area, 2)[seen], cell[seen], cell[~seen])
+        return Sides(position[seen], normal[seen], hits.triangle[seen], np.tile(area, 2)[seen], cell[seen], cell[~seen])
 
     workers.progress.update("Measuring surfaces", 0.0)
     for sides in workers.map(look, surface_points(scene, grid.box, grid.length / np.sqrt(n_points_a_cell))):
@@ -123,7 +125,7 @@ def inject_photons(
         normals = part.normal
         cells, centres = _cells_in_front(grid, part.position, normals)
         k = np.flatnonzero(doubtful[cells])
-        lifted = part.position[k] + scene.ray_offset(part.position[k]) * normals[k]
+        lifted = part.position[k] + scene.ray_offset(part.triangle[k], part.position[k]) * normals[k]
         cells[k[tracer.surfaces.occluded(centres[k], lifted)]] = grid.n_cells
         return cells, light_fields(part.power, -part.direction, signs[part.path])
 
@@ -140,7 +142,7 @@ def inject_gathered(
     The irradiance of a side is π times the mean of its rays' radiance, so each of n brings π L A/n.
     """
     total = np.zeros((N_LIGHT * 4, grid.n_cells + 1))
-    origin = sides.position + scene.ray_offset(sides.position) * sides.normal
+    origin = sides.position + scene.ray_offset(sides.triangle, sides.position) * sides.normal
 
     def gather(chunk: slice, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         origins, normals, area = (np.repeat(of[chunk], n_rays, axis=0) for of in (origin, sides.normal, sides.area))

@@ -44,8 +44,9 @@ def lit_sides(scene: Scene, tracer: Tracer, light: LightRays, random: np.random.
     sides = [LitSides(origins, directions)]
     for _ in range(_N_BOUNCES):
         hits = tracer.closest_hit(origins, directions)
-        positions, normals = hits.where(hits.hit).points(origins[hits.hit], directions[hits.hit])
-        origins = positions + scene.ray_offset(positions) * normals
+        directions, hits = directions[hits.hit], hits.where(hits.hit)
+        positions, normals = hits.points(scene, directions)
+        origins = positions + scene.ray_offset(hits.triangle, positions) * normals
         directions = to_world(sample_cosine_hemisphere(random.random((len(origins), 2), np.float32)), normals)
         sides.append(LitSides(origins, normals))
     return LitSides(*(np.concatenate([getattr(side, name) for side in sides]) for name in ("positions", "normals")))
@@ -57,7 +58,9 @@ def surface_rays(scene: Scene, region: np.ndarray, random: np.random.Generator) 
     if not parts:
         return LightRays(*np.zeros((2, 0, 3), np.float32))
     positions = np.concatenate([part.position for part in parts]).astype(np.float32)
-    normals = scene.normals[np.concatenate([part.triangle for part in parts])]
-    positions, normals = np.tile(positions, (2, 1)), np.concatenate([normals, -normals])
+    triangle = np.tile(np.concatenate([part.triangle for part in parts]), 2)
+    normals = scene.normals[triangle]
+    normals[len(positions) :] *= -1
+    positions = np.tile(positions, (2, 1))
     directions = to_world(sample_cosine_hemisphere(random.random((len(positions), 2), np.float32)), normals)
-    return LightRays(positions + scene.ray_offset(positions) * normals, directions)
+    return LightRays(positions + scene.ray_offset(triangle, positions) * normals, directions)
