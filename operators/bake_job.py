@@ -275,6 +275,7 @@ class BakeJob:
             solution = solve(self.scene, receivers, settings, tracer, progress, inspector, maps, started)
             if solution.dark:
                 self.warnings.append(NO_LIGHT)
+            self.warnings += [_flush(*names) for names in solution.tracer.flush_emitters]
             points = [one.lit_by(solution, workers) for one in points]
         light = solution.irradiance() if solution else no_light()
         if settings.open_side:
@@ -379,6 +380,14 @@ def _turned_away(name: str) -> Advice:
     return Advice(
         f"Object '{name}' turns its back to the light, and its front to nothing or to a wall: flip its normals (Mesh > "
         "Normals > Flip), or bake with Open Side."
+    )
+
+
+def _flush(emitter: str, other: str) -> str:
+    place = "others of its own" if emitter == other else f"faces of '{other}'"
+    return (
+        f"Emissive faces of object '{emitter}' lie in one plane with {place}, where Cycles' light depends on rounding; "
+        "it was baked as if in front: move it 1 mm in front."
     )
 
 

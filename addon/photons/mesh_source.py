@@ -81,10 +81,8 @@ def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray
     Objects that diffuse rays do not see do not shine on diffuse surfaces. The power of textured triangles is a mean
     over some of their points; a tenth of the chance goes by the brightest that they could be, lest none were missed.
     """
-    materials, objects = scene.materials, scene.objects
-    shines = objects.scatters & objects.emits
-    glows = materials.emission.nonzero[scene.material_of_triangle] & shines[scene.object_of_triangle]
-    triangles = np.flatnonzero(glows).astype(np.int32)
+    materials = scene.materials
+    triangles = np.flatnonzero(scene.shines).astype(np.int32)
     area = 2 * np.pi * scene.areas[triangles, None]
     power = area * _mean_emission(scene, triangles)
     chance = np.abs(power).sum(axis=1)

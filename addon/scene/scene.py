@@ -120,6 +120,12 @@ class Scene:
         """Unit geometric normal of each triangle by its winding, (t, 3) float32."""
         return self._normals_and_areas[0]
 
+    @cached_property
+    def shines(self) -> np.ndarray:
+        """Which triangles emit light that diffuse rays see, (t,) bool."""
+        of_object = self.objects.scatters & self.objects.emits
+        return self.materials.emission.nonzero[self.material_of_triangle] & of_object[self.object_of_triangle]
+
     @property
     def areas(self) -> np.ndarray:
         """Area of each triangle, (t,) float64, m²."""

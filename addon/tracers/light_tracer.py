@@ -72,8 +72,15 @@ class LightTracer:
         if self._any_see_through:
             self._pass_through(hits, origins, directions, kind)
         if self._coincident.any:
+            self._coincident.bring_forward(hits, seen_by(self._scene.objects, kind))
             hits = replace(hits, tint=hits.tinted(self._coincident.leave(hits.triangle, hits.u, hits.v)))
         return hits
+
+    @property
+    def flush_emitters(self) -> list[tuple[str, str]]:
+        """Names of emissive objects, and of those whose place they share."""
+        names = self._scene.objects.names
+        return list(dict.fromkeys((names[one], names[other]) for one, other in self._coincident.flush_emitters))
 
     def smothered(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Whether an opaque surface lies where points of triangles are, so that no light leaves them, (n,) bool."""

@@ -8,7 +8,7 @@ from photon_bake.addon.photons.source import bounding_sphere
 from photon_bake.addon.scene import Channel, LightKind, Materials, SceneObjects
 from photon_bake.addon.tracers import LightTracer, RayKind
 from photon_bake.addon.tracers.embree import EmbreeTracer
-from photon_bake.tests.core.scenes import lamp, merge, plane, scene_of
+from photon_bake.tests.core.scenes import box, lamp, merge, of_objects, plane, scene_of
 
 DOWN = np.float32([0, 0, -1])
 
@@ -241,3 +241,55 @@ def test_shadow_of_an_object_that_photons_do_not_meet():
     scene.objects.scatters[0] = False
     ended, _ = flown(scene)
     assert ended == [0, 0]
+
+
+def panel(n=1, shift=(0.01, 0.02, 0), up=True, walls=1, half=0.1, tilt=0.0, order=1):
+    """A ground, a small emissive sheet in its plane, and a ceiling; the ground first or last, and tilted."""
+    vertices, triangles = sheet(n, half, up=up)
+    ground, ceiling = sheet(walls), sheet(1, z=1.0, up=False)
+    parts = [(ground, 0, 0), ((vertices + np.float32(shift), triangles), 1, 1), (ceiling, 0, 2)][::order]
+    vertices, triangles = merge(*(mesh for mesh, _, _ in parts))
+    size = [len(mesh[1]) for mesh, _, _ in parts]
+    turned = np.float32([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
+    material = np.repeat([material for _, material, _ in parts], size)
+    scene = scene_of(vertices @ turned.T, triangles, albedo=[0.5, 0.5], emission=[0, 1], material=material)
+    scene = of_objects(scene, np.repeat([obj for _, _, obj in parts], size))
+    return scene, turned
+
+
+@pytest.mark.parametrize("n, walls", [(1, 1), (8, 1), (1, 20), (8, 3)])
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("tilt", [0.0, 0.4])
+@pytest.mark.parametrize("up", [True, False])
+def test_what_emits_in_the_plane_of_a_wall_counts_as_in_front(n, walls, order, tilt, up):
+    """Whichever of the two the tree finds first: by Cycles the light depends on that."""
+    scene, turned = panel(n, up=up, walls=walls, tilt=tilt, order=order)
+    tracer = light_tracer(scene)
+    at = np.random.default_rng(3).uniform(-0.3, 0.3, (4000, 2)).astype(np.float32)
+    origins = np.column_stack([at, np.full(len(at), 0.5, np.float32)]) @ turned.T
+    hits = tracer.closest_hit(origins, np.tile(-turned[:, 2], (len(at), 1)))
+    on_panel = (np.abs(at - [0.01, 0.02]) < 0.1).all(axis=1)
+    assert (scene.shines[hits.triangle] != on_panel).mean() < 1e-3
+    assert hits.tint is None or (hits.tint == 1).all()
+    seen = np.flatnonzero(scene.shines[hits.triangle])
+    assert not tracer.smothered(hits.triangle[seen], hits.u[seen], hits.v[seen]).any()
+    assert tracer.flush_emitters == [(scene.objects.names[1], scene.objects.names[0])]
+
+
+@pytest.mark.parametrize("inwards", [False, True])
+@pytest.mark.parametrize("walls", [sheet(1), merge(sheet(1), sheet(1, z=-0.3, up=False)), sheet(1, up=False)])
+def test_solid_lamps_on_a_ground_are_no_flush_emitters(walls, inwards):
+    """Of their foot nothing is seen, whichever way they or the ground are turned."""
+    vertices, triangles = box(0.1, inwards=inwards)
+    mesh = merge(walls, (vertices + np.float32([0, 0, 0.1]), triangles), sheet(1, z=1.0, up=False))
+    of = np.repeat([0, 1, 2], [len(walls[1]), 12, 2])
+    scene = of_objects(scene_of(*mesh, albedo=[0.5, 0.5], emission=[0, 1], material=of % 2), of)
+    assert light_tracer(scene).flush_emitters == []
+
+
+def test_solid_lamps_sunk_into_a_ground_are_flush_emitters():
+    vertices, triangles = box(0.1, inwards=False)
+    mesh = merge(sheet(1), (vertices - np.float32([0, 0, 0.1]), triangles), sheet(1, z=1.0, up=False))
+    of = np.repeat([0, 1, 2], [2, 12, 2])
+    scene = of_objects(scene_of(*mesh, albedo=[0.5, 0.5], emission=[0, 1], material=of % 2), of)
+    assert len(light_tracer(scene).flush_emitters) == 1

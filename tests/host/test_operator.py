@@ -488,3 +488,15 @@ def test_an_object_that_turns_its_back_to_the_light_is_named(room):
     bpy.ops.photon_bake.bake_indirect()
     assert light_of("Room")[:, :3].min() > 0
     assert not any("turns its back" in warning for warning in bake_state.warnings)
+
+
+@pytest.mark.parametrize("apart, n", [(0.0, 1), (1e-3, 0)])
+def test_emissive_faces_in_the_plane_of_others_are_named(room, apart, n):
+    """Cycles' light depends on rounding there, and is what was baked a millimetre in front."""
+    glow, _ = add_material("Glow", "ShaderNodeEmission")
+    add_plane("Panel", material=glow).location = (2.5, 0, apart)
+    bpy.ops.photon_bake.bake_indirect()
+    warnings = [one for one in bake_state.warnings if "one plane" in one]
+    assert len(warnings) == n
+    for warning in warnings:
+        assert "'Panel'" in warning and "'Floor'" in warning and kind_of(warning) == "difference"

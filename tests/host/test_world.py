@@ -294,5 +294,4 @@ def test_small_lamps_in_a_picture_keep_their_light(n_lamps):
     tree.color(tree.add("TexEnvironment", image=image).outputs["Color"])
     z = -np.cos(np.pi * np.arange(height + 1) / height)
     expected = np.einsum("ijk,i->k", pixels[..., :3], np.diff(z), dtype=np.float64) * 2 * np.pi / width
-    world = read_world(bpy.context.evaluated_depsgraph_get(), Warnings())
-    assert world.integral == pytest.approx(expected, rel=0.02)
+    assert read().integral == pytest.approx(expected, rel=0.02)

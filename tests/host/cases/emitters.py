@@ -196,7 +196,7 @@ def world_sky_hosek():
     tree.done(tree.add("Background", {"Color": texture, "Strength": 0.3}), "OutputWorld")
 
 
-@case("World by a gradient", GROUP)
+@case("World by a gradient", GROUP, effort=2)
 def world_gradient():
     # Dark below, bright above.
     open_room()

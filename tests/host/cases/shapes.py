@@ -294,7 +294,9 @@ def instance_attributes():
     scattered(original, 3, 2, "place")
 
 
-@case("Instances with random colours (Object Info)", GROUP)
+@case(
+    "Instances with random colours (Object Info)", GROUP, since=(5, 2)
+)  # whose random numbers are others than those of 4.5
 def instance_random():
     scattered(read_by_instances("ObjectInfo", "Random"), 3, 2)
 
