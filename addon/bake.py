@@ -16,6 +16,7 @@ from .gather import (
     FinalGather,
     GatherRays,
     Irradiance,
+    MidAir,
     PhotonDensity,
     Survey,
     build_radiance_cache,
@@ -131,12 +132,24 @@ def solve(
 
     rest = workers.part(_PILOT_PART if survey else 0.0, 1.0)
     n_photons, n_bounces, volumes = settings.n_photons, settings.max_bounces, settings.gather == "photon_volumes"
-    photons = trace_photons(scene, of_photons, emitters, n_photons, n_bounces, rest, region=home, on_gloss=volumes)
+    mid_air = _in_mid_air(scene, light_tracer, receivers, settings)
+    log = mid_air.log if mid_air else None
+    photons = trace_photons(
+        scene, of_photons, emitters, n_photons, n_bounces, rest, region=home, on_gloss=volumes, log=log
+    )
     inspector.see("photons", lambda: (photons.position + LIFT * region.radius * photons.normal, photons.power))
     left, direct = bounces_left(emitters, n_photons, photons), DirectLight(scene, light_tracer, sources)
     deadline = started + settings.time if settings.time else np.inf
-    light = photons, left, noise, sources, direct, survey
+    light = photons, left, noise, sources, direct, survey, mid_air
     return Solution(scene, receivers, settings, light_tracer, *light, workers, inspector, deadline)
+
+
+def _in_mid_air(scene: Scene, tracer: LightTracer, receivers: Receivers, settings: BakeSettings) -> MidAir | None:
+    """Receivers that no photons are stored around, though densities of photons are wanted there; None without any."""
+    by_density = settings.gather == "density"
+    if not by_density and scene.materials.matte.all():  # no caustics
+        return None
+    return MidAir.of(scene, tracer, receivers, scattered=by_density)
 
 
 def _check(receivers: Receivers, settings: BakeSettings) -> None:
@@ -162,6 +175,8 @@ class Solution:
     direct : DirectLight
     survey : Survey or None
         Of the surfaces that gather rays see; None where no rays are sent.
+    mid_air : MidAir or None
+        The receivers that lie on no surface, and what flies past them; None without any.
     deadline : float, s
         By `time.perf_counter`, of the final gather.
     """
@@ -176,6 +191,7 @@ class Solution:
     sources: list[Source]
     direct: DirectLight
     survey: Survey | None
+    mid_air: MidAir | None
     workers: Workers
     inspector: Inspector
     deadline: float
@@ -270,9 +286,10 @@ class Solution:
         kind = self.photons.kind
         if self.receivers.takes_caustics is None:
             of_all = self._density(self.photons.where(kind != PathKind.DIRECT), self.settings.n_nearest)
-            return of_all.at(self.receivers, self.workers)[0], {}
+            return self._with_mid_air(of_all.at(self.receivers, self.workers)[0], self.settings.n_nearest), {}
         of_scattered = self._density(self.photons.where(kind == PathKind.INDIRECT), self.settings.n_nearest)
-        return _sum(of_scattered.at(self.receivers, self.workers)[0], {}, self._caustics())
+        light = of_scattered.at(self.receivers, self.workers)[0]
+        return _sum(self._with_mid_air(light, self.settings.n_nearest, PathKind.INDIRECT), {}, self._caustics())
 
     def _must_gather(self) -> GatherRays:
         assert self.rays is not None
@@ -287,17 +304,24 @@ class Solution:
         n_nearest = self.settings.n_nearest // _CAUSTIC_SHARE
         at, takers = self.receivers, self.receivers.takes_caustics
         caustics = Estimate.dark(len(at), at.directional)
-        # So few say nothing of where the light is, and cost much time
-        if len(focused) < _LEAST_ESTIMATES * n_nearest or (takers is not None and not takers.any()):
+        if takers is not None and not takers.any():
             return caustics, len(focused)
-        density = self._density(focused, n_nearest)
-        if takers is not None:
-            caustics.put(takers, density.at(at.where(takers), self.workers)[0])
-        elif gather is not None:
-            caustics = thinned_density(density, at, gather, self.workers)
-        else:
-            caustics = density.at(at, self.workers)[0]
-        return caustics, len(focused)
+        # So few say nothing of where the light is, and cost much time
+        if len(focused) >= _LEAST_ESTIMATES * n_nearest:
+            density = self._density(focused, n_nearest)
+            if takers is not None:
+                caustics.put(takers, density.at(at.where(takers), self.workers)[0])
+            elif gather is not None:
+                caustics = thinned_density(density, at, gather, self.workers)
+            else:
+                caustics = density.at(at, self.workers)[0]
+        return self._with_mid_air(caustics, n_nearest, PathKind.CAUSTIC), len(focused)
+
+    def _with_mid_air(self, light: Estimate, n_nearest: int, kind: PathKind | None = None) -> Estimate:
+        """Light, with that of receivers in mid-air by what flies past them, of one kind or of all."""
+        if self.mid_air is None:
+            return light
+        return self.mid_air.put(light, self.receivers, self.settings.max_radius, n_nearest, kind, self.workers)
 
     def _density(self, photons: Photons, n_nearest: int) -> PhotonDensity:
         r_max = self.settings.max_radius or search_radius(photons, region_of(self.receivers.position), n_nearest)

@@ -6,6 +6,7 @@ from .camera_highlights import reflected_highlights
 from .density import PhotonDensity, search_radius
 from .direct_irradiance import direct_irradiance, direct_slope
 from .direct_light import DirectLight
+from .disc_density import MidAir
 from .final import Effort, FinalGather
 from .gather_rays import GatherRays
 from .glossy_light import glossy_radiance
@@ -27,6 +28,7 @@ __all__ = [
     "FinalGather",
     "GatherRays",
     "Irradiance",
+    "MidAir",
     "OpenBacks",
     "PhotonDensity",
     "RadianceCache",

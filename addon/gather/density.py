@@ -33,7 +33,7 @@ _PAIRS = 1 << 19  # of receivers and photons in a chunk, which bounds the memory
 _OVERSEARCH = 2  # in an edge between two faces, half of the nearest photons are the other face's
 _N_DISC_RAYS = 16
 _LOWEST = np.float32(0.1)  # cosine: few photons come in lower, and each would weigh the more
-_LEAST_SHARE = np.float32(1 / 8)  # half of a corner between three walls: with less, the receiver is on no surface
+LEAST_SHARE = np.float32(1 / 8)  # half of a corner between three walls: with less, the receiver is on no surface
 
 
 def search_radius(photons: Photons, region: Sphere, k: int) -> float:
@@ -108,11 +108,11 @@ class PhotonDensity:
         area = np.maximum(np.pi * r**2 * share, np.float32(1e-30))  # where photons lie on the very receiver
         brightness = (power[..., 0] + power[..., 1] + power[..., 2]) / 3
         squares = np.einsum("nk,nk->n", brightness, brightness)
-        slope = None if flight is None else _slope(power, rows(flight, within), normals, area)
+        slope = None if flight is None else slope_of_photons(power, rows(flight, within), normals, area)
         return Estimate(np.einsum("nki->ni", power) / area[:, None], np.sqrt(squares) / area, slope), r
 
 
-def _slope(power: np.ndarray, flight: np.ndarray, normals: np.ndarray, area: np.ndarray) -> np.ndarray:
+def slope_of_photons(power: np.ndarray, flight: np.ndarray, normals: np.ndarray, area: np.ndarray) -> np.ndarray:
     """Slope (n, 3, 3) of photons' power (n, k, 3) that flew along unit vectors (n, k, 3) onto areas (n,).
 
     A photon brings L dω = Φ / (cos θ A), where Φ/A is irradiance; what comes in lower than `_LOWEST` as if from there.
@@ -196,7 +196,7 @@ def surface_share(
     lies_there = hits.hit & (hits.distance <= thickness) & (cosine > SAME_SIDE)
     hidden = tracer.occluded(np.repeat(x + top, n_rays, 0), raised)
     share = (lies_there & ~hidden).reshape(len(x), n_rays).mean(axis=1, dtype=np.float32)
-    return np.maximum(share, _LEAST_SHARE), hidden.reshape(len(x), n_rays).any(axis=1)
+    return np.maximum(share, LEAST_SHARE), hidden.reshape(len(x), n_rays).any(axis=1)
 
 
 def _seen(

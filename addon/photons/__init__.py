@@ -2,6 +2,7 @@
 
 from .bounce_map import BounceMap, bounce_map
 from .emission import light_sources
+from .flights import FlightLog, Flights
 from .guiding import GuidedSource, guide_sources, noise_of_photons, pilots_for
 from .photons import PathKind, Photons
 from .source import Source, Sphere, region_of
@@ -9,6 +10,8 @@ from .tracing import bounces_left, emitted_rays, trace_photons
 
 __all__ = [
     "BounceMap",
+    "FlightLog",
+    "Flights",
     "GuidedSource",
     "PathKind",
     "Photons",

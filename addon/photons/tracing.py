@@ -15,6 +15,7 @@ from ..scene import ALL_BOUNCES, Scene
 from ..tracers import Hits, LightTracer, RayKind, seen_by
 from .bounce_map import View, view_of
 from .first_flight import first_flight
+from .flights import FlightLog, Flights
 from .homing import sent_home
 from .photons import PathKind, Photons
 from .scattering import scatter
@@ -72,6 +73,7 @@ def trace_photons(
     region: Sphere | None = None,
     on_gloss: bool = False,
     of: Pass = Pass.PHOTONS,
+    log: FlightLog | None = None,
 ) -> Photons:
     """Photons that met surfaces with a diffuse or translucent lobe, and caustics on all surfaces.
 
@@ -94,6 +96,8 @@ def trace_photons(
     on_gloss : bool
         Store those as well that met surfaces with other lobes alone.
     of : Pass
+    log : FlightLog, optional
+        Takes down photons' flights from the first surface on.
 
     Returns
     -------
@@ -109,7 +113,7 @@ def trace_photons(
     workers.progress.update("Tracing photons", 0.0)
     parts = [Photons.none()]
     for n, part in workers.map(
-        lambda batch: (len(batch.u), _trace_batch(scene, tracer, batch, max_bounces, workers.seed, region, keeps)),
+        lambda batch: (len(batch.u), _trace_batch(scene, tracer, batch, max_bounces, workers.seed, region, keeps, log)),
         batches,
     ):
         parts.append(part)
@@ -171,6 +175,7 @@ def _trace_batch(
     seed: int,
     region: Sphere | None,
     keeps: np.ndarray,
+    log: FlightLog | None,
 ) -> Photons:
     """Emit a batch and follow it until every photon is absorbed, gone, or has hit `max_bounces` surfaces.
 
@@ -196,6 +201,8 @@ def _trace_batch(
             hits, power = first_flight(scene, tracer, source, origins, directions, power, random)
         else:
             hits = tracer.closest_hit(origins, directions)
+            if log is not None:
+                log.take(batch.index, Flights(origins, directions, hits.distance, power, focused))
             power = hits.tinted(power)
         hit = np.flatnonzero(hits.hit & (power != 0).any(axis=1))
         if len(hit) == 0:

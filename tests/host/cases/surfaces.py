@@ -155,7 +155,7 @@ def metallic():
     shiny_floor(shader("BsdfMetallic", inputs))
 
 
-@case("Two mirrors (light by way of both)", GROUP, effort=6)
+@case("Two mirrors (light by way of both)", GROUP, effort=9)
 def two_mirrors():
     # Between a mirror floor and a mirror ceiling.
     mirror = shader("BsdfAnisotropic", {"Color": (0.9, 0.9, 0.9), "Roughness": 0.0})
@@ -164,7 +164,7 @@ def two_mirrors():
     lamp("AREA", (-1.5, 0, -0.5), (-0.5, 0, -2), size=1, energy=200)
 
 
-@case("Glass pane (Principled transmission)", GROUP, effort=9)
+@case("Glass pane (Principled transmission)", GROUP, effort=12)
 def principled_glass():
     divided(principled(Transmission_Weight=1.0, Roughness=0.0, Base_Color=(0.6, 0.9, 0.7)), 0.2)
 
@@ -195,6 +195,19 @@ def glass_ball():
     room(dim=0.6)
     probes("Floor", 400, lambda p: np.hypot(p[0], p[1]) < 0.3)
     bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=0.6, location=(0, 0, -0.7))
+    ball = bpy.context.object
+    ball.data.shade_smooth()
+    ball.data.materials.append(shader("BsdfGlass", {"Roughness": 0.0, "IOR": 1.5}))
+    lamp("AREA", (0, 0, 1.9), size=3.0, energy=200)
+
+
+@case("Glass ball over what no light stops at (a caustic in mid-air)", GROUP, effort=16)
+def glass_ball_in_mid_air():
+    # The bright spot falls on probes half a metre above the floor, and through them.
+    room(dim=0.6)
+    probes("Floor", 400, lambda p: np.hypot(p[0], p[1]) < 0.3)
+    bpy.data.objects["Probes"].location.z = 0.5
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, radius=0.6, location=(0, 0, -0.3))
     ball = bpy.context.object
     ball.data.shade_smooth()
     ball.data.materials.append(shader("BsdfGlass", {"Roughness": 0.0, "IOR": 1.5}))
