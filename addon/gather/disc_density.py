@@ -23,6 +23,7 @@ from .irradiance import Estimate
 _OFF_SURFACE = np.float32(0.1)
 """How far receivers may be off their surface, over their footprint: lift and pull take them a third as far at most."""
 
+_AROUND = 8  # directions in which surfaces are looked for, beside the one down
 _LEAST_MARGIN = 0.05  # of the ball beyond the receivers, over the scene's diagonal
 _DISCS = 42  # stream of random numbers
 _TOGETHER, _FEW = 1024, 32  # receivers that lie together, for which flights are chosen; and of these some once more
@@ -51,9 +52,7 @@ class MidAir:
     @staticmethod
     def of(scene: Scene, tracer: LightTracer, receivers: Receivers, scattered: bool) -> "MidAir | None":
         """Those among receivers, None without any; caustics alone are theirs unless all `scattered` light is wanted."""
-        reach = _OFF_SURFACE * receivers.footprint + 4 * scene.ray_offset(receivers.position)[:, 0]
-        above = receivers.position + reach[:, None] * receivers.normal
-        free = ~tracer.surfaces.closest_hit(above, -receivers.normal, 2 * reach).hit
+        free = _off_surfaces(scene, tracer.surfaces, receivers)
         if receivers.takes_caustics is not None and not scattered:
             free &= receivers.takes_caustics
         if not free.any():
@@ -92,6 +91,21 @@ class MidAir:
             density = DiscDensity(self._tracer, flights, self.log.ball, n_nearest, max_radius)
             light.put(rows, density.at(receivers.where(rows), workers))
         return light
+
+
+def _off_surfaces(scene: Scene, tracer: Tracer, receivers: Receivers) -> np.ndarray:
+    """Which receivers have no surface close beneath them, nor beside: at a tip none may be beneath; (n,) bool."""
+    reach = _OFF_SURFACE * receivers.footprint + 4 * scene.ray_offset(receivers.position)[:, 0]
+    above = receivers.position + reach[:, None] * receivers.normal
+    free = ~tracer.closest_hit(above, -receivers.normal, 2 * reach).hit
+    for angle in np.arange(_AROUND) * (2 * np.pi / _AROUND):
+        k = np.flatnonzero(free)
+        tangent, bitangent = frame(rows(receivers.normal, k))
+        aside = np.float32(np.cos(angle)) * tangent + np.float32(np.sin(angle)) * bitangent
+        way = (aside - rows(receivers.normal, k)) / np.float32(2**0.5)
+        for start in (receivers.position, above):
+            free[k] &= ~tracer.closest_hit(rows(start, k), way, 2 * reach[k]).hit
+    return free
 
 
 def _ball_around(positions: np.ndarray, margin: float) -> Sphere:

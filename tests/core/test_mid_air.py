@@ -5,14 +5,14 @@ from dataclasses import fields
 import numpy as np
 import pytest
 from photon_bake.addon.bake import solve
-from photon_bake.addon.gather.disc_density import DiscDensity
+from photon_bake.addon.gather.disc_density import DiscDensity, MidAir
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import FlightLog, Flights, PathKind, Photons, Sphere, light_sources, trace_photons
 from photon_bake.addon.scene import LightKind
 from photon_bake.addon.settings import settings_for
 from photon_bake.addon.tracers import LightTracer
 from photon_bake.addon.tracers.embree import EmbreeTracer
-from photon_bake.tests.core.scenes import lamp, merge, plane, receivers_at
+from photon_bake.tests.core.scenes import lamp, merge, plane, receivers_at, scene_of
 from photon_bake.tests.core.test_caustics import REGION, SUN, ball_power, glass_ball, with_lobes
 
 WALL = np.float32([(0, -1, 0.2), (0, 1, 0.2), (0, 1, 0.8), (0, -1, 0.8)]), np.int32([[0, 1, 2], [0, 2, 3]])
@@ -119,6 +119,14 @@ def test_all_receivers_on_surfaces_cost_no_log():
     scene = glass_ball()
     receivers = receivers_at(grid([-0.2, 0.0, 0.2], 5e-4), (0, 0, 1))
     assert caustics(scene, receivers, "final", 10_000)[1].mid_air is None
+
+
+def test_receivers_just_off_a_tip_are_on_its_surface():
+    """No surface may be beneath a receiver at a tip, by a hair."""
+    scene = scene_of([(0, 0, 0), (1, 0.2, 0), (1, -0.2, 0)], [(0, 2, 1)])
+    tracer = LightTracer(scene, EmbreeTracer(scene))
+    assert MidAir.of(scene, tracer, receivers_at((-2e-4, 0, 1e-4), (0, 0, 1)), True) is None
+    assert list(MidAir.of(scene, tracer, receivers_at([(-2e-4, 0, 1e-4), (0.5, 0, 0.1)], (0, 0, 1)), True).rows) == [1]
 
 
 def test_scattered_light_in_mid_air_is_in_the_density_gather():
