@@ -12,7 +12,7 @@ from ..parallel import Workers, slices
 from ..photons import FlightLog, Flights, PathKind, Sphere
 from ..receivers import Receivers
 from ..sampling.streams import below_one, sobol
-from ..sampling.vectors import dot, rows
+from ..sampling.vectors import dot, largest, rows
 from ..sampling.warps import frame, sample_uniform_disk
 from ..scene import Scene
 from ..scene.z_curve import z_curve
@@ -23,6 +23,7 @@ from .irradiance import Estimate
 _OFF_SURFACE = np.float32(0.1)
 """How far receivers may be off their surface, over their footprint: lift and pull take them a third as far at most."""
 
+_ROUNDING = np.float32(2**-16)  # of a coordinate, over itself, and more
 _AROUND = 8  # directions in which surfaces are looked for, beside the one down
 _LEAST_MARGIN = 0.05  # of the ball beyond the receivers, over the scene's diagonal
 _DISCS = 42  # stream of random numbers
@@ -52,7 +53,7 @@ class MidAir:
     @staticmethod
     def of(scene: Scene, tracer: LightTracer, receivers: Receivers, scattered: bool) -> "MidAir | None":
         """Those among receivers, None without any; caustics alone are theirs unless all `scattered` light is wanted."""
-        free = _off_surfaces(scene, tracer.surfaces, receivers)
+        free = _off_surfaces(tracer.surfaces, receivers)
         if receivers.takes_caustics is not None and not scattered:
             free &= receivers.takes_caustics
         if not free.any():
@@ -93,9 +94,9 @@ class MidAir:
         return light
 
 
-def _off_surfaces(scene: Scene, tracer: Tracer, receivers: Receivers) -> np.ndarray:
+def _off_surfaces(tracer: Tracer, receivers: Receivers) -> np.ndarray:
     """Which receivers have no surface close beneath them, nor beside: at a tip none may be beneath; (n,) bool."""
-    reach = _OFF_SURFACE * receivers.footprint + 4 * scene.ray_offset(receivers.position)[:, 0]
+    reach = _OFF_SURFACE * receivers.footprint + _ROUNDING * largest(np.abs(receivers.position))
     above = receivers.position + reach[:, None] * receivers.normal
     free = ~tracer.closest_hit(above, -receivers.normal, 2 * reach).hit
     for angle in np.arange(_AROUND) * (2 * np.pi / _AROUND):
