@@ -10,6 +10,7 @@ from typing import Any, ClassVar, TypeVar
 
 import bpy
 
+from ..errors import BakeError
 from .temporary import Temporary
 
 T = TypeVar("T")
@@ -44,6 +45,11 @@ def in_render_graph(
     view_layer : bpy.types.ViewLayer
         Of the scene.
     work : callable
+
+    Raises
+    ------
+    BakeError
+        If Blender is at another bake.
     """
     results: list[T] = []
     errors: list[BaseException] = []
@@ -78,6 +84,8 @@ def in_render_graph(
         view_layer.update()  # else it would list the stand-in, which is gone
     if errors:
         raise errors[0]
+    if not results:
+        raise BakeError("Blender does not evaluate the scene while it bakes or renders: wait for that to end.")
     return results[0]
 
 
