@@ -9,7 +9,7 @@ it counts as lying in front, which gives what Cycles shows of it a millimetre in
 """
 
 from dataclasses import replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -27,7 +27,7 @@ _STAGE = "Looking for surfaces in one place"
 _CHUNK = 1 << 16
 _MAX_TRIANGLES = 1 << 20  # looked at, the largest first
 _N_LOOKS = 1 << 17
-_FEW = 16  # points of a triangle
+_FEW, _MOST_POINTS = 16, 256  # of a triangle
 _ONE_PLACE = 2.0**-21
 """How far apart surfaces may be, over their coordinates: about what float32 cannot tell apart."""
 
@@ -164,14 +164,15 @@ class CoincidentSurfaces:
         if len(looked_at) > _MAX_TRIANGLES:
             looked_at = np.argpartition(-scene.areas, _MAX_TRIANGLES)[:_MAX_TRIANGLES]
         few = min(_places(looked_at), _FEW)
-        near, met = _met_beside(scene, tracer, looked_at, _WITHIN[:few], progress.part(0.0, 0.4))
+        near, met = _met_beside(scene, tracer, looked_at, _points_within()[:few], progress.part(0.0, 0.4))
         near = np.unique(near)
-        _, more = _met_beside(scene, tracer, near, _WITHIN[: _places(near)], progress.part(0.4, 0.8))
+        _, more = _met_beside(scene, tracer, near, _points_within()[: _places(near)], progress.part(0.4, 0.8))
 
         # Of two surfaces a ray finds one, maybe that which it is sent through. Then the other's rays find it, unless
         # that is so large that they miss it: rays past the small one find the large one. What emits must be found.
-        shining = np.flatnonzero(scene.shines)[: _N_LOOKS // len(_AROUND)]
-        _, around = _met_beside(scene, tracer, shining, _AROUND, progress.part(0.8, 1.0))
+        places = _points_around()
+        shining = np.flatnonzero(scene.shines)[: _N_LOOKS // len(places)]
+        _, around = _met_beside(scene, tracer, shining, places, progress.part(0.8, 1.0))
         found = np.concatenate([_overlapping(scene, np.concatenate([met, more])), _overlapping(scene, around)])
         both = np.unique(np.concatenate([found, found[:, ::-1]]).astype(np.int32), axis=0)
         return both[:, 0], both[:, 1]
@@ -179,12 +180,13 @@ class CoincidentSurfaces:
 
 def _places(triangles: np.ndarray) -> int:
     """At how many points each of so many triangles may be looked at."""
-    return int(np.clip(_N_LOOKS // max(len(triangles), 1), 1, len(_WITHIN)))
+    return int(np.clip(_N_LOOKS // max(len(triangles), 1), 1, _MOST_POINTS))
 
 
+@cache
 def _points_within() -> np.ndarray:
-    """Points of a triangle, (256, 2) float32: its middle and others."""
-    others = np.stack(sample_uniform_triangle(sobol(2, 0).random(256).astype(np.float32)), axis=1)
+    """Points of a triangle, (_MOST_POINTS, 2) float32: its middle and others."""
+    others = np.stack(sample_uniform_triangle(sobol(2, 0).random(_MOST_POINTS).astype(np.float32)), axis=1)
     return np.concatenate([np.full((1, 2), 1 / 3, np.float32), others[:-1]])
 
 
@@ -193,9 +195,6 @@ def _points_around() -> np.ndarray:
     corners = np.array([[0, 0], [1, 0], [0, 1]])
     reach = np.array([1.1, 2, 4, 8, 16, 32])[:, None, None]
     return (1 / 3 + reach * (corners - 1 / 3)).reshape(-1, 2).astype(np.float32)
-
-
-_WITHIN, _AROUND = _points_within(), _points_around()
 
 
 def _met_beside(
@@ -224,7 +223,7 @@ def _overlapping(scene: Scene, pairs: np.ndarray) -> np.ndarray:
     swapped = scene.areas[pairs[:, 0]] > scene.areas[pairs[:, 1]]
     pairs = np.unique(np.where(swapped[:, None], pairs[:, ::-1], pairs), axis=0)
     lie = [np.zeros(0, bool)]
-    places = _WITHIN[: max(_places(pairs), _FEW)]
+    places = _points_within()[: max(_places(pairs), _FEW)]
     for chunk in slices(len(pairs), _CHUNK // len(places)):
         first, second = np.repeat(pairs[chunk], len(places), axis=0).T
         u, v = np.tile(places.T, len(pairs[chunk]))
