@@ -23,7 +23,7 @@ def contents():
     """What Blender's data holds, a value for each path such as 'objects/Cube/location'; meshes by what is in them."""
     found = {}
     for kind in bpy.data.bl_rna.properties:
-        if kind.type != "COLLECTION" or kind.identifier in _OF_THE_WINDOW:
+        if kind.type != "COLLECTION" or kind.identifier in {"all_ids", *_OF_THE_WINDOW}:  # 5.2 has all once more
             continue
         for block in getattr(bpy.data, kind.identifier):
             path = f"{kind.identifier}/{block.name_full}"
