@@ -282,7 +282,7 @@ def test_pictures_of_one_color_are_one_color(monkeypatch):
 def test_small_lamps_in_a_picture_keep_their_light(n_lamps):
     """Of ∫ L dω over a picture with lamps of two by two texels, a quarter of a pixel of ours each."""
     height, width = 1024, 2048
-    pixels = np.full((height, width, 4), 0.05, np.float32)
+    pixels = np.full((height, width, 4), (0.05, 0.05, 0.05, 1), np.float32)
     places = [(700 + 40 * (k % 3), 300 * k + 101 + k) for k in range(n_lamps)]
     for row, column in places:
         pixels[row : row + 2, column : column + 2, :3] = (72_000, 54_000, 36_000)
