@@ -5,7 +5,7 @@ from typing import Any
 
 import bpy
 
-from ..addon.blender.lightmap_gltf import export_gltf
+from ..addon.blender.lightmap.gltf import export_gltf
 from ..addon.errors import BakeError
 
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from ..addon.blender import bake_objects
 from ..addon.blender.as_read import AsRead, still_there
-from ..addon.blender.lightmap_checks import check_uv
-from ..addon.blender.lightmap_layout import Layout, lay_out
-from ..addon.blender.lightmap_meshes import check_lightmap_object, lightmap_meshes
-from ..addon.blender.lightmap_writing import write_lightmaps
+from ..addon.blender.lightmap.checks import check_uv
+from ..addon.blender.lightmap.layout import Layout, lay_out
+from ..addon.blender.lightmap.meshes import check_lightmap_object, lightmap_meshes
+from ..addon.blender.lightmap.writing import write_lightmaps
 from ..addon.errors import BakeError
 from ..addon.lightmap_settings import LightmapSettings
 from ..addon.output import atomic_path, check_place, check_writable

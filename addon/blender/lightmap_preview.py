@@ -9,8 +9,8 @@ from typing import Any
 
 import bpy
 
-from .lightmap_images import lightmap_of_file
-from .lightmap_writing import IMAGE, SCALE_OFFSET, UV_MAP
+from .lightmap.images import lightmap_of_file
+from .lightmap.writing import IMAGE, SCALE_OFFSET, UV_MAP
 from .nodes import output_node
 from .preview_group import Lit, preview_group
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import bpy
 
-from .lightmap_images import ENCODING, RANGE
-from .lightmap_writing import SCALE_OFFSET
+from .lightmap.images import ENCODING, RANGE
+from .lightmap.writing import SCALE_OFFSET
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..errors import BakeError
-from ..progress import Progress
-from ..receivers import LightmapMesh
-from ..receivers.coverage import middles_in
+from ...errors import BakeError
+from ...progress import Progress
+from ...receivers import LightmapMesh
+from ...receivers.coverage import middles_in
 
 _SPARE = 1e-4
 """How far texture coordinates may leave the image, as rounding does."""

@@ -3,17 +3,17 @@
 import bpy
 import numpy as np
 
-from ..errors import BakeError
-from ..lightmap_settings import MADE_UV_MAP
-from ..progress import Progress
-from ..receivers import LightmapMesh
-from .color_attribute import check_editable
-from .lightmap_layout import Layout
-from .meshes import attribute, evaluated_mesh, read_mesh
-from .render_graph import in_render_graph
-from .temporary import Temporary
-from .transforms import place_normals, to_world
-from .vertex_meshes import check_is_mesh, check_shape
+from ...errors import BakeError
+from ...lightmap_settings import MADE_UV_MAP
+from ...progress import Progress
+from ...receivers import LightmapMesh
+from ..color_attribute import check_editable
+from ..meshes import attribute, evaluated_mesh, read_mesh
+from ..render_graph import in_render_graph
+from ..temporary import Temporary
+from ..transforms import place_normals, to_world
+from ..vertex_meshes import check_is_mesh, check_shape
+from .layout import Layout
 
 MAX_UV_MAPS = 8
 

@@ -11,9 +11,9 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..receivers import Charts, LightmapMesh
-from .meshes import attribute, read_mesh
-from .temporary import Temporary
+from ...receivers import Charts, LightmapMesh
+from ..meshes import attribute, read_mesh
+from ..temporary import Temporary
 
 
 @dataclass(frozen=True)

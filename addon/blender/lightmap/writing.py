@@ -5,10 +5,10 @@ from pathlib import Path
 
 import bpy
 
-from ..lightmap_settings import LightmapSettings
-from .lightmap_images import load_lightmaps
-from .lightmap_layout import Layout
-from .lightmap_meshes import write_uv_map
+from ...lightmap_settings import LightmapSettings
+from .images import load_lightmaps
+from .layout import Layout
+from .meshes import write_uv_map
 
 IMAGE, UV_MAP, SCALE_OFFSET = "lightmap_image", "lightmap_uv_map", "lightmap_scale_offset"
 """Custom properties of objects: name of the image's file, name of the UV map, and (sx, sy, ox, oy): what the UV map

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import bpy
 
-from ..lightmap_settings import LightmapSettings
+from ...lightmap_settings import LightmapSettings
 
 OF = "photon_bake_lightmap"
 """Custom property of the images that are lightmaps: the name of what they are of."""

@@ -7,11 +7,11 @@ from math import sqrt
 import bpy
 import numpy as np
 
-from ..errors import BakeError
-from ..progress import Progress
-from .lightmap_charts import Faces, chart_of_triangles, laid_flat
-from .lightmap_checks import overlapping
-from .lightmap_packing import Packed, Piece, PiecesAt, pack
+from ...errors import BakeError
+from ...progress import Progress
+from .charts import Faces, chart_of_triangles, laid_flat
+from .checks import overlapping
+from .packing import Packed, Piece, PiecesAt, pack
 
 ANGLES = (66.0, 45.0, 20.0)
 """Angles between a chart's faces and its plane, degrees: the next is taken for charts that would lie over themselves.

@@ -8,12 +8,12 @@ import addon_utils
 import bpy
 import numpy as np
 
-from ..errors import BakeError
-from ..output import atomic_path, check_writable
-from .lightmap_meshes import write_uv_map
-from .lightmap_writing import SCALE_OFFSET, UV_MAP
-from .temporary import Temporary
-from .visibility import objects_of
+from ...errors import BakeError
+from ...output import atomic_path, check_writable
+from ..temporary import Temporary
+from ..visibility import objects_of
+from .meshes import write_uv_map
+from .writing import SCALE_OFFSET, UV_MAP
 
 EXPORTER = "io_scene_gltf2"
 

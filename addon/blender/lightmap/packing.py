@@ -8,8 +8,8 @@ from math import ceil, sqrt
 import bpy
 import numpy as np
 
-from .lightmap_charts import EditMode, areas
-from .temporary import Temporary
+from ..temporary import Temporary
+from .charts import EditMode, areas
 
 BLOCK = 4
 """Sides of images are multiples of it, texels: graphics cards compress blocks of 4 × 4."""

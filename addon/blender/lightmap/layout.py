@@ -7,12 +7,12 @@ from math import sqrt
 import bpy
 import numpy as np
 
-from ..errors import Advice, BakeError
-from ..lightmap_settings import LARGEST_SIZE, MADE_UV_MAP, LightmapSettings
-from ..progress import Progress
-from .lightmap_charts import Faces, areas
-from .lightmap_packing import Packed, Piece, PiecesAt, fill, pack, whole_blocks
-from .lightmap_pieces import Pieces
+from ...errors import Advice, BakeError
+from ...lightmap_settings import LARGEST_SIZE, MADE_UV_MAP, LightmapSettings
+from ...progress import Progress
+from .charts import Faces, areas
+from .packing import Packed, Piece, PiecesAt, fill, pack, whole_blocks
+from .pieces import Pieces
 
 ScaleOffset = tuple[float, float, float, float]
 
