@@ -46,4 +46,5 @@ def draw_targets(layout: Any, properties: Any) -> None:
     """What is baked to: two buttons a row, as three in one would be cut."""
     grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
     grid.enabled = not bake_state.running
-    grid.prop(properties, "targets")
+    for target in properties.bl_rna.properties["targets"].enum_items:
+        grid.prop_enum(properties, "targets", target.identifier)

@@ -5,7 +5,7 @@ from typing import Any
 import bpy
 
 from .added import draw_added
-from .tab import TargetSection, settings_column
+from .tab import TargetSection, draw_knobs, settings_column
 
 
 class PHOTON_BAKE_PT_camera(TargetSection, bpy.types.Panel):
@@ -17,10 +17,8 @@ class PHOTON_BAKE_PT_camera(TargetSection, bpy.types.Panel):
     def draw(self, context: Any) -> None:
         camera = context.scene.photon_bake.camera
         column = settings_column(self.layout)
-        for name in ("folder", "file_name", "n_pixel_samples", "n_gloss_rays"):
-            column.prop(camera, name)
-        for name in ("pass_denoiser", "precision", "compression"):
-            column.prop(camera, name)
+        draw_knobs(column, camera, "folder", "file_name", "n_pixel_samples", "n_gloss_rays")
+        draw_knobs(column, camera, "pass_denoiser", "precision", "compression")
         row = self.layout.row(align=True)
         row.operator("photon_bake.add_pass", icon="NODE_COMPOSITING")
         row.operator("photon_bake.remove_pass", icon="X")

@@ -5,7 +5,7 @@ from typing import Any
 import bpy
 
 from .added import draw_added
-from .tab import TargetSection, settings_column
+from .tab import TargetSection, draw_knobs, settings_column
 
 
 class PHOTON_BAKE_PT_lightmaps(TargetSection, bpy.types.Panel):
@@ -19,10 +19,9 @@ class PHOTON_BAKE_PT_lightmaps(TargetSection, bpy.types.Panel):
         column = settings_column(self.layout)
         column.prop(lightmap, "folder")
         column.prop(lightmap, "atlas")
-        column.prop(lightmap, "size")
+        draw_knobs(column, lightmap, "size")
         if not lightmap.size:
-            column.prop(lightmap, "density")
-            column.prop(lightmap, "max_size")
+            draw_knobs(column, lightmap, "density", "max_size")
         _draw_uv_map(column, lightmap, context.object)
         if not lightmap.uv_map:
             column.prop(lightmap, "padding")

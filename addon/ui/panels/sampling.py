@@ -5,7 +5,7 @@ from typing import Any
 import bpy
 
 from ...settings import Gather, TracerName
-from .tab import Section, settings_column
+from .tab import Section, draw_knobs, settings_column
 
 _GATHER_KNOBS: dict[Gather, list[str]] = {
     "final": ["n_gather_rays", "gather_share", "interpolate", "noise", "time", "n_cache_elements", "n_cache_rays"],
@@ -33,5 +33,4 @@ class PHOTON_BAKE_PT_sampling(Section, bpy.types.Panel):
         for i, names in enumerate(groups):
             if i:
                 column.separator()
-            for name in names:
-                column.prop(properties, name)
+            draw_knobs(column, properties, *names)

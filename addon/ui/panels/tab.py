@@ -1,9 +1,23 @@
 """What the tab's panels have in common."""
 
+from dataclasses import Field, fields
 from textwrap import wrap
 from typing import Any
 
+from ...camera_settings import CameraSettings
+from ...lightmap_settings import LightmapSettings
+from ...settings import BakeSettings
+from ..properties import label
 from ..state import bake_state
+from ..zero_values import draw_zero
+
+_ZEROS: "dict[str, Field[Any]]" = {
+    knob.name: knob
+    for settings in (BakeSettings, LightmapSettings, CameraSettings)
+    for knob in fields(settings)
+    if knob.metadata.get("zero")
+}
+"""Numbers whose 0 means Off or Auto."""
 
 
 class Tab:
@@ -42,6 +56,15 @@ def settings_column(layout: Any) -> Any:
     column.use_property_decorate = False
     column.enabled = not bake_state.running
     return column
+
+
+def draw_knobs(column: Any, group: Any, *names: str) -> None:
+    """Draw knobs of a property group, one a line."""
+    for name in names:
+        if name in _ZEROS:
+            draw_zero(column, group, _ZEROS[name], label(name))
+        else:
+            column.prop(group, name)
 
 
 def draw_sentence(column: Any, sentence: str, icon: str, width: int) -> None:
