@@ -10,6 +10,7 @@ import bpy
 
 from ..addon.camera_settings import CameraSettings
 from ..addon.errors import BakeError
+from ..addon.knobs import meaning_of
 from ..addon.lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
 from ..addon.settings import CHOICES, BakeSettings, Quality, settings_for
 from ..addon.ui.properties import CHOICE_MEANINGS
@@ -208,7 +209,7 @@ def _parser() -> ArgumentParser:
     for option, name in KNOB_OPTIONS.items():
         knob = knobs[name]
         metavar = _METAVARS.get(name, "N")
-        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(knob.metadata["meaning"]))
+        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(meaning_of(knob)))
     meaning = _sentence(knobs["add_direct"].metadata["meaning"])
     add("--direct", dest="add_direct", action="store_true", default=None, help=meaning)
     meaning = _sentence(knobs["open_side"].metadata["meaning"])
@@ -232,7 +233,7 @@ def _add_lightmap_options(parser: ArgumentParser) -> None:
     for option, name in LIGHTMAP_OPTIONS.items():
         knob = knobs[name]
         metavar = "NAME" if knob.type is str else "N"
-        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(knob.metadata["meaning"]))
+        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(meaning_of(knob)))
     for option, name in LIGHTMAP_CHOICE_OPTIONS.items():
         choices = LIGHTMAP_CHOICES[name]
         meaning = f"{_sentence(CHOICE_MEANINGS[name])}; default {knobs[name].default}"

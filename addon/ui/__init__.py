@@ -1,17 +1,17 @@
 """What people see in Blender: the settings on the scene, the panel, and debug views in the viewport."""
 
-from . import debug_views, panel, properties
+from . import debug_views, panels, properties
 
 
 def register() -> None:
     """Add the settings to scenes, the debug views, and the panel to the sidebar."""
     properties.register()
     debug_views.register()
-    panel.register()
+    panels.register()
 
 
 def unregister() -> None:
     """Take them away again."""
-    panel.unregister()
+    panels.unregister()
     debug_views.unregister()
     properties.unregister()

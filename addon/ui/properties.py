@@ -6,8 +6,10 @@ from typing import Any, get_args, get_type_hints
 import bpy
 
 from ..camera_settings import PASS_CHOICES, PASS_FOLDER, CameraSettings
+from ..knobs import meaning_of
 from ..lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
 from ..settings import CHOICES, BakeSettings, Quality, settings_for
+from .zero_values import SUBTYPES, zero_properties
 
 QUALITIES: tuple[Quality, ...] = get_args(Quality)
 KNOBS = fields(BakeSettings)
@@ -50,7 +52,7 @@ _CHOICE_WORDS = {
     "rgbd": ("PNG RGBD", "8 bits a channel, over a divisor in alpha"),
     "auto": ("Automatic", "OpenImageDenoise where the extension has it; for interpolated lightmaps nothing"),
     "oidn": ("OpenImageDenoise", "Intel's filter; lightmaps chart by chart, so that nothing bleeds across"),
-    "own": ("Own Filter", "Averages neighbours with the same light, place and direction"),
+    "own": ("Own Filter", "Averages neighbors with the same light, place and direction"),
     "none": ("None", "Nothing: the noise stays, or the file's size"),
     "half": ("Half", "16 bits a channel: enough for light"),
     "float": ("Float", "32 bits a channel"),
@@ -73,8 +75,11 @@ CHOICE_NUMBERS = {
 }
 """What .blend files keep of the knobs' choices: never to be given to another choice, or files would open with that."""
 
+_WRITTEN_TO = {"OUTPUT_PATH", "PATH_SUPPORTS_BLEND_RELATIVE"}
+"""Options of folders: they need not be there, and // is the folder of the .blend file."""
+
 _WANTED = [
-    ("vertex", "Vertices", "A colour attribute on each mesh", "VERTEXSEL", 1),
+    ("vertex", "Vertices", "A color attribute on each mesh", "VERTEXSEL", 1),
     ("lightmap", "Lightmaps", "Images, on UV maps of their own", "TEXTURE", 2),
     ("camera", "Camera", "A pass of the scene's camera, which compositing adds to direct light", "CAMERA_DATA", 4),
 ]
@@ -86,32 +91,50 @@ _QUALITY_ITEMS = [
 ]
 
 
-_LABELS = {"uv_map": "UV Map", "value_range": "Range", "denoiser": "Denoise", "pass_denoiser": "Denoise"}
+_LABELS = {
+    "uv_map": "UV Map",
+    "value_range": "Range",
+    "denoiser": "Denoise",
+    "pass_denoiser": "Denoise",
+    "density": "Texels/m",
+    "memory": "Memory (MB)",
+    "n_nearest": "Near Photons",
+}
 
 
 def label(knob: str) -> str:
     """The name that a knob has in the panel: ``n_gather_rays`` is Gather Rays."""
-    return knob.removeprefix("n_").replace("_", " ").title()
+    return _LABELS.get(knob) or knob.removeprefix("n_").replace("_", " ").title()
 
 
 def _property(settings: type, knob: Field) -> Any:
     """Blender's property for a knob of a settings class, from the knob's own default, range and meaning."""
     kind = get_type_hints(settings)[knob.name]
-    meta: dict[str, Any] = {"name": _LABELS.get(knob.name) or label(knob.name), "default": knob.default}
+    meta: dict[str, Any] = {"name": label(knob.name), "default": knob.default}
     choices = {**CHOICES, **LIGHTMAP_CHOICES, **PASS_CHOICES}.get(knob.name)
     if choices:
         numbers = CHOICE_NUMBERS[knob.name]
         items = [(choice, *_CHOICE_WORDS[choice], numbers[choice]) for choice in choices]
         return bpy.props.EnumProperty(items=items, description=CHOICE_MEANINGS[knob.name], **meta)
-    meta["description"] = knob.metadata["meaning"]
+    meta["description"] = meaning_of(knob)
     if kind is str:
         return bpy.props.StringProperty(**meta)
     if kind is bool:
         return bpy.props.BoolProperty(**meta)
-    meta.update(min=knob.metadata["low"], max=knob.metadata["high"])
+    meta.update(min=knob.metadata["low"], max=knob.metadata["high"], **SUBTYPES.get(knob.metadata["unit"], {}))
     if kind is int:
         return bpy.props.IntProperty(**meta)
     return bpy.props.FloatProperty(**meta, precision=3, step=1)
+
+
+def _properties(settings: type) -> dict[str, Any]:
+    """Blender's properties for the knobs of a settings class, and what the panel shows of those whose 0 means more."""
+    kinds, found = get_type_hints(settings), {}
+    for knob in fields(settings):
+        found[knob.name] = _property(settings, knob)
+        if knob.metadata.get("zero"):
+            found |= zero_properties(knob, kinds[knob.name], label(knob.name))
+    return found
 
 
 def _get_quality(properties: "PhotonBakeProperties") -> int:
@@ -139,8 +162,9 @@ class PhotonBakeLightmapProperties(bpy.types.PropertyGroup):
             description="Where the images' files go; // is the folder of the .blend file",
             default=f"//{LIGHTMAP_FOLDER}",
             subtype="DIR_PATH",
+            options=_WRITTEN_TO,
         ),
-        **{knob.name: _property(LightmapSettings, knob) for knob in LIGHTMAP_KNOBS},
+        **_properties(LightmapSettings),
     }
 
     def settings(self) -> LightmapSettings:
@@ -157,8 +181,9 @@ class PhotonBakeCameraProperties(bpy.types.PropertyGroup):
             description="Where the pass's files go; // is the folder of the .blend file",
             default=f"//{PASS_FOLDER}",
             subtype="DIR_PATH",
+            options=_WRITTEN_TO,
         ),
-        **{knob.name: _property(CameraSettings, knob) for knob in CAMERA_KNOBS},
+        **_properties(CameraSettings),
     }
 
     def settings(self) -> CameraSettings:
@@ -184,7 +209,7 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
         "camera": bpy.props.PointerProperty(type=PhotonBakeCameraProperties, name="Camera"),
         "attribute": bpy.props.StringProperty(
             name="Attribute",
-            description="Colour attribute that the light is written to, made if it is not there",
+            description="Color attribute that the light is written to, made if it is not there",
             default="Indirect",
         ),
         "light_group": bpy.props.StringProperty(
@@ -209,7 +234,7 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
             "that modifiers make anew) get copies with meshes of their own, and are hidden in renders",
             default=False,
         ),
-        **{knob.name: _property(BakeSettings, knob) for knob in KNOBS},
+        **_properties(BakeSettings),
     }
 
     def settings(self) -> BakeSettings:

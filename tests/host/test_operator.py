@@ -11,6 +11,7 @@ import photon_bake
 import pytest
 from photon_bake.addon.errors import BakeError, Cancelled, kind_of
 from photon_bake.addon.inspector import Inspector
+from photon_bake.addon.knobs import meaning_of
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.settings import CHOICES, BakeSettings, settings_for
@@ -409,7 +410,7 @@ def test_properties_are_the_engines_knobs(empty_scene):
         assert shown.default == knob.default
         if "low" in knob.metadata:
             assert (shown.hard_min, shown.hard_max) == (knob.metadata["low"], knob.metadata["high"])
-            assert shown.description == knob.metadata["meaning"]
+            assert shown.description == meaning_of(knob)
 
 
 @pytest.mark.parametrize("knob", CHOICES)

@@ -1,0 +1,21 @@
+"""Where sections that have files of their own come into the panels: a line each."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+Draw = Callable[[Any, Any], None]
+"""Draws into a layout, for a context."""
+
+ADDED: Mapping[str, tuple[Draw, ...]] = {
+    "bake": (),  # under the last bake's outcome
+    "vertices": (),
+    "lightmaps": (),
+    "camera": (),
+}
+"""What panels draw at their end."""
+
+
+def draw_added(panel: str, layout: Any, context: Any) -> None:
+    """Draw what is added to a panel."""
+    for draw in ADDED[panel]:
+        draw(layout, context)

@@ -1,0 +1,21 @@
+"""Which light is baked."""
+
+from typing import Any
+
+import bpy
+
+from .tab import Section, settings_column
+
+
+class PHOTON_BAKE_PT_light(Section, bpy.types.Panel):
+    """Which light is baked."""
+
+    bl_label = "Light"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Any) -> None:
+        properties = context.scene.photon_bake
+        column = settings_column(self.layout)
+        column.prop_search(properties, "light_group", context.view_layer, "lightgroups")
+        column.prop(properties, "add_direct")
+        column.prop(properties, "open_side")
