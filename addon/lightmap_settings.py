@@ -5,7 +5,7 @@ from typing import Literal, get_args
 
 from .knobs import check_knobs, knob
 
-AtlasKind = Literal["per_object", "shared"]
+AtlasKind = Literal["auto", "per_object", "shared"]
 LightmapFormat = Literal["exr_half", "exr_float", "hdr", "rgbm", "rgbd"]
 DenoiserName = Literal["auto", "oidn", "own", "none"]
 
@@ -35,7 +35,7 @@ class LightmapSettings:
         If a value is out of its range, naming the knob and the range.
     """
 
-    atlas: AtlasKind = "per_object"
+    atlas: AtlasKind = "auto"
     uv_map: str = knob("", f"UV map that is used as it lies; empty: one is made, named {MADE_UV_MAP}")
     density: float = knob(16.0, "Texels a metre, where Size is 0", 0.01, 4096.0)
     size: int = knob(0, "Texels along a side of every image, filled; 0: as many as Density asks for", 0, LARGEST_SIZE)

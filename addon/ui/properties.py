@@ -43,6 +43,7 @@ _CHOICE_WORDS = {
     ),
     "embree": ("Embree", "Meets the meshes themselves: exact, and the fastest"),
     "multi_image": ("Multi-Image", "Meets pictures of the scene in cube maps: inexact, and slow on a CPU"),
+    "atlas auto": ("Automatic", "Shared where more than four objects have a material in common, else per object"),
     "per_object": ("Per Object", "Every object has an image of its own"),
     "shared": ("Shared", "All objects lie in one image, or in as few as hold them"),
     "exr_half": ("OpenEXR Half", "16 bits a channel: enough for light"),
@@ -66,7 +67,7 @@ _CHOICE_WORDS = {
 CHOICE_NUMBERS = {
     "gather": {"final": 0, "density": 1, "light_volume": 2, "photon_volumes": 3},
     "tracer": {"embree": 0, "multi_image": 1},
-    "atlas": {"per_object": 0, "shared": 1},
+    "atlas": {"per_object": 0, "shared": 1, "auto": 2},
     "file_format": {"exr_half": 0, "exr_float": 1, "hdr": 2, "rgbm": 3, "rgbd": 4},
     "denoiser": {"auto": 0, "oidn": 1, "own": 2, "none": 3},
     "pass_denoiser": {"auto": 0, "oidn": 1, "none": 2},
@@ -103,7 +104,8 @@ def _property(settings: type, knob: Field) -> Any:
     choices = {**CHOICES, **LIGHTMAP_CHOICES, **PASS_CHOICES}.get(knob.name)
     if choices:
         numbers = CHOICE_NUMBERS[knob.name]
-        items = [(choice, *_CHOICE_WORDS[choice], numbers[choice]) for choice in choices]
+        words = {choice: _CHOICE_WORDS.get(f"{knob.name} {choice}") or _CHOICE_WORDS[choice] for choice in choices}
+        items = [(choice, *words[choice], numbers[choice]) for choice in choices]
         return bpy.props.EnumProperty(items=items, description=CHOICE_MEANINGS[knob.name], **meta)
     meta["description"] = knob.metadata["meaning"]
     if kind is str:
