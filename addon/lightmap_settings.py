@@ -5,7 +5,7 @@ from typing import Literal, get_args
 
 from .knobs import Zero, check_knobs, knob
 
-AtlasKind = Literal["per_object", "shared"]
+AtlasKind = Literal["auto", "per_object", "shared"]
 LightmapFormat = Literal["exr_half", "exr_float", "hdr", "rgbm", "rgbd"]
 DenoiserName = Literal["auto", "oidn", "own", "none"]
 
@@ -21,7 +21,7 @@ LARGEST_SIZE = 16_384
 LIGHTMAP_FOLDER = "lightmaps"
 """Where files go that nobody gave a folder for: beside the .blend file."""
 
-MADE_UV_MAP = "Lightmap"
+MADE_UV_MAP = "Photon Bake"
 """Name of the UV map that is made where none is chosen; one of that name is made anew in each bake."""
 
 
@@ -35,7 +35,7 @@ class LightmapSettings:
         If a value is out of its range, naming the knob and the range.
     """
 
-    atlas: AtlasKind = "per_object"
+    atlas: AtlasKind = "auto"
     uv_map: str = knob("", f"UV map that is used as it lies; empty: one is made, named {MADE_UV_MAP}")
     density: float = knob(16.0, "Texels per meter, where no Size is given", 0.01, 4096.0, "texels/m")
     size: int = knob(

@@ -9,6 +9,8 @@ from ..camera_settings import PASS_CHOICES, PASS_FOLDER, CameraSettings
 from ..knobs import meaning_of
 from ..lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
 from ..settings import CHOICES, BakeSettings, Quality, settings_for
+from . import show_properties
+from .show_properties import PhotonBakeShownProperties
 from .zero_values import SUBTYPES, zero_properties
 
 QUALITIES: tuple[Quality, ...] = get_args(Quality)
@@ -43,6 +45,7 @@ _CHOICE_WORDS = {
     ),
     "embree": ("Embree", "Meets the meshes themselves: exact, and the fastest"),
     "multi_image": ("Multi-Image", "Meets pictures of the scene in cube maps: inexact, and slow on a CPU"),
+    "atlas auto": ("Automatic", "Shared where more than four objects have a material in common, else per object"),
     "per_object": ("Per Object", "Every object has an image of its own"),
     "shared": ("Shared", "All objects lie in one image, or in as few as hold them"),
     "exr_half": ("OpenEXR Half", "16 bits a channel: enough for light"),
@@ -66,7 +69,7 @@ _CHOICE_WORDS = {
 CHOICE_NUMBERS = {
     "gather": {"final": 0, "density": 1, "light_volume": 2, "photon_volumes": 3},
     "tracer": {"embree": 0, "multi_image": 1},
-    "atlas": {"per_object": 0, "shared": 1},
+    "atlas": {"per_object": 0, "shared": 1, "auto": 2},
     "file_format": {"exr_half": 0, "exr_float": 1, "hdr": 2, "rgbm": 3, "rgbd": 4},
     "denoiser": {"auto": 0, "oidn": 1, "own": 2, "none": 3},
     "pass_denoiser": {"auto": 0, "oidn": 1, "none": 2},
@@ -114,7 +117,8 @@ def _property(settings: type, knob: Field) -> Any:
     choices = {**CHOICES, **LIGHTMAP_CHOICES, **PASS_CHOICES}.get(knob.name)
     if choices:
         numbers = CHOICE_NUMBERS[knob.name]
-        items = [(choice, *_CHOICE_WORDS[choice], numbers[choice]) for choice in choices]
+        words = {choice: _CHOICE_WORDS.get(f"{knob.name} {choice}") or _CHOICE_WORDS[choice] for choice in choices}
+        items = [(choice, *words[choice], numbers[choice]) for choice in choices]
         return bpy.props.EnumProperty(items=items, description=CHOICE_MEANINGS[knob.name], **meta)
     meta["description"] = meaning_of(knob)
     if kind is str:
@@ -235,6 +239,7 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
             default=False,
         ),
         **_properties(BakeSettings),
+        "shown": bpy.props.PointerProperty(type=PhotonBakeShownProperties, name="Baked Light"),
     }
 
     def settings(self) -> BakeSettings:
@@ -246,6 +251,7 @@ def register() -> None:
     """Give every scene its settings, ``scene.photon_bake``."""
     bpy.utils.register_class(PhotonBakeLightmapProperties)
     bpy.utils.register_class(PhotonBakeCameraProperties)
+    show_properties.register()
     bpy.utils.register_class(PhotonBakeProperties)
     bpy.types.Scene.photon_bake = bpy.props.PointerProperty(type=PhotonBakeProperties, name="Photon Bake")
 
@@ -254,5 +260,6 @@ def unregister() -> None:
     """Take them away again."""
     del bpy.types.Scene.photon_bake
     bpy.utils.unregister_class(PhotonBakeProperties)
+    show_properties.unregister()
     bpy.utils.unregister_class(PhotonBakeCameraProperties)
     bpy.utils.unregister_class(PhotonBakeLightmapProperties)

@@ -1,7 +1,9 @@
 """Where each object's light goes: its image, its place in it, and the UV map that is made where none is chosen."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from math import sqrt
 
 import bpy
@@ -20,6 +22,7 @@ WHOLE: ScaleOffset = (1.0, 1.0, 0.0, 0.0)
 """Scale and offset of an object whose UV map lies in its image as it is."""
 
 _FULL = 0.75  # share of an image that charts usually take
+_FEW = 4  # objects of a material that have an image each where the choice is ours
 _LEAST_DENSITY = 1e-3  # texels a metre: charts are as small as they get
 
 
@@ -83,7 +86,14 @@ def lay_out(
     if settings.uv_map:
         return _as_chosen(objects, depsgraph, settings, warnings)
     pieces = Pieces.of(objects, depsgraph, progress)
-    return (_per_object if settings.atlas == "per_object" else _shared)(pieces, settings, warnings, progress)
+    shares = settings.atlas == "shared" or (settings.atlas == "auto" and share_materials(objects))
+    return (_shared if shares else _per_object)(pieces, settings, warnings, progress)
+
+
+def share_materials(objects: "Sequence[bpy.types.Object]") -> bool:
+    """Whether more than `_FEW` objects have a material in common, which then would have to read as many images."""
+    of_object = ({slot.material for slot in obj.material_slots} or {None} for obj in objects)
+    return max(Counter(chain.from_iterable(of_object)).values(), default=0) > _FEW
 
 
 def _as_chosen(
