@@ -10,6 +10,7 @@ from .cancel import PHOTON_BAKE_OT_cancel
 from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
 from .export_gltf import PHOTON_BAKE_OT_export_gltf
 from .lightmap_preview import PHOTON_BAKE_OT_hide_lightmaps, PHOTON_BAKE_OT_show_lightmaps
+from .refine import PHOTON_BAKE_OT_refine, PHOTON_BAKE_OT_restore_meshes, PhotonBakeObjectName
 from .remove_copies import PHOTON_BAKE_OT_remove_copies
 
 CLASSES = (
@@ -21,6 +22,9 @@ CLASSES = (
     PHOTON_BAKE_OT_add_pass,
     PHOTON_BAKE_OT_remove_pass,
     PHOTON_BAKE_OT_remove_copies,
+    PhotonBakeObjectName,
+    PHOTON_BAKE_OT_refine,
+    PHOTON_BAKE_OT_restore_meshes,
 )
 
 
