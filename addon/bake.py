@@ -1,6 +1,6 @@
 """One bake, stage by stage: photons are traced, receivers gather them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
 
@@ -221,6 +221,18 @@ class Solution:
         value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
         counts = {"receivers": len(value), "stored_photons": len(self.photons), **counts}
         return Irradiance(value, light.stderr, passes, counts, slope, light.gathered)
+
+    def gather(self, receivers: Receivers) -> Irradiance:
+        """The light at other receivers (at least one) on the same surfaces, by the same photons and cache.
+
+        Raises
+        ------
+        Cancelled
+            If the bake's progress was cancelled.
+        """
+        other = replace(self, receivers=receivers, mid_air=None)
+        other.__dict__["rays"] = self.rays
+        return other.irradiance()
 
     @cached_property
     def rays(self) -> GatherRays | None:

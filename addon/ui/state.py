@@ -58,6 +58,10 @@ CAMERA_SHARES = {
 """The same for what a camera's pass adds to it."""
 
 
+REFINE_SHARES = {"Refining meshes": 8, "Splitting edges": 1}
+"""The same for refining meshes."""
+
+
 class BakeState:
     """What the panel shows.
 
@@ -128,7 +132,7 @@ class BakeState:
 def shares_of(gather: Gather, targets: Collection[str]) -> dict[str, float]:
     """The stages' shares of a bake to some targets."""
     shares = dict(STAGE_SHARES[gather])
-    for target, added in (("lightmap", LIGHTMAP_SHARES), ("camera", CAMERA_SHARES)):
+    for target, added in (("lightmap", LIGHTMAP_SHARES), ("camera", CAMERA_SHARES), ("refine", REFINE_SHARES)):
         shares |= added if target in targets else {}
     return shares
 

@@ -31,7 +31,7 @@ RANKS = [
     ["addon.receivers"],
     ["addon.gather"],
     ["addon.output"],
-    ["addon.bake", "addon.camera_bake", "addon.camera_pass"],
+    ["addon.bake", "addon.camera_bake", "addon.camera_pass", "addon.refinement"],
     ["addon.blender"],
     ["addon.ui"],
     ["operators"],
