@@ -16,6 +16,7 @@ from ..addon.ui.state import bake_state, duration
 from .bake_job import BakeJob, Solved, Wanted
 from .camera_target import WantedCamera
 from .describe import describe
+from .folders import path_of, without_folder
 from .lightmap_target import WantedLightmaps
 from .vertex_target import WantedVertices
 
@@ -123,6 +124,9 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         """Bake in a thread of its own, so that the window stays awake."""
         if bpy.app.background:
             return self.execute(context)
+        if without_folder(context.scene.photon_bake):
+            bpy.ops.photon_bake.choose_folder("INVOKE_DEFAULT", copies=self.copies)
+            return {"CANCELLED"}
         try:
             self._prepare(context)
         except Exception as error:
@@ -195,24 +199,17 @@ def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
     """What the panel asks for; with copies of objects whose mesh cannot hold their light, or without."""
     wanted: list[Wanted] = []
     if "lightmap" in properties.targets:
-        folder = _folder(properties.lightmap.folder, "the lightmaps have")
+        folder = path_of(properties.lightmap.folder, "the lightmaps have")
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
         wanted.append(WantedLightmaps(properties.lightmap.settings(), folder, scene))
     if "camera" in properties.targets:
-        folder = _folder(properties.camera.folder, "the camera's pass has")
+        folder = path_of(properties.camera.folder, "the camera's pass has")
         wanted.append(WantedCamera(properties.camera.settings(), folder))
     if "vertex" in properties.targets:
         wanted.append(WantedVertices(properties.attribute, copies))
     if not wanted:
         raise BakeError("Nothing is chosen to bake to: choose Vertices, Lightmaps or Camera.")
     return wanted
-
-
-def _folder(folder: str, what_has: str) -> Path:
-    """A folder that the panel names, as a path."""
-    if folder.startswith("//") and not bpy.data.filepath:
-        raise BakeError(f"The file was never saved, so {what_has} no folder: save it, or choose a Folder.")
-    return Path(bpy.path.abspath(folder))
 
 
 def selected_objects(context: Any, copies: bool) -> list[str]:

@@ -210,9 +210,10 @@ class BakeJob:
         """
         progress.update(READING, 0)
         warnings: list[str] = []
+        asked = context.scene  # what is read has its names from a copy
 
         def read(depsgraph: Any) -> tuple[list[Target], SceneReading]:
-            targets = [one.read(depsgraph, context.scene, names, progress, warnings) for one in wanted]
+            targets = [one.read(depsgraph, asked, names, progress, warnings) for one in wanted]
             for_camera = any(isinstance(target, CameraTarget) for target in targets)
             return targets, read_scene(depsgraph, warnings, light_group, for_camera, progress)
 

@@ -9,10 +9,12 @@ import bpy
 import numpy as np
 
 from ..addon.blender.camera import read_camera, read_frame, read_pixel_filter, render_camera
+from ..addon.blender.compositing.files import blend_name, own_name, remember_pass
+from ..addon.blender.compositing.nodes import reload_pass
 from ..addon.camera_settings import CameraSettings
 from ..addon.errors import Advice, BakeError
 from ..addon.output import check_place
-from ..addon.output.camera import CameraPass, PictureFrame, denoised, frame_path, write_camera_pass
+from ..addon.output.camera import FILE, SCENE, CameraPass, PictureFrame, denoised, frame_path, write_camera_pass
 from ..addon.output.oidn import has_oidn
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
@@ -57,13 +59,15 @@ class WantedCamera:
             warnings.append(Advice("The camera's pass shows all objects, and not only those that are to get light."))
         camera = read_camera(scene, depsgraph, warnings)
         frame = scene.frame_current
-        path = frame_path(self.folder, self.settings.file_name, frame)
+        name = own_name(self.settings.file_name, scene)
+        path = frame_path(self.folder, name, frame)
         _check_folder(self.folder, path)
         if self.settings.pass_denoiser == "oidn" and not has_oidn():
             raise BakeError("OpenImageDenoise (pyoidn) is not installed: install the extension's zip, or choose auto.")
         software = f"Photon Bake {own_version()}, Blender {bpy.app.version_string}"
-        origin = {"Software": software, "Scene": scene.name, "Camera": render_camera(scene).name, "Frame": str(frame)}
-        return CameraTarget(camera, read_pixel_filter(scene), read_frame(scene), self.settings, path, origin)
+        origin = {"Software": software, FILE: blend_name(), SCENE: scene.name}
+        origin |= {"Camera": render_camera(scene).name, "Frame": str(frame)}
+        return CameraTarget(camera, read_pixel_filter(scene), read_frame(scene), self.settings, path, name, origin)
 
 
 def _check_folder(folder: Path, path: Path) -> None:
@@ -75,13 +79,14 @@ def _check_folder(folder: Path, path: Path) -> None:
 
 @dataclass(frozen=True)
 class CameraTarget:
-    """A camera whose pass is wanted, the file that it goes to, and what that says of how it was made."""
+    """A camera whose pass is wanted, the file that it goes to and its name with #, and what it says of its origin."""
 
     camera: Camera
     pixel_filter: PixelFilter
     frame: PictureFrame
     settings: CameraSettings
     path: Path
+    name: str
     origin: dict[str, str]
 
     @property
@@ -172,6 +177,10 @@ class CameraPicture:
         }
         half = target.settings.precision == "half"
         write_camera_pass(target.path, self.passes, target.frame, metadata, half, target.settings.compression)
+        scene = bpy.data.scenes.get(target.origin[SCENE])
+        if scene is not None and scene.is_editable:
+            remember_pass(scene, target.path.parent, target.name)
+        reload_pass(target.path)
         return Written(files=[target.path])
 
     @property
