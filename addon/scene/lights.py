@@ -92,6 +92,14 @@ class Lights:
         arrays = {name: np.concatenate([getattr(part, name) for part in lights]) for name in _COLUMNS}
         return Lights(names=tuple(name for part in lights for name in part.names), **arrays)
 
+    def where(self, k: np.ndarray) -> "Lights":
+        """The lamps that `k`, indices or (l,) bool, chooses, linked as they are."""
+        arrays = {name: getattr(self, name)[k] for name in _COLUMNS}
+        links = {name: getattr(self, name) for name in ("illuminates", "blocked_by")}
+        linked = {name: None if rows is None else rows[k] for name, rows in links.items()}
+        names = tuple(np.array(self.names, object)[k])
+        return Lights(names=names, **arrays, **linked)
+
     def seen(self, in_gloss: bool, through_glass: bool) -> "Lights":
         """The same lamps, seen by other rays."""
         n = len(self)

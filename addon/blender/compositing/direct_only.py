@@ -8,7 +8,7 @@ MARK = "photon_bake"
 
 _HELD = f"{MARK}_direct_only"
 _OLD_BOUNCES = f"{MARK}_max_bounces"  # of files that earlier versions saved
-_SETTINGS = {
+_SETTINGS: dict[str, Any] = {
     "cycles.max_bounces": 0,
     "eevee.use_raytracing": True,
     "eevee.use_fast_gi": True,
