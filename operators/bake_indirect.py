@@ -14,6 +14,7 @@ from ..addon.ui.debug_views import debug_views
 from ..addon.ui.redraw import redraw_view3d
 from ..addon.ui.state import bake_state, duration
 from .bake_job import BakeJob, Solved, Wanted
+from .baked_light import shown_after_bake
 from .camera_target import WantedCamera
 from .describe import describe
 from .folders import path_of, without_folder
@@ -156,7 +157,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         self._watch.stop(context.window_manager)
 
     def _prepare(self, context: Any) -> None:
-        properties = context.scene.photon_bake
+        self._scene, properties = context.scene.name, context.scene.photon_bake
         progress = bake_state.start(properties.gather, properties.targets)
         copies = self.copies or properties.bake_copies
         wanted, names = wanted_by(properties, copies), None
@@ -172,6 +173,9 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         job, solved = self._job, self._solver.solved()
         assert job is not None  # as it was solved
         written = job.write(solved, self._solver.progress)
+        scene = bpy.data.scenes.get(self._scene)
+        if scene is not None:
+            job.warnings += shown_after_bake(scene, scene.photon_bake.shown.after_bake)
         irradiance = solved.irradiance
         result = f"{len(irradiance.value):,} points in {duration(bake_state.seconds)}"
         if irradiance.relative_noise > 0:

@@ -204,7 +204,7 @@ class Lightmaps:
         if not paths:
             raise BakeError(written.failures[0])
         self._write_preview(written)
-        write_lightmaps(self.target.layout, objects, paths, self.target.settings)
+        written.warnings += write_lightmaps(self.target.layout, objects, paths, self.target.settings)
         return written
 
     def _write_preview(self, written: Written) -> None:

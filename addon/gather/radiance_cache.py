@@ -60,7 +60,7 @@ class RadianceCache:
         return np.append(NEAR * np.sqrt(self.elements.areas), 0).astype(np.float32)
 
     def look_up(self, hits: Hits, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Radiance that each ray meets, (n, 3 l) float32, 0 where it meets nothing; and which rays end too near, (n,)."""
+        """Radiance that rays meet, (n, 3 l) float32, 0 where they meet nothing; and which ones end too near, (n,)."""
         element = self.elements.find(hits.triangle, hits.u, hits.v)
         return rows(self.radiance, 2 * element + hits.back(directions)), hits.distance < self._reach[element]
 

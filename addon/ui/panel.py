@@ -9,6 +9,7 @@ from ..errors import kind_of
 from ..inspector import VIEWS, View
 from ..settings import Gather, TracerName
 from .debug_views import debug_views
+from .show_panel import draw_baked_light, draw_remove_lightmaps
 from .state import bake_state, duration
 
 _GATHER_KNOBS: dict[Gather, list[str]] = {
@@ -43,6 +44,7 @@ class PHOTON_BAKE_PT_bake(_Tab, bpy.types.Panel):
         row.active = properties.targets != {"camera"}
         row.prop(properties, "selected_only")
         column.prop(properties, "strict")
+        draw_baked_light(self.layout, context.scene)
         _draw_outcome(self.layout, characters_in(context))
 
 
@@ -115,9 +117,7 @@ class PHOTON_BAKE_PT_lightmaps(_Tab, bpy.types.Panel):
             column.prop(lightmap, "value_range")
         column.prop(lightmap, "denoiser")
         column.prop(lightmap, "directional")
-        row = self.layout.row(align=True)
-        row.operator("photon_bake.show_lightmaps", icon="MATERIAL")
-        row.operator("photon_bake.hide_lightmaps", icon="X", text="")
+        draw_remove_lightmaps(self.layout)
         self.layout.operator("photon_bake.export_gltf", icon="EXPORT")
 
 

@@ -8,6 +8,8 @@ import bpy
 from ..camera_settings import PASS_CHOICES, PASS_FOLDER, CameraSettings
 from ..lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
 from ..settings import CHOICES, BakeSettings, Quality, settings_for
+from . import show_properties
+from .show_properties import PhotonBakeShownProperties
 
 QUALITIES: tuple[Quality, ...] = get_args(Quality)
 KNOBS = fields(BakeSettings)
@@ -210,6 +212,7 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
             default=False,
         ),
         **{knob.name: _property(BakeSettings, knob) for knob in KNOBS},
+        "shown": bpy.props.PointerProperty(type=PhotonBakeShownProperties, name="Baked Light"),
     }
 
     def settings(self) -> BakeSettings:
@@ -221,6 +224,7 @@ def register() -> None:
     """Give every scene its settings, ``scene.photon_bake``."""
     bpy.utils.register_class(PhotonBakeLightmapProperties)
     bpy.utils.register_class(PhotonBakeCameraProperties)
+    show_properties.register()
     bpy.utils.register_class(PhotonBakeProperties)
     bpy.types.Scene.photon_bake = bpy.props.PointerProperty(type=PhotonBakeProperties, name="Photon Bake")
 
@@ -229,5 +233,6 @@ def unregister() -> None:
     """Take them away again."""
     del bpy.types.Scene.photon_bake
     bpy.utils.unregister_class(PhotonBakeProperties)
+    show_properties.unregister()
     bpy.utils.unregister_class(PhotonBakeCameraProperties)
     bpy.utils.unregister_class(PhotonBakeLightmapProperties)
