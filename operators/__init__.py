@@ -11,6 +11,7 @@ from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
 from .export_gltf import PHOTON_BAKE_OT_export_gltf
 from .folders import PHOTON_BAKE_OT_choose_folder
 from .remove_copies import PHOTON_BAKE_OT_remove_copies
+from .reset_mixer import PHOTON_BAKE_OT_reset_mixer
 
 CLASSES = (
     PHOTON_BAKE_OT_bake_indirect,
@@ -21,6 +22,7 @@ CLASSES = (
     PHOTON_BAKE_OT_add_pass,
     PHOTON_BAKE_OT_remove_pass,
     PHOTON_BAKE_OT_remove_copies,
+    PHOTON_BAKE_OT_reset_mixer,
 )
 
 

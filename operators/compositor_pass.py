@@ -8,6 +8,7 @@ from ..addon.blender.compositing.direct_only import light_probes
 from ..addon.blender.compositing.files import has_pass, pass_files
 from ..addon.blender.compositing.nodes import add_pass, remove_pass
 from ..addon.errors import BakeError
+from ..addon.ui.mixer_properties import mix_of
 from .folders import nowhere, path_of
 
 _PROBE = "Light probe '{}' brings indirect light into EEVEE's renders, on top of the pass: hide it in renders."
@@ -26,7 +27,7 @@ class PHOTON_BAKE_OT_add_pass(bpy.types.Operator):
         try:
             without = nowhere(settings.folder) and has_pass(scene)
             folder = None if without else path_of(settings.folder, "the camera's pass has")
-            add_pass(scene, pass_files(scene, folder, settings.file_name))
+            add_pass(scene, pass_files(scene, folder, settings.file_name), mix_of(scene))
             for name in light_probes(scene):
                 self.report({"WARNING"}, _PROBE.format(name))
         except BakeError as error:

@@ -95,10 +95,9 @@ class Lights:
     def where(self, k: np.ndarray) -> "Lights":
         """The lamps that `k`, indices or (l,) bool, chooses, linked as they are."""
         arrays = {name: getattr(self, name)[k] for name in _COLUMNS}
-        links = {name: getattr(self, name) for name in ("illuminates", "blocked_by")}
-        linked = {name: None if rows is None else rows[k] for name, rows in links.items()}
-        names = tuple(np.array(self.names, object)[k])
-        return Lights(names=names, **arrays, **linked)
+        illuminates, blocked_by = (None if of is None else of[k] for of in (self.illuminates, self.blocked_by))
+        lights = Lights(names=tuple(np.array(self.names, object)[k]), **arrays)
+        return replace(lights, illuminates=illuminates, blocked_by=blocked_by)
 
     def seen(self, in_gloss: bool, through_glass: bool) -> "Lights":
         """The same lamps, seen by other rays."""

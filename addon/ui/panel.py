@@ -9,6 +9,7 @@ from ..errors import kind_of
 from ..inspector import VIEWS, View
 from ..settings import Gather, TracerName
 from .debug_views import debug_views
+from .mixer_panel import draw_light_groups, draw_mixer
 from .show_panel import draw_baked_light, draw_remove_lightmaps
 from .state import bake_state, duration
 
@@ -45,6 +46,7 @@ class PHOTON_BAKE_PT_bake(_Tab, bpy.types.Panel):
         row.prop(properties, "selected_only")
         column.prop(properties, "strict")
         draw_baked_light(self.layout, context.scene)
+        draw_mixer(self.layout, context)
         _draw_outcome(self.layout, characters_in(context))
 
 
@@ -85,7 +87,7 @@ class PHOTON_BAKE_PT_output(_Tab, bpy.types.Panel):
             row = column.row(align=True)
             row.prop(properties, "bake_copies")
             row.operator("photon_bake.remove_copies", text="", icon="X")
-        column.prop_search(properties, "light_group", context.view_layer, "lightgroups")
+        draw_light_groups(column, context)
         column.prop(properties, "add_direct")
         column.prop(properties, "open_side")
 

@@ -80,6 +80,7 @@ def channels(passes: CameraPass, frame: PictureFrame) -> dict[str, np.ndarray]:
         "Caustics": passes.caustics,
         "Glossy": passes.glossy,
         "Albedo": passes.albedo,
+        **{f"{GROUP_LAYER}_{name}": light for name, light in passes.apart.items()},
     }
     found = {f"{LAYER}.{name}.{c}": values[..., i] for name, values in coloured.items() for i, c in enumerate("RGB")}
     found |= {f"{LAYER}.Normal.{axis}": passes.normal[..., i] for i, axis in enumerate("XYZ")}
