@@ -10,11 +10,14 @@ from .cancel import PHOTON_BAKE_OT_cancel
 from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
 from .export_gltf import PHOTON_BAKE_OT_export_gltf
 from .refine import PHOTON_BAKE_OT_refine, PHOTON_BAKE_OT_restore_meshes, PhotonBakeObjectName
+from .folders import PHOTON_BAKE_OT_choose_folder
 from .remove_copies import PHOTON_BAKE_OT_remove_copies
+from .reset_mixer import PHOTON_BAKE_OT_reset_mixer
 
 CLASSES = (
     PHOTON_BAKE_OT_bake_indirect,
     PHOTON_BAKE_OT_cancel,
+    PHOTON_BAKE_OT_choose_folder,
     *baked_light.CLASSES,
     PHOTON_BAKE_OT_export_gltf,
     PHOTON_BAKE_OT_add_pass,
@@ -23,6 +26,7 @@ CLASSES = (
     PhotonBakeObjectName,
     PHOTON_BAKE_OT_refine,
     PHOTON_BAKE_OT_restore_meshes,
+    PHOTON_BAKE_OT_reset_mixer,
 )
 
 

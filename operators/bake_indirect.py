@@ -6,6 +6,7 @@ from typing import Any
 
 import bpy
 
+from ..addon.blender.light_layers import group_names
 from ..addon.errors import BakeError, Cancelled
 from ..addon.inspector import Inspector
 from ..addon.progress import Progress
@@ -17,6 +18,7 @@ from .bake_job import BakeJob, Solved, Wanted
 from .baked_light import shown_after_bake
 from .camera_target import WantedCamera
 from .describe import describe
+from .folders import path_of, without_folder
 from .lightmap_target import WantedLightmaps
 from .vertex_target import WantedVertices
 
@@ -124,6 +126,9 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         """Bake in a thread of its own, so that the window stays awake."""
         if bpy.app.background:
             return self.execute(context)
+        if without_folder(context.scene.photon_bake):
+            bpy.ops.photon_bake.choose_folder("INVOKE_DEFAULT", copies=self.copies)
+            return {"CANCELLED"}
         try:
             self._prepare(context)
         except Exception as error:
@@ -159,7 +164,8 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         wanted, names = wanted_by(properties, copies), None
         if properties.selected_only and properties.targets != {"camera"}:  # a camera sees all objects
             names = selected_objects(context, copies)
-        job = BakeJob.prepare(context, wanted, progress, names, properties.light_group, properties.strict)
+        group, apart = properties.light_group, properties.light_groups == "apart"
+        job = BakeJob.prepare(context, wanted, progress, names, group, properties.strict, apart)
         self._job = job
         job.check_strict()
         job.check_space()
@@ -198,25 +204,28 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
 def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
     """What the panel asks for; with copies of objects whose mesh cannot hold their light, or without."""
     wanted: list[Wanted] = []
+    groups = _groups(properties)
     if "lightmap" in properties.targets:
-        folder = _folder(properties.lightmap.folder, "the lightmaps have")
+        folder = path_of(properties.lightmap.folder, "the lightmaps have")
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
-        wanted.append(WantedLightmaps(properties.lightmap.settings(), folder, scene))
+        wanted.append(WantedLightmaps(properties.lightmap.settings(), folder, scene, groups=groups))
     if "camera" in properties.targets:
-        folder = _folder(properties.camera.folder, "the camera's pass has")
-        wanted.append(WantedCamera(properties.camera.settings(), folder))
+        folder = path_of(properties.camera.folder, "the camera's pass has")
+        wanted.append(WantedCamera(properties.camera.settings(), folder, groups))
     if "vertex" in properties.targets:
-        wanted.append(WantedVertices(properties.attribute, copies))
+        wanted.append(WantedVertices(properties.attribute, copies, groups))
     if not wanted:
         raise BakeError("Nothing is chosen to bake to: choose Vertices, Lightmaps or Camera.")
     return wanted
 
 
-def _folder(folder: str, what_has: str) -> Path:
-    """A folder that the panel names, as a path."""
-    if folder.startswith("//") and not bpy.data.filepath:
-        raise BakeError(f"The file was never saved, so {what_has} no folder: save it, or choose a Folder.")
-    return Path(bpy.path.abspath(folder))
+def _groups(properties: Any) -> tuple[str, ...]:
+    """The light groups that are baked apart; none where they are not."""
+    if properties.light_groups == "one" and not properties.light_group:
+        raise BakeError("No light group is chosen to bake alone: choose a Light Group, or bake All Together.")
+    if properties.light_groups != "apart":
+        return ()
+    return group_names(bpy.context.view_layer, properties.attribute if "vertex" in properties.targets else "")
 
 
 def selected_objects(context: Any, copies: bool) -> list[str]:

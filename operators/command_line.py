@@ -14,6 +14,7 @@ from typing import Any
 
 import bpy
 
+from ..addon.blender.light_layers import group_names
 from ..addon.errors import BakeError, Cancelled
 from ..addon.output import Report, atomic_path, check_writable, hushed, peak_memory_mb
 from ..addon.progress import Progress
@@ -121,7 +122,7 @@ def _bake_frame(options: Options, progress: Progress, report: Report) -> list[st
     earlier, job = report.warnings, None
     try:
         with hushed(1):  # Cycles' log, where it evaluates nodes
-            job = BakeJob.prepare(bpy.context, wanted, progress, *named, options.strict)
+            job = BakeJob.prepare(bpy.context, wanted, progress, *named, options.strict, options.light_groups)
         job.check_strict()
         if not report.files:
             job.check_space(len(options.frames or [0]), options.save)
@@ -148,13 +149,15 @@ def _show(options: Options) -> list[str]:
 def _wanted(options: Options) -> list[Wanted]:
     """What is baked; lightmaps first, as files may fail to be written, and then nothing else should be."""
     wanted: list[Wanted] = []
+    attribute = options.attribute if "vertex" in options.targets else ""
+    groups = group_names(bpy.context.view_layer, attribute) if options.light_groups else ()
     if options.lightmaps is not None:
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
-        wanted.append(WantedLightmaps(options.lightmaps, options.output, scene, options.preview))
+        wanted.append(WantedLightmaps(options.lightmaps, options.output, scene, options.preview, groups=groups))
     if options.camera is not None:
-        wanted.append(WantedCamera(options.camera, options.camera_output))
+        wanted.append(WantedCamera(options.camera, options.camera_output, groups))
     if "vertex" in options.targets:
-        wanted.append(WantedVertices(options.attribute, options.copies))
+        wanted.append(WantedVertices(options.attribute, options.copies, groups))
     return wanted
 
 
@@ -200,6 +203,7 @@ def _begin(options: Options) -> Report:
         scene=bpy.data.filepath,
         attribute=options.attribute if "vertex" in options.targets else "",
         light_group=options.light_group,
+        light_groups=options.light_groups,
         settings=asdict(options.settings),
         lightmap_settings=asdict(options.lightmaps) if options.lightmaps else {},
         camera_settings=asdict(options.camera) if options.camera else {},

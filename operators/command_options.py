@@ -74,6 +74,8 @@ class Options:
         Whether objects whose mesh cannot hold their light get copies.
     light_group : str
         Whose light is baked alone; empty for all light.
+    light_groups : bool
+        Whether light groups are baked each apart, beside all light.
     targets : list of str
         Of `TARGETS`, each once.
     lightmaps : LightmapSettings or None
@@ -103,6 +105,7 @@ class Options:
     attribute: str
     copies: bool
     light_group: str
+    light_groups: bool
     targets: list[str]
     lightmaps: LightmapSettings | None
     output: Path
@@ -141,6 +144,8 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
     for option, name in OF_CAMERAS.items():
         if getattr(given, name) is not None and "camera" not in targets:
             parser.error(f"{option} is for a camera's pass: give --target camera too")
+    if given.light_groups and given.light_group:
+        parser.error("--light-group bakes one group alone and --light-groups each apart: give one of them")
     if given.copies and "vertex" not in targets:
         parser.error("--copies is for light on vertices: give --target vertex too")
     if given.output is not None and targets == ["vertex"]:
@@ -169,6 +174,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         attribute=given.attribute,
         copies=given.copies,
         light_group=given.light_group or "",
+        light_groups=given.light_groups,
         targets=targets,
         lightmaps=lightmaps,
         output=Path(given.output or Path(loaded_file).parent / LIGHTMAP_FOLDER).absolute(),
@@ -207,6 +213,8 @@ def _parser() -> ArgumentParser:
     meaning = "give objects whose mesh cannot hold their light copies with meshes of their own"
     add("--copies", action="store_true", help=meaning)
     add("--light-group", type=_name, metavar="NAME", help="bake the light of one light group alone")
+    meaning = "bake the light of each light group apart too, by one solve, for the light mixer"
+    add("--light-groups", action="store_true", help=meaning)
     for name, choices in CHOICES.items():
         add(f"--{name}", type=_one_of(*choices), metavar="|".join(choices), help=_sentence(CHOICE_MEANINGS[name]))
     qualities = get_args(Quality)

@@ -9,7 +9,8 @@ from ..camera_settings import PASS_CHOICES, PASS_FOLDER, CameraSettings
 from ..knobs import meaning_of
 from ..lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
 from ..settings import CHOICES, BakeSettings, Quality, settings_for
-from . import show_properties
+from . import mixer_properties, show_properties
+from .mixer_properties import LIGHT_GROUPS, PhotonBakeLightLayer
 from .show_properties import PhotonBakeShownProperties
 from .zero_values import SUBTYPES, zero_properties
 
@@ -239,6 +240,15 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
             default=False,
         ),
         **_properties(BakeSettings),
+        "light_groups": bpy.props.EnumProperty(
+            name="Light Groups",
+            description="Which light of the view layer's light groups is baked",
+            items=LIGHT_GROUPS,
+            get=mixer_properties.get_light_groups,
+            set=mixer_properties.set_light_groups,
+        ),
+        "light_groups_chosen": bpy.props.IntProperty(min=0, max=2, options={"HIDDEN"}),
+        "mixer": bpy.props.CollectionProperty(type=PhotonBakeLightLayer, name="Light Mixer"),
         "shown": bpy.props.PointerProperty(type=PhotonBakeShownProperties, name="Baked Light"),
     }
 
@@ -251,6 +261,7 @@ def register() -> None:
     """Give every scene its settings, ``scene.photon_bake``."""
     bpy.utils.register_class(PhotonBakeLightmapProperties)
     bpy.utils.register_class(PhotonBakeCameraProperties)
+    mixer_properties.register()
     show_properties.register()
     bpy.utils.register_class(PhotonBakeProperties)
     bpy.types.Scene.photon_bake = bpy.props.PointerProperty(type=PhotonBakeProperties, name="Photon Bake")
@@ -261,5 +272,6 @@ def unregister() -> None:
     del bpy.types.Scene.photon_bake
     bpy.utils.unregister_class(PhotonBakeProperties)
     show_properties.unregister()
+    mixer_properties.unregister()
     bpy.utils.unregister_class(PhotonBakeCameraProperties)
     bpy.utils.unregister_class(PhotonBakeLightmapProperties)

@@ -4,7 +4,8 @@ from typing import Any
 
 import bpy
 
-from ..blender.show import Layer, LightSource, set_levels, use_baked_light
+from ..blender.light_layers import attribute_of, property_of
+from ..blender.show import Layer, LightSource, has_layers, set_levels, use_baked_light
 
 
 class PhotonBakeShownProperties(bpy.types.PropertyGroup):
@@ -37,8 +38,19 @@ class PhotonBakeShownProperties(bpy.types.PropertyGroup):
 
 
 def shown_layers(scene: Any) -> list[Layer]:
-    """The kinds of light that a scene's settings ask for."""
-    return [Layer(attribute=scene.photon_bake.attribute)]
+    """The kinds of light that a scene's settings ask for: those of light groups where its meshes have them apart."""
+    attribute = scene.photon_bake.attribute
+    layers = [
+        Layer(
+            name=level.name,
+            attribute=attribute_of(attribute, level.name),
+            image_property=property_of(level.name),
+            strength=level.strength if level.use else 0.0,
+            color=tuple(level.color),
+        )
+        for level in scene.photon_bake.mixer
+    ]
+    return layers if has_layers(scene, layers) else [Layer(attribute=attribute)]
 
 
 def show_baked_light(scene: Any) -> list[str]:

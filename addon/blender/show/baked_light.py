@@ -27,6 +27,12 @@ def is_shown(scene: "bpy.types.Scene") -> bool:
     return _SHOWN_SCENE in scene
 
 
+def has_layers(scene: "bpy.types.Scene", layers: Sequence[Layer]) -> bool:
+    """Whether some mesh object of a scene has light in one of the layers."""
+    meshes = (obj for obj in scene.objects if obj.type == "MESH")
+    return any(_has_attribute(obj, layers) or _has_lightmap(obj, layers) for obj in meshes)
+
+
 def use_baked_light(
     scene: "bpy.types.Scene",
     layers: Sequence[Layer] = (Layer(),),

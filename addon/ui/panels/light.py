@@ -4,6 +4,7 @@ from typing import Any
 
 import bpy
 
+from ..mixer_panel import draw_light_groups
 from .tab import Section, settings_column
 
 
@@ -16,6 +17,6 @@ class PHOTON_BAKE_PT_light(Section, bpy.types.Panel):
     def draw(self, context: Any) -> None:
         properties = context.scene.photon_bake
         column = settings_column(self.layout)
-        column.prop_search(properties, "light_group", context.view_layer, "lightgroups")
+        draw_light_groups(column, context)
         column.prop(properties, "add_direct")
         column.prop(properties, "open_side")

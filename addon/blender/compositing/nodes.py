@@ -1,31 +1,37 @@
 """The nodes that add a camera's pass to a render of direct light, put into a scene's compositor and taken out again."""
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import bpy
 
-from ..errors import BakeError
+from ...errors import BakeError
+from ...output.camera import GROUP_LAYER
+from .direct_only import MARK, bring_back_indirect, leave_out_indirect, remove_switch, switch_with_indirect
 
-MARK = "photon_bake"
-"""Custom property of the nodes, trees and scenes that are ours."""
-
-_MIX_A, _MIX_B, _MIX_RESULT = "A_Color", "B_Color", "Result_Color"
+_MIX_FACTOR, _MIX_A, _MIX_B, _MIX_RESULT = "Factor_Float", "A_Color", "B_Color", "Result_Color"
 _NO_PASS = "{} is no camera's pass: choose a file that Bake Indirect wrote."
-_BOUNCES = f"{MARK}_max_bounces"
+_LAYER = f"{MARK}_light_group"
+"""Custom property of a node that multiplies a light group's light: the group's name."""
+
+Color = tuple[float, float, float]
 
 
-def add_pass(scene: Any, paths: list[Path]) -> None:
+def add_pass(scene: Any, paths: list[Path], mix: Mapping[str, Color] | None = None) -> None:
     """Add a pass's indirect light to what every Render Layers node of the scene's compositor gives.
 
-    Cycles' bounces are set to 0 besides, so that its renders have direct light alone; `remove_pass` sets them back.
+    Cycles and EEVEE are kept to direct light besides; `remove_pass` sets them back. Where somebody sets them to more
+    light again, the pass is off.
 
     Parameters
     ----------
     scene : bpy.types.Scene
     paths : list of Path
         The pass's files: one, or those of an animation's frames, the first one being the first frame.
+    mix : dict of str to (r, g, b), optional
+        What the light of each light group that the pass has apart is multiplied by; 1 where a group is not among them.
 
     Raises
     ------
@@ -42,34 +48,74 @@ def add_pass(scene: Any, paths: list[Path]) -> None:
     if "Indirect" not in source.outputs:
         remove_pass(scene)
         raise BakeError(_NO_PASS.format(paths[0]))
+    light = _mixed(tree, source, mix or {})
     for render in renders:
-        mix = _new(tree, "ShaderNodeMix", (render.location.x + 260, render.location.y))
-        mix.data_type, mix.blend_type, mix.label = "RGBA", "ADD", "Add Indirect Light"
-        _socket(mix.inputs, "Factor_Float").default_value = 1.0
         targets = [link.to_socket for link in render.outputs["Image"].links]
-        _link(tree, render.outputs["Image"], _socket(mix.inputs, _MIX_A))
-        _link(tree, source.outputs["Indirect"], _socket(mix.inputs, _MIX_B))
+        place = render.location.x + 260, render.location.y
+        node = _mix(tree, "ADD", "Add Indirect Light", place, render.outputs["Image"], light)
+        switch_with_indirect(_socket(node.inputs, _MIX_FACTOR), scene)
         for target in targets or [_output(tree).inputs[0]]:
-            _link(tree, _socket(mix.outputs, _MIX_RESULT), target)
-    if scene.render.engine == "CYCLES" and _BOUNCES not in scene:
-        scene[_BOUNCES] = scene.cycles.max_bounces
-        scene.cycles.max_bounces = 0
+            _link(tree, _socket(node.outputs, _MIX_RESULT), target)
+    leave_out_indirect(scene)
+
+
+def set_mix(scene: Any, mix: Mapping[str, Color]) -> None:
+    """Change what the light groups' light in the compositor is multiplied by; nothing where no pass is."""
+    tree = _existing_tree(scene)
+    for node in tree.nodes if tree else []:
+        if node.get(_LAYER) in mix:
+            _socket(node.inputs, _MIX_B).default_value = (*mix[node[_LAYER]], 1)
+
+
+def reload_pass(path: Path) -> None:
+    """Have compositors show what a file has become."""
+    for image in bpy.data.images:
+        if MARK in image and Path(bpy.path.abspath(image.filepath)) == path:
+            image.reload()
+
+
+def _mixed(tree: Any, source: Any, mix: Mapping[str, Color]) -> Any:
+    """The socket that gives all indirect light: the sum of the light groups' where the pass has them apart."""
+    start = f"{GROUP_LAYER}_"
+    apart = [socket for socket in source.outputs if socket.enabled and socket.name.startswith(start)]
+    total = None if apart else source.outputs["Indirect"]
+    for i, socket in enumerate(apart):
+        group, place = socket.name.removeprefix(start), (-200, -150 - 60 * i)
+        node = _mix(tree, "MULTIPLY", group, place, socket)
+        node[_LAYER], node.hide = group, True
+        _socket(node.inputs, _MIX_B).default_value = (*mix.get(group, (1, 1, 1)), 1)
+        light = _socket(node.outputs, _MIX_RESULT)
+        if total is not None:
+            node = _mix(tree, "ADD", "Add Light Groups", (-20, -150 - 60 * i), total, light)
+            node.hide, light = True, _socket(node.outputs, _MIX_RESULT)
+        total = light
+    return total
+
+
+def _mix(tree: Any, blend: str, label: str, place: tuple[float, float], a: Any, b: Any = None) -> Any:
+    """A node that mixes colors in whole, and its inputs linked."""
+    node = _new(tree, "ShaderNodeMix", place)
+    node.data_type, node.blend_type, node.label = "RGBA", blend, label
+    _socket(node.inputs, _MIX_FACTOR).default_value = 1.0
+    _link(tree, a, _socket(node.inputs, _MIX_A))
+    if b is not None:
+        _link(tree, b, _socket(node.inputs, _MIX_B))
+    return node
 
 
 def remove_pass(scene: Any) -> bool:
     """Take the nodes out again, and everything back to how it was; whether there were any."""
-    if _BOUNCES in scene:
-        scene.cycles.max_bounces = scene[_BOUNCES]
-        del scene[_BOUNCES]
+    bring_back_indirect(scene)
     tree = _existing_tree(scene)
     if tree is None:
         return False
     ours = [node for node in tree.nodes if MARK in node]
     for node in [node for node in ours if node.bl_idname == "ShaderNodeMix"]:
-        render = next((link.from_socket for link in _socket(node.inputs, _MIX_A).links), None)
+        remove_switch(_socket(node.inputs, _MIX_FACTOR))
+        before = next((link.from_socket for link in _socket(node.inputs, _MIX_A).links), None)
         targets = [link.to_socket for link in _socket(node.outputs, _MIX_RESULT).links]
-        for target in targets if render else []:
-            _link(tree, render, target)
+        for target in targets if before and before.node.bl_idname == "CompositorNodeRLayers" else []:
+            _link(tree, before, target)
     images = [node.image for node in ours if node.bl_idname == "CompositorNodeImage" and node.image]
     for node in ours:
         tree.nodes.remove(node)
@@ -87,6 +133,8 @@ def _load(paths: list[Path]) -> Any:
         raise BakeError(f"{paths[0]} is not there: bake the camera's pass first.")
     image = bpy.data.images.load(str(paths[0]))
     image[MARK] = True
+    if bpy.data.filepath and paths[0].is_relative_to(Path(bpy.data.filepath).parent):
+        image.filepath = bpy.path.relpath(str(paths[0]))
     if len(paths) > 1:
         image.source = "SEQUENCE"
     return image
