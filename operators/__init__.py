@@ -9,8 +9,8 @@ from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, stop_watched
 from .cancel import PHOTON_BAKE_OT_cancel
 from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
 from .export_gltf import PHOTON_BAKE_OT_export_gltf
-from .refine import PHOTON_BAKE_OT_refine, PHOTON_BAKE_OT_restore_meshes, PhotonBakeObjectName
 from .folders import PHOTON_BAKE_OT_choose_folder
+from .refine import PHOTON_BAKE_OT_refine, PHOTON_BAKE_OT_restore_meshes, PhotonBakeObjectName
 from .remove_copies import PHOTON_BAKE_OT_remove_copies
 from .reset_mixer import PHOTON_BAKE_OT_reset_mixer
 

@@ -6,7 +6,7 @@ of splits, which Blender's side carries out on stored meshes. `coarse` finds the
 """
 
 from .coarse import WIDEST, FaceSamples
-from .refine import RefineOptions, Refinement, refine
+from .refine import Refinement, RefineOptions, refine
 from .triangles import Placed, Triangles
 
 __all__ = ["WIDEST", "FaceSamples", "Placed", "RefineOptions", "Refinement", "Triangles", "refine"]

@@ -6,7 +6,6 @@ import numpy as np
 
 from ..errors import BakeError
 from ..progress import Progress
-from ..receivers import Receivers
 from .samples import LEAST_LIGHT, Light, Samples, corner_receivers, mean_by, on_objects
 from .triangles import Placed, Triangles
 
@@ -16,7 +15,9 @@ TOLERANCE = 0.05
 
 _LEAST_SAMPLES = 4  # in a triangle
 _SAMPLES_OF_BUDGET = 1.0  # at first, in all triangles by their areas
-_NEGLIGIBLE = 1 / 16  # of what a triangle of mean area may be off when the budget is used up: edges of shadows end there
+_NEGLIGIBLE = (
+    1 / 16
+)  # of what a triangle of mean area may be off when the budget is used up: edges of shadows end there
 _MOST_ROUNDS = 64
 
 

@@ -119,7 +119,9 @@ def test_without_names_all_meshes_are_refined_within_the_budget(room):
 
 def test_modifiers_that_would_change_the_shape_are_named(room):
     bpy.data.objects["Box"].modifiers.new("Round", "SUBSURF")
-    with pytest.raises(RuntimeError, match="'Box': new vertices would change the shape that its modifier 'Round' makes"):
+    with pytest.raises(
+        RuntimeError, match="'Box': new vertices would change the shape that its modifier 'Round' makes"
+    ):
         refine("Box")
     assert refine(budget=20) == {"FINISHED"}
     assert any("Left out: Object 'Box'" in warning for warning in bake_state.warnings)
