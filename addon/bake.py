@@ -1,6 +1,6 @@
 """One bake, stage by stage: photons are traced, receivers gather them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
 
@@ -195,6 +195,11 @@ class Solution:
     workers: Workers
     inspector: Inspector
     deadline: float
+
+    def at(self, receivers: Receivers) -> "Solution":
+        """The same light, to be gathered at the first of the receivers alone, which are given."""
+        mid_air = self.mid_air.of_first(len(receivers)) if self.mid_air else None
+        return replace(self, receivers=receivers, mid_air=mid_air)
 
     @property
     def dark(self) -> bool:

@@ -17,6 +17,7 @@ from .bake_job import BakeJob, Solved, Wanted
 from .camera_target import WantedCamera
 from .describe import describe
 from .lightmap_target import WantedLightmaps
+from .probe_target import WantedProbes
 from .vertex_target import WantedVertices
 
 TICK = 0.1
@@ -168,10 +169,9 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         job, solved = self._job, self._solver.solved()
         assert job is not None  # as it was solved
         written = job.write(solved, self._solver.progress)
-        irradiance = solved.irradiance
-        result = f"{len(irradiance.value):,} points in {duration(bake_state.seconds)}"
-        if irradiance.relative_noise > 0:
-            result += f", noise {irradiance.relative_noise:.1%}"
+        result = f"{solved.n_points:,} points in {duration(bake_state.seconds)}"
+        if solved.relative_noise > 0:
+            result += f", noise {solved.relative_noise:.1%}"
         bake_state.stop(result=result, error=" ".join(written.failures), warnings=job.warnings)
         for warning in job.warnings:
             self.report({"WARNING"}, warning)
@@ -201,10 +201,14 @@ def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
     if "camera" in properties.targets:
         folder = _folder(properties.camera.folder, "the camera's pass has")
         wanted.append(WantedCamera(properties.camera.settings(), folder))
+    if "probes" in properties.targets:
+        folder = _folder(properties.probes.folder, "the probes have")
+        scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
+        wanted.append(WantedProbes(properties.probes.settings(), folder, scene))
     if "vertex" in properties.targets:
         wanted.append(WantedVertices(properties.attribute, copies))
     if not wanted:
-        raise BakeError("Nothing is chosen to bake to: choose Vertices, Lightmaps or Camera.")
+        raise BakeError("Nothing is chosen to bake to: choose Vertices, Lightmaps, Camera or Probes.")
     return wanted
 
 

@@ -25,6 +25,7 @@ from ..addon.tracers import Tracer
 from ..addon.ui.state import duration
 from .camera_target import CameraTarget
 from .describe import describe
+from .probe_target import ProbeFiles, ProbePoints
 from .vertex_target import WantedVertices
 from .written import Written
 
@@ -144,6 +145,18 @@ class Solved:
     def files(self) -> list[Path]:
         """That writing the products writes."""
         return [path for product in self.products for path in product.files]
+
+    @property
+    def n_points(self) -> int:
+        """Receivers and probes."""
+        return len(self.irradiance.value) + self.counts.get("probes", 0)
+
+    @property
+    def relative_noise(self) -> float:
+        """The receivers', and if there are none the probes'."""
+        if len(self.irradiance.value):
+            return self.irradiance.relative_noise
+        return max((one.relative_noise for one in self.products if isinstance(one, ProbeFiles)), default=0.0)
 
     @property
     def counts(self) -> dict[str, int]:
@@ -267,17 +280,19 @@ class BakeJob:
         backs = OpenBacks.of(receivers, tracer, workers, settings.open_side)
         if settings.open_side:
             receivers = backs.added_to(receivers)
+        everywhere = _with_eyes(receivers, points, settings)
         maps = None
-        if settings.tracer == "multi_image" and len(receivers):
-            maps = self._take_cube_maps(tracer, receivers, settings, workers, inspector)
+        if settings.tracer == "multi_image" and len(everywhere):
+            maps = self._take_cube_maps(tracer, everywhere, settings, workers, inspector)
         solution = None
-        if len(receivers):
-            solution = solve(self.scene, receivers, settings, tracer, progress, inspector, maps, started)
+        if len(everywhere):
+            solution = solve(self.scene, everywhere, settings, tracer, progress, inspector, maps, started)
+            solution = solution.at(receivers) if len(everywhere) > len(receivers) else solution
             if solution.dark:
                 self.warnings.append(NO_LIGHT)
             self.warnings += [_flush(*names) for names in solution.tracer.flush_emitters]
             points = [one.lit_by(solution, workers) for one in points]
-        light = solution.irradiance() if solution else no_light()
+        light = solution.irradiance() if solution and len(receivers) else no_light()
         if settings.open_side:
             light = backs.taken(light)
         elif solution:
@@ -352,6 +367,16 @@ class BakeJob:
         self.counts.update(cube_maps=len(images.maps), cube_map_bytes=images.maps.n_bytes)
         inspector.see("maps", lambda: (images.maps.centres, None))
         return images
+
+
+def _with_eyes(receivers: Receivers, points: "Sequence[Points]", settings: BakeSettings) -> Receivers:
+    """The receivers, and after them those by which probes look around."""
+    eyes = [one.eyes for one in points if isinstance(one, ProbePoints)]
+    if not eyes:
+        return receivers
+    if not settings.needs_cache:
+        raise BakeError("Probes look around with rays: choose Final Gather, or a Light Volume with Volume Rays.")
+    return _joined([receivers, *eyes] if len(receivers) else eyes)
 
 
 def _joined(parts: list[Receivers]) -> Receivers:

@@ -9,6 +9,7 @@ from ..errors import kind_of
 from ..inspector import VIEWS, View
 from ..settings import Gather, TracerName
 from .debug_views import debug_views
+from .probe_panel import draw_probes
 from .state import bake_state, duration
 
 _GATHER_KNOBS: dict[Gather, list[str]] = {
@@ -151,6 +152,20 @@ class PHOTON_BAKE_PT_camera(_Tab, bpy.types.Panel):
         row.operator("photon_bake.remove_pass", icon="X")
 
 
+class PHOTON_BAKE_PT_probes(_Tab, bpy.types.Panel):
+    """Where probes lie, and how they are lit and written."""
+
+    bl_label = "Probes"
+    bl_parent_id = "PHOTON_BAKE_PT_bake"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return "probes" in context.scene.photon_bake.targets
+
+    def draw(self, context: Any) -> None:
+        draw_probes(_settings_column(self.layout), context.scene.photon_bake)
+
+
 class PHOTON_BAKE_PT_debug_views(_Tab, bpy.types.Panel):
     """What of the last bake the viewport shows."""
 
@@ -237,6 +252,7 @@ CLASSES = (
     PHOTON_BAKE_PT_bake,
     PHOTON_BAKE_PT_lightmaps,
     PHOTON_BAKE_PT_camera,
+    PHOTON_BAKE_PT_probes,
     PHOTON_BAKE_PT_sampling,
     PHOTON_BAKE_PT_output,
     PHOTON_BAKE_PT_debug_views,
