@@ -1,6 +1,8 @@
 """Probes by the command and the button: where they lie, their files, bad input."""
 
 import json
+import re
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -143,6 +145,22 @@ def test_with_vertices_in_one_solve(empty_scene, tmp_path):
     assert bake(tmp_path, "--target", "vertex", "--probe-spacing", "1") == 0
     light = np.array([one.color[:3] for one in bpy.data.objects["Floor"].data.attributes["Indirect"].data])
     assert light.mean() > 0.01 and read(tmp_path)["grids"]
+
+
+def test_reader_of_the_docs(empty_scene, tmp_path):
+    """The Python of docs/probes.md reads what was written: a probe's own light where it lies, and the mean between."""
+    build_room(empty_scene, (8, 8))
+    add_volume("Volume", (2, 2, 3), Matrix.Scale(0.6, 4))
+    assert bake(tmp_path) == 0
+    page = (Path(__file__).resolve().parents[2] / "docs" / "probes.md").read_text(encoding="utf-8")
+    names = {"path": tmp_path / "Scene_probes.json"}
+    exec(re.search(r"```python\n(.*?)```", page, re.DOTALL)[1], names)
+    (grid,) = names["content"]["grids"]
+    low, high = (names["irradiance"](grid, grid["position"][i], (0, 0, 1)) for i in (0, 4))
+    between = names["irradiance"](grid, np.mean([grid["position"][i] for i in (0, 4)], axis=0), (0, 0, 1))
+    assert between == pytest.approx((low + high) / 2, rel=1e-5)
+    texel = [channels(tmp_path / grid["files"]["G"])[name][2, 0] for name in "RGBA"]  # x, y = 0 of the second slice
+    assert np.pi * (texel[0] + texel[3]) == pytest.approx(high[1], rel=2e-3) and low[1] != pytest.approx(high[1])
 
 
 def test_six_sides_as_cycles_bakes_them(empty_scene, tmp_path):
