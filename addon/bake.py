@@ -240,6 +240,11 @@ class Solution:
     inspector: Inspector
     deadline: float
 
+    def at(self, receivers: Receivers) -> "Solution":
+        """The same light, to be gathered at the first of the receivers alone, which are given."""
+        mid_air = self.mid_air.of_first(len(receivers)) if self.mid_air else None
+        return replace(self, receivers=receivers, mid_air=mid_air)
+
     @property
     def dark(self) -> bool:
         """Whether nothing in the scene gives light."""

@@ -20,6 +20,7 @@ from .camera_target import WantedCamera
 from .describe import describe
 from .folders import path_of, without_folder
 from .lightmap_target import WantedLightmaps
+from .probe_target import WantedProbes
 from .vertex_target import WantedVertices
 
 TICK = 0.1
@@ -178,10 +179,9 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         scene = bpy.data.scenes.get(self._scene)
         if scene is not None:
             job.warnings += shown_after_bake(scene, scene.photon_bake.shown.after_bake)
-        irradiance = solved.irradiance
-        result = f"{len(irradiance.value):,} points in {duration(bake_state.seconds)}"
-        if irradiance.relative_noise > 0:
-            result += f", noise {irradiance.relative_noise:.1%}"
+        result = f"{solved.n_points:,} points in {duration(bake_state.seconds)}"
+        if solved.relative_noise > 0:
+            result += f", noise {solved.relative_noise:.1%}"
         bake_state.stop(result=result, error=" ".join(written.failures), warnings=job.warnings)
         for warning in job.warnings:
             self.report({"WARNING"}, warning)
@@ -212,10 +212,14 @@ def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
     if "camera" in properties.targets:
         folder = path_of(properties.camera.folder, "the camera's pass has")
         wanted.append(WantedCamera(properties.camera.settings(), folder, groups))
+    if "probes" in properties.targets:
+        folder = path_of(properties.probes.folder, "the probes have")
+        scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
+        wanted.append(WantedProbes(properties.probes.settings(), folder, scene))
     if "vertex" in properties.targets:
         wanted.append(WantedVertices(properties.attribute, copies, groups))
     if not wanted:
-        raise BakeError("Nothing is chosen to bake to: choose Vertices, Lightmaps or Camera.")
+        raise BakeError("Nothing is chosen to bake to: choose Vertices, Lightmaps, Camera or Probes.")
     return wanted
 
 

@@ -26,6 +26,7 @@ from ..addon.ui.mixer_properties import set_layers
 from ..addon.ui.state import duration
 from .camera_target import CameraTarget
 from .describe import describe
+from .probe_target import ProbeFiles, ProbePoints
 from .vertex_target import WantedVertices
 from .written import Written
 
@@ -149,6 +150,18 @@ class Solved:
     def files(self) -> list[Path]:
         """That writing the products writes."""
         return [path for product in self.products for path in product.files]
+
+    @property
+    def n_points(self) -> int:
+        """Receivers and probes."""
+        return len(self.irradiance.value) + self.counts.get("probes", 0)
+
+    @property
+    def relative_noise(self) -> float:
+        """The receivers', and if there are none the probes'."""
+        if len(self.irradiance.value):
+            return self.irradiance.relative_noise
+        return max((one.relative_noise for one in self.products if isinstance(one, ProbeFiles)), default=0.0)
 
     @property
     def counts(self) -> dict[str, int]:
@@ -285,13 +298,16 @@ class BakeJob:
         backs = OpenBacks.of(receivers, tracer, workers, settings.open_side)
         if settings.open_side:
             receivers = backs.added_to(receivers)
+        everywhere = _with_eyes(receivers, points, settings)
         maps = None
-        if settings.tracer == "multi_image" and len(receivers):
-            maps = self._take_cube_maps(tracer, receivers, settings, workers, inspector)
+        if settings.tracer == "multi_image" and len(everywhere):
+            maps = self._take_cube_maps(tracer, everywhere, settings, workers, inspector)
         lit, names = list(self.groups.values()) or [self.scene], list(self.groups)
         lights, of_lights = [no_light()] * len(lit), [points] * len(lit)
-        if len(receivers):
-            solutions = solve_apart(self.scene, lit, receivers, settings, tracer, progress, inspector, maps, started)
+        if len(everywhere):
+            solutions = solve_apart(self.scene, lit, everywhere, settings, tracer, progress, inspector, maps, started)
+            if len(everywhere) > len(receivers):
+                solutions = [solution.at(receivers) for solution in solutions]
             if all(solution.dark for solution in solutions):
                 self.warnings.append(NO_LIGHT)
             self.warnings += [_flush(*names) for names in solutions[0].tracer.flush_emitters]
@@ -299,8 +315,9 @@ class BakeJob:
                 [one.lit_by(solution, part) for one in points]
                 for solution, part in zip(solutions, workers.parts(len(lit)), strict=True)
             ]
-            lights = irradiances(solutions, workers)
-            if not settings.open_side:
+            if len(receivers):
+                lights = irradiances(solutions, workers)
+            if len(receivers) and not settings.open_side:
                 photons = Photons.join([solution.photons for solution in solutions])
                 self.warnings += [_turned_away(name) for name in backs.lit_behind(self.scene, photons)]
         total = Irradiance.together(lights)
@@ -394,6 +411,16 @@ def _products(points: list[Points], light: "Irradiance", workers: Workers) -> li
 
 def _empty(group: str) -> Advice:
     return Advice(f"Light group '{group}' has no light in it, so no layer was baked of it.")
+
+
+def _with_eyes(receivers: Receivers, points: "Sequence[Points]", settings: BakeSettings) -> Receivers:
+    """The receivers, and after them those by which probes look around."""
+    eyes = [one.eyes for one in points if isinstance(one, ProbePoints)]
+    if not eyes:
+        return receivers
+    if not settings.needs_cache:
+        raise BakeError("Probes look around with rays: choose Final Gather, or a Light Volume with Volume Rays.")
+    return _joined([receivers, *eyes] if len(receivers) else eyes)
 
 
 def _joined(parts: list[Receivers]) -> Receivers:

@@ -26,6 +26,7 @@ from .command_options import COMMAND, Options, parse
 from .console import ProgressLine, ctrl_c_cancels, say
 from .describe import describe
 from .lightmap_target import WantedLightmaps
+from .probe_target import WantedProbes
 from .versions import versions
 from .vertex_target import WantedVertices
 
@@ -134,7 +135,7 @@ def _bake_frame(options: Options, progress: Progress, report: Report) -> list[st
     report.objects = job.object_names
     report.files += [str(path) for path in written.files]
     report.counts = {**job.counts, **solved.counts}
-    report.relative_noise = solved.irradiance.relative_noise
+    report.relative_noise = solved.relative_noise
     return written.failures
 
 
@@ -156,6 +157,9 @@ def _wanted(options: Options) -> list[Wanted]:
         wanted.append(WantedLightmaps(options.lightmaps, options.output, scene, options.preview, groups=groups))
     if options.camera is not None:
         wanted.append(WantedCamera(options.camera, options.camera_output, groups))
+    if options.probes is not None:
+        scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
+        wanted.append(WantedProbes(options.probes, options.probe_output, scene))
     if "vertex" in options.targets:
         wanted.append(WantedVertices(options.attribute, options.copies, groups))
     return wanted
@@ -207,6 +211,7 @@ def _begin(options: Options) -> Report:
         settings=asdict(options.settings),
         lightmap_settings=asdict(options.lightmaps) if options.lightmaps else {},
         camera_settings=asdict(options.camera) if options.camera else {},
+        probe_settings=asdict(options.probes) if options.probes else {},
         versions=versions(),
     )
 
@@ -235,10 +240,12 @@ def _summary(report: Report) -> str:
     memory = f", {report.peak_memory_mb:.0f} MB at most" if report.peak_memory_mb else ""
     places = [("object", len(report.objects)), ("lightmap", report.counts.get("lightmaps", 0))]
     places.append(("camera's pass", report.counts.get("camera_passes", 0)))
+    n_probes = report.counts.get("probes", 0)
+    places.append(("probe", n_probes))
     where = " and ".join(f"{n} {thing}" + ("s" if n != 1 else "") for thing, n in places if n)
     saved = f"; saved to {report.saved}" if report.saved else "; not saved"
     return (
-        f"Baked {report.counts['receivers']:,} points of {where or 'nothing'} "
+        f"Baked {report.counts['receivers'] + n_probes:,} points of {where or 'nothing'} "
         f"in {duration(report.total_seconds)}{noise}{memory}{saved}."
     )
 

@@ -12,12 +12,14 @@ from ..addon.camera_settings import CameraSettings
 from ..addon.errors import BakeError
 from ..addon.knobs import meaning_of
 from ..addon.lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
+from ..addon.probe_settings import ProbeSettings
 from ..addon.settings import CHOICES, BakeSettings, Quality, settings_for
 from ..addon.ui.properties import CHOICE_MEANINGS
 from .camera_options import OF_CAMERAS, add_camera_options, camera_settings, pass_folder
+from .probe_options import OF_PROBES, add_probe_options, probe_folder, probe_settings
 
 COMMAND = "photon_bake"
-TARGETS = ("vertex", "lightmap", "camera")
+TARGETS = ("vertex", "lightmap", "camera", "probes")
 
 KNOB_OPTIONS = {
     "--photons": "n_photons",
@@ -86,6 +88,10 @@ class Options:
         None: no camera's pass is asked for.
     camera_output : Path
         Folder for the camera's pass.
+    probes : ProbeSettings or None
+        None: no probes are asked for.
+    probe_output : Path
+        Folder for probes.
     frames : range or None
         None: the current frame.
     preview : Path or None
@@ -111,6 +117,8 @@ class Options:
     output: Path
     camera: CameraSettings | None
     camera_output: Path
+    probes: ProbeSettings | None
+    probe_output: Path
     frames: range | None
     preview: Path | None
     save: Path | None
@@ -146,13 +154,16 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
             parser.error(f"{option} is for a camera's pass: give --target camera too")
     if given.light_groups and given.light_group:
         parser.error("--light-group bakes one group alone and --light-groups each apart: give one of them")
+    for option, name in OF_PROBES.items():
+        if getattr(given, name) is not None and "probes" not in targets:
+            parser.error(f"{option} is for probes: give --target probes too")
     if given.copies and "vertex" not in targets:
         parser.error("--copies is for light on vertices: give --target vertex too")
     if given.output is not None and targets == ["vertex"]:
-        parser.error("--output is for lightmaps and a camera's pass: give --target lightmap or camera too")
+        parser.error("--output is for files: give --target lightmap, camera or probes too")
     if targets != ["vertex"] and given.output is None and not loaded_file:
-        parser.error("the images have no folder: give --output DIR")
-    if given.show and targets == ["camera"]:
+        parser.error("the files have no folder: give --output DIR")
+    if given.show and not {"vertex", "lightmap"} & set(targets):
         parser.error("--show is for light in materials: give --target vertex or lightmap too")
     if given.frames is not None and targets != ["camera"]:
         parser.error("--frames is for a camera's pass alone: bake other targets without it")
@@ -162,12 +173,15 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         )
         lightmaps = LightmapSettings(**_given(given, [*_LIGHTMAP_KNOBS])) if "lightmap" in targets else None
         camera = camera_settings(given) if "camera" in targets else None
+        probes = probe_settings(given) if "probes" in targets else None
     except BakeError as error:
         parser.error(str(error))
     if settings.gather == "photon_volumes" and targets != ["camera"]:
         parser.error(
             "--gather photon_volumes lights a camera's pixels: give --target camera alone, or another --gather"
         )
+    if probes is not None and not settings.needs_cache:
+        parser.error("probes look around with rays: give --gather final, or light_volume with --volume-rays")
     return Options(
         settings=settings,
         objects=given.objects or None,
@@ -180,6 +194,8 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         output=Path(given.output or Path(loaded_file).parent / LIGHTMAP_FOLDER).absolute(),
         camera=camera,
         camera_output=pass_folder(given, loaded_file),
+        probes=probes,
+        probe_output=probe_folder(given, loaded_file),
         frames=given.frames,
         preview=None if given.preview is None else Path(given.preview).absolute(),
         save=None if given.save is None else Path(given.save or loaded_file).absolute(),
@@ -233,6 +249,7 @@ def _parser() -> ArgumentParser:
     add("--output", metavar="DIR", help=f"folder for images; default: {LIGHTMAP_FOLDER} beside the loaded file")
     _add_lightmap_options(parser)
     add_camera_options(parser)
+    add_probe_options(parser)
     add("--save", nargs="?", const="", metavar="FILE.blend", help="save the file, here or over the loaded one")
     add("--report", metavar="FILE.json", help="write what the bake did, also when it fails")
     meaning = "fail, and write nothing, where light would differ from Cycles' or a file is missing"

@@ -1,4 +1,4 @@
-"""Folders for images: where the panel says, or, in a file that was never saved, where somebody is asked to choose."""
+"""Folders for files: where the panel says, or, in a file that was never saved, where somebody is asked to choose."""
 
 from pathlib import Path
 from typing import Any
@@ -28,12 +28,12 @@ def nowhere(folder: str) -> bool:
 
 def without_folder(properties: Any) -> list[Any]:
     """The settings of those targets whose folder is beside a file that was never saved."""
-    of_target = {"lightmap": properties.lightmap, "camera": properties.camera}
+    of_target = {"lightmap": properties.lightmap, "camera": properties.camera, "probes": properties.probes}
     return [of for target, of in of_target.items() if target in properties.targets and nowhere(of.folder)]
 
 
 class PHOTON_BAKE_OT_choose_folder(bpy.types.Operator):
-    """Choose the folder that images go to, since this file was never saved, and go on"""
+    """Choose the folder that files go to, since this file was never saved, and go on"""
 
     bl_idname = "photon_bake.choose_folder"
     bl_label = "Choose Folder"

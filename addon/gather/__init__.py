@@ -14,6 +14,7 @@ from .irradiance import Estimate, Irradiance
 from .light_volume import Cascade
 from .open_sides import OpenBacks
 from .photon_volumes import OF_SCATTERED, photon_volume_gloss, photon_volume_irradiance, scatter_light
+from .probe_light import ProbeLight, caustics_at_probes, gather_probes
 from .radiance_cache import RadianceCache
 from .screen_volume import screen_irradiance
 from .thinned_density import thinned_density
@@ -31,12 +32,15 @@ __all__ = [
     "MidAir",
     "OpenBacks",
     "PhotonDensity",
+    "ProbeLight",
     "RadianceCache",
     "Survey",
     "build_radiance_cache",
     "camera_gloss",
+    "caustics_at_probes",
     "direct_irradiance",
     "direct_slope",
+    "gather_probes",
     "glossy_radiance",
     "photon_volume_gloss",
     "photon_volume_irradiance",

@@ -4,7 +4,7 @@ Where photons fly through an object, none is stored on it. There their flights a
 tangent disc (Lastra, Ureña, Revelles and Montes 2002), as many of the nearest as the estimate on surfaces takes.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -60,6 +60,10 @@ class MidAir:
             return None
         ball = _ball_around(receivers.position[free], _LEAST_MARGIN * scene.diagonal)
         return MidAir(np.flatnonzero(free), FlightLog(ball, scattered), tracer.surfaces)
+
+    def of_first(self, n: int) -> "MidAir":
+        """The same of the first n receivers alone."""
+        return replace(self, rows=self.rows[self.rows < n])
 
     def put(
         self,

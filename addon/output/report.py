@@ -41,6 +41,8 @@ class Report:
         Every knob of `LightmapSettings`; empty where no lightmaps were asked for.
     camera_settings : dict
         Every knob of `CameraSettings`; empty where no camera's pass was asked for.
+    probe_settings : dict
+        Every knob of `ProbeSettings`; empty where no probes were asked for.
     stage_seconds : dict of str to float, s
         In the stages' order.
     total_seconds : float, s
@@ -68,6 +70,7 @@ class Report:
     settings: dict[str, Any] = field(default_factory=dict)
     lightmap_settings: dict[str, Any] = field(default_factory=dict)
     camera_settings: dict[str, Any] = field(default_factory=dict)
+    probe_settings: dict[str, Any] = field(default_factory=dict)
     stage_seconds: dict[str, float] = field(default_factory=dict)
     total_seconds: float = 0.0
     counts: dict[str, int] = field(default_factory=dict)

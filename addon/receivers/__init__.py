@@ -7,6 +7,7 @@ from .charts import Charts, LightmapMesh
 from .lenses import Equirectangular, Fisheye, Lens, Orthographic, Perspective
 from .lightmap import Texels, texel_receivers
 from .pixel_filter import PixelFilter
+from .probes import ProbeGrid, ProbePlaces, grid_in_box
 from .receivers import AttributeTarget, Receivers
 from .seams import Seams
 from .vertices import IN_PLACE, ReceiverMesh, joined, vertex_receivers
@@ -25,6 +26,8 @@ __all__ = [
     "Orthographic",
     "Perspective",
     "PixelFilter",
+    "ProbeGrid",
+    "ProbePlaces",
     "ReceiverMesh",
     "Receivers",
     "Seams",
@@ -32,6 +35,7 @@ __all__ = [
     "Texels",
     "camera_points",
     "diffuse_colors",
+    "grid_in_box",
     "joined",
     "seen_surface",
     "texel_receivers",

@@ -8,6 +8,7 @@ import bpy
 from ..camera_settings import PASS_CHOICES, PASS_FOLDER, CameraSettings
 from ..knobs import meaning_of
 from ..lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
+from ..probe_settings import PROBE_CHOICES, PROBE_FOLDER, ProbeSettings
 from ..settings import CHOICES, BakeSettings, Quality, settings_for
 from . import mixer_properties, show_properties
 from .mixer_properties import LIGHT_GROUPS, PhotonBakeLightLayer
@@ -18,6 +19,7 @@ QUALITIES: tuple[Quality, ...] = get_args(Quality)
 KNOBS = fields(BakeSettings)
 LIGHTMAP_KNOBS = fields(LightmapSettings)
 CAMERA_KNOBS = fields(CameraSettings)
+PROBE_KNOBS = fields(ProbeSettings)
 PRESET_KNOBS = [knob.name for knob in KNOBS if len({getattr(settings_for(q), knob.name) for q in QUALITIES}) > 1]
 """The knobs that the quality presets differ in."""
 
@@ -30,6 +32,8 @@ CHOICE_MEANINGS = {
     "pass_denoiser": "What takes the noise out",
     "precision": "Bits of a channel; depth always has 32",
     "compression": "How the file is compressed",
+    "harmonics": "Spherical harmonics that files of probes hold",
+    "axes": "Axes that files of probes are in",
 }
 """What the knobs of `CHOICES`, `LIGHTMAP_CHOICES` and `PASS_CHOICES` mean."""
 
@@ -66,6 +70,10 @@ _CHOICE_WORDS = {
     "piz": ("PIZ", "Lossless, wavelets: good for noise"),
     "dwaa": ("DWAA", "Loses a little, 32 lines at a time"),
     "dwab": ("DWAB", "Loses a little, 256 lines at a time"),
+    "l1": ("L1", "Two bands, four numbers a color: what most engines take"),
+    "l2": ("L2", "Three bands, nine numbers a color: sharper"),
+    "blender": ("Blender", "Z up"),
+    "gltf": ("glTF", "Y up, as in exported files: three.js, Godot"),
 }
 CHOICE_NUMBERS = {
     "gather": {"final": 0, "density": 1, "light_volume": 2, "photon_volumes": 3},
@@ -76,6 +84,8 @@ CHOICE_NUMBERS = {
     "pass_denoiser": {"auto": 0, "oidn": 1, "none": 2},
     "precision": {"half": 0, "float": 1},
     "compression": {"none": 0, "rle": 1, "zips": 2, "zip": 3, "piz": 4, "dwaa": 5, "dwab": 6},
+    "harmonics": {"l1": 0, "l2": 1},
+    "axes": {"blender": 0, "gltf": 1},
 }
 """What .blend files keep of the knobs' choices: never to be given to another choice, or files would open with that."""
 
@@ -86,6 +96,7 @@ _WANTED = [
     ("vertex", "Vertices", "A color attribute on each mesh", "VERTEXSEL", 1),
     ("lightmap", "Lightmaps", "Images, on UV maps of their own", "TEXTURE", 2),
     ("camera", "Camera", "A pass of the scene's camera, which compositing adds to direct light", "CAMERA_DATA", 4),
+    ("probes", "Probes", "Light at points in the air, as files for what moves in an engine", "LIGHTPROBE_VOLUME", 8),
 ]
 _QUALITY_ITEMS = [
     ("draft", "Draft", "Seconds: to see where the light goes", 0),
@@ -103,6 +114,7 @@ _LABELS = {
     "density": "Texels/m",
     "memory": "Memory (MB)",
     "n_nearest": "Near Photons",
+    "n_probe_rays": "Rays",
 }
 
 
@@ -115,7 +127,7 @@ def _property(settings: type, knob: Field) -> Any:
     """Blender's property for a knob of a settings class, from the knob's own default, range and meaning."""
     kind = get_type_hints(settings)[knob.name]
     meta: dict[str, Any] = {"name": label(knob.name), "default": knob.default}
-    choices = {**CHOICES, **LIGHTMAP_CHOICES, **PASS_CHOICES}.get(knob.name)
+    choices = {**CHOICES, **LIGHTMAP_CHOICES, **PASS_CHOICES, **PROBE_CHOICES}.get(knob.name)
     if choices:
         numbers = CHOICE_NUMBERS[knob.name]
         words = {choice: _CHOICE_WORDS.get(f"{knob.name} {choice}") or _CHOICE_WORDS[choice] for choice in choices}
@@ -196,6 +208,25 @@ class PhotonBakeCameraProperties(bpy.types.PropertyGroup):
         return CameraSettings(**{knob.name: getattr(self, knob.name) for knob in CAMERA_KNOBS})
 
 
+class PhotonBakeProbeProperties(bpy.types.PropertyGroup):
+    """What ``scene.photon_bake.probes`` holds: every knob of `ProbeSettings` under its own name, and a folder."""
+
+    __annotations__ = {
+        "folder": bpy.props.StringProperty(
+            name="Folder",
+            description="Where the probes' files go; // is the folder of the .blend file",
+            default=f"//{PROBE_FOLDER}",
+            subtype="DIR_PATH",
+            options=_WRITTEN_TO,
+        ),
+        **_properties(ProbeSettings),
+    }
+
+    def settings(self) -> ProbeSettings:
+        """The knobs as the engine takes them."""
+        return ProbeSettings(**{knob.name: getattr(self, knob.name) for knob in PROBE_KNOBS})
+
+
 class PhotonBakeProperties(bpy.types.PropertyGroup):
     """What ``scene.photon_bake`` holds: every knob of `BakeSettings` under its own name, and these."""
 
@@ -212,6 +243,7 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
         ),
         "lightmap": bpy.props.PointerProperty(type=PhotonBakeLightmapProperties, name="Lightmaps"),
         "camera": bpy.props.PointerProperty(type=PhotonBakeCameraProperties, name="Camera"),
+        "probes": bpy.props.PointerProperty(type=PhotonBakeProbeProperties, name="Probes"),
         "attribute": bpy.props.StringProperty(
             name="Attribute",
             description="Color attribute that the light is written to, made if it is not there",
@@ -263,6 +295,7 @@ def register() -> None:
     bpy.utils.register_class(PhotonBakeCameraProperties)
     mixer_properties.register()
     show_properties.register()
+    bpy.utils.register_class(PhotonBakeProbeProperties)
     bpy.utils.register_class(PhotonBakeProperties)
     bpy.types.Scene.photon_bake = bpy.props.PointerProperty(type=PhotonBakeProperties, name="Photon Bake")
 
@@ -273,5 +306,6 @@ def unregister() -> None:
     bpy.utils.unregister_class(PhotonBakeProperties)
     show_properties.unregister()
     mixer_properties.unregister()
+    bpy.utils.unregister_class(PhotonBakeProbeProperties)
     bpy.utils.unregister_class(PhotonBakeCameraProperties)
     bpy.utils.unregister_class(PhotonBakeLightmapProperties)

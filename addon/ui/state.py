@@ -57,6 +57,11 @@ CAMERA_SHARES = {
 }
 """The same for what a camera's pass adds to it."""
 
+PROBE_SHARES = {"Lighting probes": 4}
+"""The same for what probes add to it."""
+
+_OF_RECEIVERS = {"Gathering light", "Adding direct light"}
+
 
 REFINE_SHARES = {"Refining meshes": 8, "Splitting edges": 1}
 """The same for refining meshes."""
@@ -132,8 +137,16 @@ class BakeState:
 def shares_of(gather: Gather, targets: Collection[str]) -> dict[str, float]:
     """The stages' shares of a bake to some targets."""
     shares = dict(STAGE_SHARES[gather])
-    for target, added in (("lightmap", LIGHTMAP_SHARES), ("camera", CAMERA_SHARES), ("refine", REFINE_SHARES)):
+    parts: dict[str, dict[str, float]] = {
+        "lightmap": LIGHTMAP_SHARES,
+        "camera": CAMERA_SHARES,
+        "probes": PROBE_SHARES,
+        "refine": REFINE_SHARES,
+    }
+    for target, added in parts.items():
         shares |= added if target in targets else {}
+    if set(targets) == {"probes"}:  # they look around instead
+        shares = {stage: share for stage, share in shares.items() if stage not in _OF_RECEIVERS}
     return shares
 
 

@@ -426,7 +426,7 @@ def enums_of(group, path=""):
     for name, prop in group.bl_rna.properties.items():
         if prop.type == "ENUM":
             found[path + name] = prop
-        elif prop.type == "POINTER" and name in {"lightmap", "camera"}:
+        elif prop.type == "POINTER" and name in {"lightmap", "camera", "probes"}:
             found |= enums_of(getattr(group, name), f"{path}{name}.")
     return found
 
@@ -439,15 +439,17 @@ def test_choices_keep_their_numbers(empty_scene):
     }
     assert numbers == {
         "quality": {"draft": 0, "medium": 1, "high": 2, "custom": 3},
-        "targets": {"vertex": 1, "lightmap": 2, "camera": 4},
+        "targets": {"vertex": 1, "lightmap": 2, "camera": 4, "probes": 8},
         "gather": {"final": 0, "density": 1, "light_volume": 2, "photon_volumes": 3},
         "tracer": {"embree": 0, "multi_image": 1},
-        "lightmap.atlas": {"per_object": 0, "shared": 1},
+        "lightmap.atlas": {"per_object": 0, "shared": 1, "auto": 2},
         "lightmap.file_format": {"exr_half": 0, "exr_float": 1, "hdr": 2, "rgbm": 3, "rgbd": 4},
         "lightmap.denoiser": {"auto": 0, "oidn": 1, "own": 2, "none": 3},
         "camera.pass_denoiser": {"auto": 0, "oidn": 1, "none": 2},
         "camera.precision": {"half": 0, "float": 1},
         "camera.compression": {"none": 0, "rle": 1, "zips": 2, "zip": 3, "piz": 4, "dwaa": 5, "dwab": 6},
+        "probes.harmonics": {"l1": 0, "l2": 1},
+        "probes.axes": {"blender": 0, "gltf": 1},
     }
     assert all(len(set(of_choice.values())) == len(of_choice) for of_choice in numbers.values())
     of_knobs = {path.rpartition(".")[2]: of_choice for path, of_choice in numbers.items()}

@@ -6,6 +6,7 @@ from .bake import PHOTON_BAKE_PT_bake
 from .camera import PHOTON_BAKE_PT_camera
 from .light import PHOTON_BAKE_PT_light
 from .lightmaps import PHOTON_BAKE_PT_lightmaps
+from .probes import PHOTON_BAKE_PT_probes
 from .sampling import PHOTON_BAKE_PT_sampling
 from .vertices import PHOTON_BAKE_PT_vertices
 from .views import PHOTON_BAKE_PT_debug_views
@@ -15,6 +16,7 @@ CLASSES = (
     PHOTON_BAKE_PT_vertices,
     PHOTON_BAKE_PT_lightmaps,
     PHOTON_BAKE_PT_camera,
+    PHOTON_BAKE_PT_probes,
     PHOTON_BAKE_PT_sampling,
     PHOTON_BAKE_PT_light,
     PHOTON_BAKE_PT_debug_views,

@@ -14,6 +14,7 @@ ADDED: Mapping[str, tuple[Draw, ...]] = {
     "vertices": (),
     "lightmaps": (draw_remove_lightmaps,),
     "camera": (),
+    "probes": (),
 }
 """What panels draw at their end."""
 
