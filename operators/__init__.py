@@ -9,18 +9,24 @@ from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, stop_watched
 from .cancel import PHOTON_BAKE_OT_cancel
 from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
 from .export_gltf import PHOTON_BAKE_OT_export_gltf
+from .folders import PHOTON_BAKE_OT_choose_folder
 from .lightmap_preview import PHOTON_BAKE_OT_hide_lightmaps, PHOTON_BAKE_OT_show_lightmaps
+from .remedy import PHOTON_BAKE_OT_check, PHOTON_BAKE_OT_remedy, PHOTON_BAKE_OT_select_found
 from .remove_copies import PHOTON_BAKE_OT_remove_copies
 
 CLASSES = (
     PHOTON_BAKE_OT_bake_indirect,
     PHOTON_BAKE_OT_cancel,
+    PHOTON_BAKE_OT_choose_folder,
     PHOTON_BAKE_OT_show_lightmaps,
     PHOTON_BAKE_OT_hide_lightmaps,
     PHOTON_BAKE_OT_export_gltf,
     PHOTON_BAKE_OT_add_pass,
     PHOTON_BAKE_OT_remove_pass,
     PHOTON_BAKE_OT_remove_copies,
+    PHOTON_BAKE_OT_check,
+    PHOTON_BAKE_OT_select_found,
+    PHOTON_BAKE_OT_remedy,
 )
 
 

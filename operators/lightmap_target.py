@@ -15,6 +15,7 @@ from ..addon.blender.lightmap_layout import Layout, lay_out
 from ..addon.blender.lightmap_meshes import check_lightmap_object, lightmap_meshes
 from ..addon.blender.lightmap_writing import write_lightmaps
 from ..addon.errors import BakeError
+from ..addon.findings import counted
 from ..addon.lightmap_settings import LightmapSettings
 from ..addon.output import atomic_path, check_place, check_writable
 from ..addon.parallel import Workers
@@ -204,6 +205,8 @@ class Lightmaps:
         if not paths:
             raise BakeError(written.failures[0])
         self._write_preview(written)
+        n_objects = sum(place.image in paths for place in self.target.layout.places)
+        written.places.append(f"{counted(len(paths), 'lightmap')} on {counted(n_objects, 'object')}")
         write_lightmaps(self.target.layout, objects, paths, self.target.settings)
         return written
 
