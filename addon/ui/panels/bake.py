@@ -8,6 +8,7 @@ from ..state import bake_state
 from .added import draw_added
 from .outcome import draw_outcome
 from .preflight import draw_preflight
+from .presets import PHOTON_BAKE_PT_presets
 from .tab import Tab, characters_in, settings_column
 
 
@@ -15,6 +16,11 @@ class PHOTON_BAKE_PT_bake(Tab, bpy.types.Panel):
     """Bake, follow it, and what came out."""
 
     bl_label = "Photon Bake"
+
+    def draw_header_preset(self, context: Any) -> None:
+        row = self.layout.row(align=True)
+        row.operator("photon_bake.guide", text="", icon="HELP", emboss=False)
+        PHOTON_BAKE_PT_presets.draw_panel_header(row)
 
     def draw(self, context: Any) -> None:
         properties = context.scene.photon_bake
