@@ -21,7 +21,7 @@ LARGEST_SIZE = 16_384
 LIGHTMAP_FOLDER = "lightmaps"
 """Where files go that nobody gave a folder for: beside the .blend file."""
 
-MADE_UV_MAP = "Lightmap"
+MADE_UV_MAP = "Photon Bake"
 """Name of the UV map that is made where none is chosen; one of that name is made anew in each bake."""
 
 

@@ -19,6 +19,7 @@ from ..addon.ui.staleness import follow, own_changes
 from ..addon.ui.state import bake_state, duration
 from ..addon.ui.status_bar import hide_progress, show_progress
 from .bake_job import BakeJob, Solved, Wanted
+from .baked_light import shown_after_bake
 from .camera_target import WantedCamera
 from .describe import describe
 from .folders import folder_of, wants_folder
@@ -178,7 +179,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         hide_progress(context)
 
     def _prepare(self, context: Any) -> None:
-        properties = context.scene.photon_bake
+        self._scene, properties = context.scene.name, context.scene.photon_bake
         progress = bake_state.start(properties.gather, properties.targets, context.scene.session_uid)
         self._gather, self._foretold = properties.gather, _foretold(context)
         self._asked = key_of(context.scene)
@@ -197,6 +198,9 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         assert job is not None  # as it was solved
         with own_changes():
             written = job.write(solved, self._solver.progress)
+            scene = bpy.data.scenes.get(self._scene)
+            if scene is not None:
+                job.warnings += shown_after_bake(scene, scene.photon_bake.shown.after_bake)
         outcome = _outcome(job, solved, written)
         outcome.asked = self._asked
         bake_state.stop(outcome)

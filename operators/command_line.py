@@ -19,6 +19,7 @@ from ..addon.output import Report, atomic_path, check_writable, hushed, peak_mem
 from ..addon.progress import Progress
 from ..addon.ui.state import duration, shares_of
 from .bake_job import BakeJob, Wanted
+from .baked_light import shown_after_bake
 from .camera_target import WantedCamera
 from .command_options import COMMAND, Options, parse
 from .console import ProgressLine, ctrl_c_cancels, say
@@ -126,6 +127,7 @@ def _bake_frame(options: Options, progress: Progress, report: Report) -> list[st
             job.check_space(len(options.frames or [0]), options.save)
         solved = job.solve(options.settings, progress)
         written = job.write(solved, progress)
+        job.warnings += _show(options)
     finally:
         report.warnings = list(dict.fromkeys([*earlier, *(job.warnings if job else [])]))
     report.objects = job.object_names
@@ -133,6 +135,14 @@ def _bake_frame(options: Options, progress: Progress, report: Report) -> list[st
     report.counts = {**job.counts, **solved.counts}
     report.relative_noise = solved.irradiance.relative_noise
     return written.failures
+
+
+def _show(options: Options) -> list[str]:
+    """Show the light in materials if that is asked for, or if it was shown before; returns warnings."""
+    scene = bpy.context.scene
+    if options.show:  # the panel's strength and switch are to go on with what is shown
+        scene.photon_bake.attribute, scene.photon_bake.targets = options.attribute, set(options.targets)
+    return shown_after_bake(scene, options.show)
 
 
 def _wanted(options: Options) -> list[Wanted]:

@@ -94,6 +94,8 @@ class Options:
         None: no report.
     strict : bool
         Whether any other warning than advice is a failure.
+    show : bool
+        Whether materials show the light.
     """
 
     settings: BakeSettings
@@ -111,6 +113,7 @@ class Options:
     save: Path | None
     report: Path | None
     strict: bool
+    show: bool
 
 
 def parse(arguments: list[str], loaded_file: str) -> Options:
@@ -144,6 +147,8 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         parser.error("--output is for lightmaps and a camera's pass: give --target lightmap or camera too")
     if targets != ["vertex"] and given.output is None and not loaded_file:
         parser.error("the images have no folder: give --output DIR")
+    if given.show and targets == ["camera"]:
+        parser.error("--show is for light in materials: give --target vertex or lightmap too")
     if given.frames is not None and targets != ["camera"]:
         parser.error("--frames is for a camera's pass alone: bake other targets without it")
     try:
@@ -174,6 +179,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         save=None if given.save is None else Path(given.save or loaded_file).absolute(),
         report=None if given.report is None else Path(given.report).absolute(),
         strict=given.strict,
+        show=given.show,
     )
 
 
@@ -223,6 +229,7 @@ def _parser() -> ArgumentParser:
     add("--report", metavar="FILE.json", help="write what the bake did, also when it fails")
     meaning = "fail, and write nothing, where light would differ from Cycles' or a file is missing"
     add("--strict", action="store_true", help=meaning)
+    add("--show", action="store_true", help="show the light in materials, as Use Baked Light does")
     return parser
 
 

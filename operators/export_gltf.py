@@ -7,6 +7,7 @@ import bpy
 
 from ..addon.blender.lightmap_gltf import export_gltf
 from ..addon.errors import BakeError
+from .baked_light import baked_light_left
 
 
 class PHOTON_BAKE_OT_export_gltf(bpy.types.Operator):
@@ -27,7 +28,8 @@ class PHOTON_BAKE_OT_export_gltf(bpy.types.Operator):
 
     def execute(self, context: Any) -> set[str]:
         try:
-            names = export_gltf(Path(bpy.path.abspath(self.filepath)), self.selected_only)
+            with baked_light_left(bpy.data.scenes):  # the exporter knows plain materials alone
+                names = export_gltf(Path(bpy.path.abspath(self.filepath)), self.selected_only)
         except (BakeError, OSError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

@@ -207,7 +207,7 @@ class Lightmaps:
         self._write_preview(written)
         n_objects = sum(place.image in paths for place in self.target.layout.places)
         written.places.append(f"{counted(len(paths), 'lightmap')} on {counted(n_objects, 'object')}")
-        write_lightmaps(self.target.layout, objects, paths, self.target.settings)
+        written.warnings += write_lightmaps(self.target.layout, objects, paths, self.target.settings)
         return written
 
     def _write_preview(self, written: Written) -> None:

@@ -85,7 +85,7 @@ def _lightmaps(area: Any, folder: Path) -> Iterator[None]:
     window = bpy.context.window_manager.windows[0]
     editor = next(one for one in window.screen.areas if one.type == "PROPERTIES")
     editor.type = "IMAGE_EDITOR"
-    editor.spaces.active.image = bpy.data.images["Lightmap Atlas"]
+    editor.spaces.active.image = bpy.data.images["Photon Bake Atlas"]
     yield from _wait(2.0)
     region = next(region for region in editor.regions if region.type == "WINDOW")
     with bpy.context.temp_override(window=window, area=editor, region=region):

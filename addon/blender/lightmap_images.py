@@ -21,9 +21,9 @@ def lightmap_image(name: str) -> "bpy.types.Image | None":
     return next((image for image in bpy.data.images if image.get(OF) == name), None)
 
 
-def lightmap_of_file(name: str) -> "bpy.types.Image | None":
-    """The image that is the lightmap in a file of some name."""
-    return next((image for image in bpy.data.images if OF in image and Path(image.filepath).name == name), None)
+def lightmaps_by_file() -> "dict[str, bpy.types.Image]":
+    """The images that are lightmaps, by the names of their files."""
+    return {Path(image.filepath).name: image for image in bpy.data.images if OF in image}
 
 
 def load_lightmaps(paths: Sequence[Path], names: Sequence[str], settings: LightmapSettings) -> None:
@@ -37,7 +37,7 @@ def _load(path: Path, name: str, settings: LightmapSettings) -> None:
     image = lightmap_image(name)
     if image is None:
         image = bpy.data.images.load(str(path), check_existing=False)
-        image.name = f"Lightmap {name}"
+        image.name = f"Photon Bake {name}"
         image[OF] = name
     elif image.packed_file is not None:
         image.unpack(method="REMOVE")

@@ -9,6 +9,8 @@ from ..camera_settings import PASS_CHOICES, PASS_FOLDER, CameraSettings
 from ..knobs import meaning_of
 from ..lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
 from ..settings import CHOICES, BakeSettings, Quality, settings_for
+from . import show_properties
+from .show_properties import PhotonBakeShownProperties
 from .zero_values import SUBTYPES, zero_properties
 
 QUALITIES: tuple[Quality, ...] = get_args(Quality)
@@ -235,6 +237,7 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
             default=False,
         ),
         **_properties(BakeSettings),
+        "shown": bpy.props.PointerProperty(type=PhotonBakeShownProperties, name="Baked Light"),
     }
 
     def settings(self) -> BakeSettings:
@@ -246,6 +249,7 @@ def register() -> None:
     """Give every scene its settings, ``scene.photon_bake``."""
     bpy.utils.register_class(PhotonBakeLightmapProperties)
     bpy.utils.register_class(PhotonBakeCameraProperties)
+    show_properties.register()
     bpy.utils.register_class(PhotonBakeProperties)
     bpy.types.Scene.photon_bake = bpy.props.PointerProperty(type=PhotonBakeProperties, name="Photon Bake")
 
@@ -254,5 +258,6 @@ def unregister() -> None:
     """Take them away again."""
     del bpy.types.Scene.photon_bake
     bpy.utils.unregister_class(PhotonBakeProperties)
+    show_properties.unregister()
     bpy.utils.unregister_class(PhotonBakeCameraProperties)
     bpy.utils.unregister_class(PhotonBakeLightmapProperties)

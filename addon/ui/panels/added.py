@@ -3,13 +3,15 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from ..show_panel import draw_baked_light, draw_remove_lightmaps
+
 Draw = Callable[[Any, Any], None]
 """Draws into a layout, for a context."""
 
 ADDED: Mapping[str, tuple[Draw, ...]] = {
-    "bake": (),  # under the last bake's outcome
+    "bake": (lambda layout, context: draw_baked_light(layout, context.scene),),  # under the settings
     "vertices": (),
-    "lightmaps": (),
+    "lightmaps": (lambda layout, _: draw_remove_lightmaps(layout),),
     "camera": (),
 }
 """What panels draw at their end."""

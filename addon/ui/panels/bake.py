@@ -32,9 +32,9 @@ class PHOTON_BAKE_PT_bake(Tab, bpy.types.Panel):
         row.active = properties.targets != {"camera"}
         row.prop(properties, "selected_only")
         column.prop(properties, "strict")
+        draw_added("bake", self.layout, context)
         draw_preflight(self.layout, context, characters_in(context))
         draw_outcome(self.layout, context.scene, characters_in(context))
-        draw_added("bake", self.layout, context)
 
 
 def draw_action(layout: Any) -> None:

@@ -30,9 +30,6 @@ class PHOTON_BAKE_PT_lightmaps(TargetSection, bpy.types.Panel):
             column.prop(lightmap, "value_range")
         column.prop(lightmap, "denoiser")
         column.prop(lightmap, "directional")
-        row = self.layout.row(align=True)
-        row.operator("photon_bake.show_lightmaps", icon="MATERIAL")
-        row.operator("photon_bake.hide_lightmaps", icon="X", text="")
         self.layout.operator("photon_bake.export_gltf", icon="EXPORT")
         draw_added("lightmaps", self.layout, context)
 

@@ -1,11 +1,11 @@
-"""Lightmaps shown in materials, and taken out again."""
+"""Baked light shown in materials, and taken out again."""
 
 from pathlib import Path
 
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender.lightmap_preview import MARK
+from photon_bake.addon.blender.nodes import SHOWN
 from photon_bake.addon.output.lightmap import write_lightmap
 
 from .lightmap_scenes import add_room, bake
@@ -78,13 +78,13 @@ def materials(empty_scene):
 def test_nothing_is_left_behind(materials, tmp_path):
     bake(tmp_path)
     before = dump_all()
-    assert bpy.ops.photon_bake.show_lightmaps() == {"FINISHED"}
+    assert bpy.ops.photon_bake.use_baked_light() == {"FINISHED"}
     assert dump_all() != before
     for material in materials:
-        assert any(MARK in node for node in material.node_tree.nodes) or material.name == "Grouped"
-    assert any(MARK in node for node in bpy.data.node_groups["Inside"].nodes)
-    bpy.ops.photon_bake.show_lightmaps()  # twice is once
-    assert bpy.ops.photon_bake.hide_lightmaps() == {"FINISHED"}
+        assert any(SHOWN in node for node in material.node_tree.nodes) or material.name == "Grouped"
+    assert any(SHOWN in node for node in bpy.data.node_groups["Inside"].nodes)
+    bpy.ops.photon_bake.use_baked_light()  # twice is once
+    assert bpy.ops.photon_bake.leave_baked_light() == {"FINISHED"}
     assert dump_all() == before
 
 
@@ -98,7 +98,7 @@ def test_a_render_shows_base_colour_times_lightmap(materials, tmp_path, settings
         bpy.data.objects.remove(obj)
     for image in bpy.data.images:
         paint(image, 0.25 if "Box" in image.name else 0.5)
-    bpy.ops.photon_bake.show_lightmaps()
+    bpy.ops.photon_bake.use_baked_light()
     light = 0.5 if "atlas" in settings else 0.25
     assert rendered("Box") == pytest.approx((light * 0.5, light * 0.25, light * 0.125), rel=0.02)
 
@@ -134,7 +134,7 @@ def rendered(name):
 def test_what_is_shown_is_not_baked_again(materials, tmp_path):
     """The camera alone sees it, so light does not; also where it shows more than there is."""
     _, before = bake(tmp_path)
-    bpy.ops.photon_bake.show_lightmaps()
+    bpy.ops.photon_bake.use_baked_light()
     for image in bpy.data.images:
         paint(image, 100.0)
     _, after = bake(tmp_path)
