@@ -22,7 +22,7 @@ from .bake_job import BakeJob, Solved, Wanted
 from .baked_light import shown_after_bake
 from .camera_target import WantedCamera
 from .describe import describe
-from .folders import folder_of, wants_folder
+from .folders import path_of, without_folder
 from .lightmap_target import WantedLightmaps
 from .vertex_target import WantedVertices
 from .written import Written
@@ -145,8 +145,9 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         """Bake in a thread of its own, so that the window stays awake."""
         if bpy.app.background:
             return self.execute(context)
-        if wants_folder(context.scene.photon_bake):  # which bakes, once there is one
-            return set(bpy.ops.photon_bake.choose_folder("INVOKE_DEFAULT", copies=self.copies))
+        if without_folder(context.scene.photon_bake):
+            bpy.ops.photon_bake.choose_folder("INVOKE_DEFAULT", copies=self.copies)
+            return {"CANCELLED"}
         try:
             self._prepare(context)
         except Exception as error:
@@ -265,11 +266,11 @@ def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
     """What the panel asks for; with copies of objects whose mesh cannot hold their light, or without."""
     wanted: list[Wanted] = []
     if "lightmap" in properties.targets:
-        folder = folder_of(properties.lightmap, "the lightmaps have")
+        folder = path_of(properties.lightmap.folder, "the lightmaps have")
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
         wanted.append(WantedLightmaps(properties.lightmap.settings(), folder, scene))
     if "camera" in properties.targets:
-        folder = folder_of(properties.camera, "the camera's pass has")
+        folder = path_of(properties.camera.folder, "the camera's pass has")
         wanted.append(WantedCamera(properties.camera.settings(), folder))
     if "vertex" in properties.targets:
         wanted.append(WantedVertices(properties.attribute, copies))

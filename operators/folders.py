@@ -1,4 +1,4 @@
-"""Folders that files are written to, as the panel names them; and Choose Folder, which asks for one."""
+"""Folders for images: where the panel says, or, in a file that was never saved, where somebody is asked to choose."""
 
 from pathlib import Path
 from typing import Any
@@ -7,44 +7,43 @@ import bpy
 
 from ..addon.errors import BakeError
 
-_OF_TARGET = {"lightmap": "lightmap", "camera": "camera"}
-"""Which of the panel's properties have the folder of a target."""
 
-
-def folder_of(properties: Any, what_has: str) -> Path:
-    """The folder of properties that have one, as a path.
+def path_of(folder: str, what_has: str) -> Path:
+    """A folder that the panel names, as a path.
 
     Raises
     ------
     BakeError
-        If it is to lie beside a .blend file that is not there yet.
+        If it is beside a file that was never saved.
     """
-    if _is_nowhere(properties):
+    if nowhere(folder):
         raise BakeError(f"The file was never saved, so {what_has} no folder: save it, or choose a Folder.")
-    return Path(bpy.path.abspath(properties.folder))
+    return Path(bpy.path.abspath(folder))
 
 
-def wants_folder(properties: Any) -> list[Any]:
-    """What of the panel's properties has no folder, though something is baked into it."""
-    wanted = [getattr(properties, name) for target, name in _OF_TARGET.items() if target in properties.targets]
-    return [one for one in wanted if _is_nowhere(one)]
+def nowhere(folder: str) -> bool:
+    """Whether a folder is beside a file that was never saved."""
+    return folder.startswith("//") and not bpy.data.filepath
 
 
-def _is_nowhere(properties: Any) -> bool:
-    return bool(properties.folder.startswith("//") and not bpy.data.filepath)
+def without_folder(properties: Any) -> list[Any]:
+    """The settings of those targets whose folder is beside a file that was never saved."""
+    of_target = {"lightmap": properties.lightmap, "camera": properties.camera}
+    return [of for target, of in of_target.items() if target in properties.targets and nowhere(of.folder)]
 
 
 class PHOTON_BAKE_OT_choose_folder(bpy.types.Operator):
-    """Choose where files go, as this file was never saved, and bake"""
+    """Choose the folder that images go to, since this file was never saved, and go on"""
 
     bl_idname = "photon_bake.choose_folder"
-    bl_label = "Bake into Folder"
+    bl_label = "Choose Folder"
     bl_options = {"INTERNAL"}
 
     __annotations__ = {
-        "directory": bpy.props.StringProperty(name="Folder", subtype="DIR_PATH", options={"SKIP_SAVE"}),
+        "directory": bpy.props.StringProperty(subtype="DIR_PATH", options={"SKIP_SAVE"}),
         "filter_folder": bpy.props.BoolProperty(default=True, options={"HIDDEN", "SKIP_SAVE"}),
-        "copies": bpy.props.BoolProperty(options={"HIDDEN", "SKIP_SAVE"}),
+        "for_pass": bpy.props.BoolProperty(default=False, options={"HIDDEN", "SKIP_SAVE"}),
+        "copies": bpy.props.BoolProperty(default=False, options={"HIDDEN", "SKIP_SAVE"}),
     }
 
     def invoke(self, context: Any, event: Any) -> set[str]:
@@ -52,6 +51,11 @@ class PHOTON_BAKE_OT_choose_folder(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, context: Any) -> set[str]:
-        for one in wants_folder(context.scene.photon_bake):
-            one.folder = self.directory
-        return set(bpy.ops.photon_bake.bake_indirect("INVOKE_DEFAULT", copies=self.copies))
+        properties = context.scene.photon_bake
+        for of_target in [properties.camera] if self.for_pass else without_folder(properties):
+            of_target.folder = self.directory
+        if self.for_pass:
+            bpy.ops.photon_bake.add_pass("INVOKE_DEFAULT")
+        else:
+            bpy.ops.photon_bake.bake_indirect("INVOKE_DEFAULT", copies=self.copies)
+        return {"FINISHED"}
