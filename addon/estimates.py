@@ -44,33 +44,34 @@ class Estimate:
 
 
 TERMS: dict[str, float] = {
-    "start": 0.5,
-    "triangles": 1e-5,
-    "photons": 2e-6,
-    "elements": 1e-5,
-    "element rays": 1e-6,
-    "gather rays": 1e-6,
-    "points": 1e-5,
-    "texels": 1e-5,
-    "pixels": 1e-4,
-    "nearest photons": 1e-6,
-    "cell rays": 1e-6,
-    "volume pixels": 1e-5,
+    "start": 2.2,
+    "triangles": 1e-05,
+    "photons": 3.7e-06,
+    "elements": 2e-05,
+    "element rays": 7.6e-06,
+    "gather rays": 1.2e-06,
+    "texels": 1.15e-05,
+    "pixels": 1e-05,
+    "nearest photons": 2.8e-07,
+    "cell rays": 0.00016,
 }
 """Seconds of one core that one of each takes."""
 
 _MEGABYTES = {"start": 100.0, "photons": 350e-6, "points": 600e-6, "triangles": 1e-3, "elements": 1e-3}
 """Megabytes that one of each takes."""
 
-_GATHERING = 8.0
-"""Of n points that want light 8 n^(3/4) gather, where they are many: light is interpolated between them."""
+_GATHERING, _GATHERING_PIXELS = 28.0, 5.0
+"""Of n vertices or texels 28 √n gather, where that is fewer, and of n pixels 5 √n: light is interpolated between."""
 
 
 def terms_of(work: Work, settings: BakeSettings) -> list[float]:
     """How many of each of `TERMS` a bake has."""
     final, volume = settings.gather == "final", settings.gather == "light_volume"
     n_elements = settings.n_cache_elements if settings.needs_cache else 0
-    n_gathering = min(work.n_points, _GATHERING * work.n_points**0.75) if settings.interpolate else work.n_points
+    n_gathering = float(work.n_points)
+    if settings.interpolate:
+        on_objects = work.n_receivers + work.n_texels
+        n_gathering = min(on_objects, _GATHERING * on_objects**0.5) + _GATHERING_PIXELS * work.n_pixels**0.5
     counts = {
         "start": 1,
         "triangles": work.n_triangles,
@@ -78,12 +79,10 @@ def terms_of(work: Work, settings: BakeSettings) -> list[float]:
         "elements": n_elements,
         "element rays": n_elements * settings.n_cache_rays,
         "gather rays": n_gathering * settings.n_gather_rays * final,
-        "points": work.n_points,
         "texels": work.n_texels,
         "pixels": work.n_pixels,
         "nearest photons": work.n_points * settings.n_nearest * (settings.gather == "density"),
         "cell rays": settings.n_grid_cells**2 * settings.n_volume_rays * volume,
-        "volume pixels": work.n_pixels * (settings.gather == "photon_volumes"),
     }
     return [float(counts[name]) for name in TERMS]
 
