@@ -9,6 +9,7 @@ import bpy
 from ..addon.blender.show import is_shown, leave_baked_light, remove_lightmaps
 from ..addon.errors import BakeError
 from ..addon.ui.show_properties import show_baked_light
+from ..addon.ui.staleness import own_changes
 from ..addon.ui.state import bake_state
 
 
@@ -48,7 +49,8 @@ class PHOTON_BAKE_OT_leave_baked_light(_NotWhileBaking, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context: Any) -> set[str]:
-        leave_baked_light()
+        with own_changes():
+            leave_baked_light()
         return {"FINISHED"}
 
 

@@ -17,6 +17,7 @@ from ..addon.blender.lightmap.layout import Layout, lay_out
 from ..addon.blender.lightmap.meshes import check_lightmap_object, lightmap_meshes
 from ..addon.blender.lightmap.writing import write_lightmaps
 from ..addon.errors import BakeError
+from ..addon.findings import counted
 from ..addon.lightmap_settings import LightmapSettings
 from ..addon.output import atomic_path, check_place, check_writable
 from ..addon.parallel import Workers
@@ -227,6 +228,8 @@ class Lightmaps:
         if not paths:
             raise BakeError(written.failures[0])
         self._write_preview(written)
+        n_objects = sum(place.image in paths for place in self.target.layout.places)
+        written.places.append(f"{counted(len(paths), 'lightmap')} on {counted(n_objects, 'object')}")
         written.warnings += write_lightmaps(self.target.layout, objects, paths, self.target.settings)
         of_groups = {
             name: {image: self.target.paths[image][_of_group(KIND, name)] for image in paths} for name in self.apart

@@ -8,6 +8,7 @@ from ..addon.blender.refinement import has_refined_copies, restore_meshes
 from ..addon.refinement import RefineOptions
 from ..addon.settings import BakeSettings, settings_for
 from ..addon.ui.debug_views import debug_views
+from ..addon.ui.outcomes import Outcome
 from ..addon.ui.state import bake_state, duration
 from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, Solver, selected_objects
 from .bake_job import BakeJob
@@ -80,7 +81,7 @@ class PHOTON_BAKE_OT_refine(bpy.types.Operator):
         assert job is not None  # as it was solved
         job.write(solved, self._solver.progress)
         result = f"{said(solved.counts)} in {duration(bake_state.seconds)}"
-        bake_state.stop(result=f"{result}: bake anew.", warnings=job.warnings)
+        bake_state.stop(Outcome(result=f"{result}: bake anew.", warnings=job.warnings))
         for warning in job.warnings:
             self.report({"WARNING"}, warning)
         self.report({"INFO"}, f"{result}.")

@@ -23,6 +23,7 @@ from ..addon.blender.shown_meshes import (
 from ..addon.blender.vertex_meshes import check_target
 from ..addon.blender.warn import Warnings
 from ..addon.errors import Advice
+from ..addon.findings import counted
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
 from ..addon.receivers import ReceiverMesh, Receivers, vertex_receivers
@@ -180,7 +181,10 @@ class VertexLight:
         target = self.target
         at = self.receivers, target.copies, target.attribute, target.meanwhile
         apart = {attribute_of(target.attribute, name): light.irradiance.value for name, light in self.apart.items()}
-        return Written(warnings=write_light(self.irradiance.value, *at, apart))
+        warnings = write_light(self.irradiance.value, *at, apart)
+        return Written(
+            places=[f"{target.attribute} on {counted(len(target.object_names), 'object')}"], warnings=warnings
+        )
 
 
 def too_coarse(receivers: Receivers) -> list[str]:

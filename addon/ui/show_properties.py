@@ -6,6 +6,7 @@ import bpy
 
 from ..blender.light_layers import attribute_of, property_of
 from ..blender.show import Layer, LightSource, has_layers, set_levels, use_baked_light
+from .staleness import own_changes
 
 
 class PhotonBakeShownProperties(bpy.types.PropertyGroup):
@@ -63,13 +64,15 @@ def show_baked_light(scene: Any) -> list[str]:
     """
     properties, shown = scene.photon_bake, scene.photon_bake.shown
     preferred: LightSource = "lightmap" if "lightmap" in properties.targets else "vertex"
-    return use_baked_light(scene, shown_layers(scene), shown.strength, shown.use, preferred)
+    with own_changes():
+        return use_baked_light(scene, shown_layers(scene), shown.strength, shown.use, preferred)
 
 
 def update_levels(scene: Any) -> None:
     """Let what is shown have the strengths of a scene's settings."""
     shown = scene.photon_bake.shown
-    set_levels(scene, shown_layers(scene), shown.strength, shown.use)
+    with own_changes():
+        set_levels(scene, shown_layers(scene), shown.strength, shown.use)
 
 
 def register() -> None:

@@ -13,6 +13,8 @@ ROOT = Path(__file__).resolve().parents[2]
 RANKS = [
     [
         "addon.errors",
+        "addon.findings",
+        "addon.estimates",
         "addon.knobs",
         "addon.progress",
         "addon.parallel",

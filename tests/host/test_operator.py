@@ -450,6 +450,7 @@ def test_choices_keep_their_numbers(empty_scene):
         "camera.compression": {"none": 0, "rle": 1, "zips": 2, "zip": 3, "piz": 4, "dwaa": 5, "dwab": 6},
         "probes.harmonics": {"l1": 0, "l2": 1},
         "probes.axes": {"blender": 0, "gltf": 1},
+        "light_groups": {"together": 0, "one": 1, "apart": 2},
     }
     assert all(len(set(of_choice.values())) == len(of_choice) for of_choice in numbers.values())
     of_knobs = {path.rpartition(".")[2]: of_choice for path, of_choice in numbers.items()}

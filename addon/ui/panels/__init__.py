@@ -2,16 +2,19 @@
 
 import bpy
 
+from . import entries
 from .bake import PHOTON_BAKE_PT_bake
 from .camera import PHOTON_BAKE_PT_camera
 from .light import PHOTON_BAKE_PT_light
 from .lightmaps import PHOTON_BAKE_PT_lightmaps
+from .presets import PHOTON_BAKE_PT_presets
 from .probes import PHOTON_BAKE_PT_probes
 from .sampling import PHOTON_BAKE_PT_sampling
 from .vertices import PHOTON_BAKE_PT_vertices
 from .views import PHOTON_BAKE_PT_debug_views
 
 CLASSES = (
+    PHOTON_BAKE_PT_presets,
     PHOTON_BAKE_PT_bake,
     PHOTON_BAKE_PT_vertices,
     PHOTON_BAKE_PT_lightmaps,
@@ -28,9 +31,11 @@ def register() -> None:
     """Add the panels."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
+    entries.register()
 
 
 def unregister() -> None:
     """Take them away again."""
+    entries.unregister()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

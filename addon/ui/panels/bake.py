@@ -4,9 +4,11 @@ from typing import Any
 
 import bpy
 
-from ..state import bake_state, duration
+from ..state import bake_state
 from .added import draw_added
 from .outcome import draw_outcome
+from .preflight import draw_preflight
+from .presets import PHOTON_BAKE_PT_presets
 from .tab import Tab, characters_in, settings_column
 
 
@@ -14,6 +16,11 @@ class PHOTON_BAKE_PT_bake(Tab, bpy.types.Panel):
     """Bake, follow it, and what came out."""
 
     bl_label = "Photon Bake"
+
+    def draw_header_preset(self, context: Any) -> None:
+        row = self.layout.row(align=True)
+        row.operator("photon_bake.guide", text="", icon="HELP", emboss=False)
+        PHOTON_BAKE_PT_presets.draw_panel_header(row)
 
     def draw(self, context: Any) -> None:
         properties = context.scene.photon_bake
@@ -25,8 +32,9 @@ class PHOTON_BAKE_PT_bake(Tab, bpy.types.Panel):
         row.active = properties.targets != {"camera"}
         row.prop(properties, "selected_only")
         column.prop(properties, "strict")
-        draw_outcome(self.layout, characters_in(context))
         draw_added("bake", self.layout, context)
+        draw_preflight(self.layout, context, characters_in(context))
+        draw_outcome(self.layout, context.scene, characters_in(context))
 
 
 def draw_action(layout: Any) -> None:
@@ -36,9 +44,7 @@ def draw_action(layout: Any) -> None:
         column.scale_y = 1.6
         column.operator("photon_bake.bake_indirect", icon="LIGHT_SUN")
         return
-    left = bake_state.seconds_left
-    text = bake_state.stage if left is None else f"{bake_state.stage}: {duration(left)} left"
-    column.progress(factor=bake_state.fraction, text=text)
+    column.progress(factor=bake_state.fraction, text=bake_state.words)
     column.operator("photon_bake.cancel", text="Cancel (Esc)", icon="X")
 
 

@@ -21,5 +21,5 @@ class PHOTON_BAKE_PT_camera(TargetSection, bpy.types.Panel):
         draw_knobs(column, camera, "pass_denoiser", "precision", "compression")
         row = self.layout.row(align=True)
         row.operator("photon_bake.add_pass", icon="NODE_COMPOSITING")
-        row.operator("photon_bake.remove_pass", icon="X")
+        row.operator("photon_bake.remove_pass", text="", icon="X")
         draw_added("camera", self.layout, context)
