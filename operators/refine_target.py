@@ -51,7 +51,9 @@ class WantedRefinement:
                 ready.append(obj)
                 read.append(placed(obj, mesh)[0])
             elif names is not None:
-                raise BakeError(f"Object '{obj.name}': its modifiers make another mesh of its own: {REFINES_OTHERWISE}.")
+                raise BakeError(
+                    f"Object '{obj.name}': its modifiers make another mesh of its own: {REFINES_OTHERWISE}."
+                )
         if not read:
             raise BakeError("Nothing to refine: the modifiers of all objects make other meshes of their own.")
         vertices = vertex_receivers([meshes[obj.name] for obj in ready])

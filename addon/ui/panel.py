@@ -9,6 +9,7 @@ from ..errors import kind_of
 from ..inspector import VIEWS, View
 from ..settings import Gather, TracerName
 from .debug_views import debug_views
+from .refine import draw_refine
 from .state import bake_state, duration
 
 _GATHER_KNOBS: dict[Gather, list[str]] = {
@@ -43,7 +44,7 @@ class PHOTON_BAKE_PT_bake(_Tab, bpy.types.Panel):
         row.active = properties.targets != {"camera"}
         row.prop(properties, "selected_only")
         column.prop(properties, "strict")
-        _draw_outcome(self.layout, characters_in(context))
+        _draw_outcome(self.layout, context)
 
 
 class PHOTON_BAKE_PT_sampling(_Tab, bpy.types.Panel):
@@ -195,8 +196,9 @@ def _draw_action(layout: Any) -> None:
     column.operator("photon_bake.cancel", text="Cancel (Esc)", icon="X")
 
 
-def _draw_outcome(layout: Any, width: int) -> None:
+def _draw_outcome(layout: Any, context: Any) -> None:
     """How the last bake ended, and what it wants known."""
+    width = characters_in(context)
     column = layout.column(align=True)
     if bake_state.error:
         _draw_sentence(column, bake_state.error, "ERROR", width)
@@ -209,6 +211,7 @@ def _draw_outcome(layout: Any, width: int) -> None:
     for warning in bake_state.warnings:
         if kind_of(warning) != "missing":
             _draw_sentence(column, warning, "INFO", width)
+    draw_refine(layout, context)
 
 
 def _draw_missing(layout: Any, sentences: list[str], width: int) -> None:

@@ -6,7 +6,6 @@ import numpy as np
 
 from ..errors import BakeError
 from ..progress import Progress
-from ..receivers import Receivers
 from .samples import LEAST_LIGHT, Light, Samples, corner_receivers, mean_by, on_objects
 from .triangles import Placed, Triangles
 
@@ -16,7 +15,9 @@ TOLERANCE = 0.05
 
 _LEAST_SAMPLES = 4  # in a triangle
 _SAMPLES_OF_BUDGET = 1.0  # at first, in all triangles by their areas
-_NEGLIGIBLE = 1 / 16  # of what a triangle of mean area may be off when the budget is used up: edges of shadows end there
+_NEGLIGIBLE = (
+    1 / 16
+)  # of what a triangle of mean area may be off when the budget is used up: edges of shadows end there
 _MOST_ROUNDS = 64
 
 
@@ -41,8 +42,8 @@ class RefineOptions:
     budget: int = BUDGET
 
     def __post_init__(self) -> None:
-        if not 1e-4 <= self.tolerance <= 10:
-            raise BakeError(f"tolerance is {self.tolerance:g}; choose a number from 0.0001 to 10.")
+        if not 1e-4 <= self.tolerance <= 1:
+            raise BakeError(f"tolerance is {self.tolerance:g}; choose a number from 0.0001 to 1.")
         if not 1 <= self.budget <= 10_000_000:
             raise BakeError(f"budget is {self.budget}; choose a number from 1 to 10,000,000.")
 
