@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import nullcontext, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Protocol
@@ -18,14 +18,14 @@ from ..addon.inspector import Inspector
 from ..addon.output import check_space
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
-from ..addon.receivers import AttributeTarget, Receivers
+from ..addon.receivers import Receivers
 from ..addon.scene import Scene
 from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
 from ..addon.ui.state import duration
 from .camera_target import CameraTarget
 from .describe import describe
-from .vertex_target import WantedVertices
+from .vertex_target import VertexLight, WantedVertices
 from .written import Written
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ class Solved:
     Attributes
     ----------
     irradiance : Irradiance
-        Of all targets' receivers, one after the other.
+        Of all targets' receivers, one after the other; of vertices, as it is stored.
     products : list of Product
         One a target.
     """
@@ -256,14 +256,14 @@ class BakeJob:
     def solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None = None) -> Solved:
         """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it."""
         from ..addon.bake import no_light, solve  # here, as Blender's start should not wait for SciPy
-        from ..addon.gather import OpenBacks
+        from ..addon.gather import Irradiance, OpenBacks
 
         inspector, started = inspector or Inspector(), perf_counter()
         workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
         tracer = make_tracer(self.scene, self.warnings)
         points = [target.points(self.scene, tracer, workers, self.warnings) for target in self.targets]
         self.check_strict()
-        receivers = _joined([one.receivers for one in points])
+        receivers = Receivers.join([one.receivers for one in points])
         backs = OpenBacks.of(receivers, tracer, workers, settings.open_side)
         if settings.open_side:
             receivers = backs.added_to(receivers)
@@ -286,7 +286,10 @@ class BakeJob:
         parts = [light.where(slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
         products = [one.finish(part, workers) for one, part in zip(points, parts, strict=True)]
         self._warn_if_late(perf_counter() - started, settings.time)
-        return Solved(light, products)
+        shown = [
+            one.irradiance if isinstance(one, VertexLight) else part for one, part in zip(products, parts, strict=True)
+        ]
+        return Solved(Irradiance.join(shown, light.counts), products)
 
     def _warn_if_late(self, seconds: float, limit: float) -> None:
         """Say that more time was taken than was asked for: what every point needs at least depends on their number."""
@@ -352,28 +355,6 @@ class BakeJob:
         self.counts.update(cube_maps=len(images.maps), cube_map_bytes=images.maps.n_bytes)
         inspector.see("maps", lambda: (images.maps.centres, None))
         return images
-
-
-def _joined(parts: list[Receivers]) -> Receivers:
-    """All receivers, in order."""
-    if len(parts) == 1:
-        return parts[0]
-    targets: list[AttributeTarget] = []
-    first = 0
-    for part in parts:
-        for target in part.targets:
-            of_element = target.receiver_of_element
-            moved = np.where(of_element >= 0, of_element + np.int32(first), np.int32(-1))
-            targets.append(replace(target, receiver_of_element=moved))
-        first += len(part)
-    position, normal, footprint = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("position", "normal", "footprint")
-    )
-    takes = None
-    if any(part.takes_caustics is not None for part in parts):
-        ones = [np.ones(len(part), bool) if part.takes_caustics is None else part.takes_caustics for part in parts]
-        takes = np.concatenate(ones)
-    return Receivers(position, normal, footprint, tuple(targets), takes, any(part.directional for part in parts))
 
 
 def _turned_away(name: str) -> Advice:

@@ -71,6 +71,8 @@ class Options:
     attribute : str
     copies : bool
         Whether objects whose mesh cannot hold their light get copies.
+    fit : bool
+        Whether vertices are fitted to the light over their faces.
     light_group : str
         Whose light is baked alone; empty for all light.
     targets : list of str
@@ -99,6 +101,7 @@ class Options:
     objects: list[str] | None
     attribute: str
     copies: bool
+    fit: bool
     light_group: str
     targets: list[str]
     lightmaps: LightmapSettings | None
@@ -139,6 +142,8 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
             parser.error(f"{option} is for a camera's pass: give --target camera too")
     if given.copies and "vertex" not in targets:
         parser.error("--copies is for light on vertices: give --target vertex too")
+    if not given.fit and "vertex" not in targets:
+        parser.error("--no-fit is for light on vertices: give --target vertex too")
     if given.output is not None and targets == ["vertex"]:
         parser.error("--output is for lightmaps and a camera's pass: give --target lightmap or camera too")
     if targets != ["vertex"] and given.output is None and not loaded_file:
@@ -162,6 +167,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         objects=given.objects or None,
         attribute=given.attribute,
         copies=given.copies,
+        fit=given.fit,
         light_group=given.light_group or "",
         targets=targets,
         lightmaps=lightmaps,
@@ -199,6 +205,8 @@ def _parser() -> ArgumentParser:
     add("--attribute", type=_name, default="Indirect", metavar="NAME", help="colour attribute; default %(default)s")
     meaning = "give objects whose mesh cannot hold their light copies with meshes of their own"
     add("--copies", action="store_true", help=meaning)
+    meaning = "store the light at the vertices themselves, not the values that show the light over the faces best"
+    add("--no-fit", dest="fit", action="store_false", help=meaning)
     add("--light-group", type=_name, metavar="NAME", help="bake the light of one light group alone")
     for name, choices in CHOICES.items():
         add(f"--{name}", type=_one_of(*choices), metavar="|".join(choices), help=_sentence(CHOICE_MEANINGS[name]))

@@ -23,7 +23,7 @@ from ..addon.blender.warn import Warnings
 from ..addon.errors import Advice
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
-from ..addon.receivers import ReceiverMesh, Receivers, vertex_receivers
+from ..addon.receivers import ReceiverMesh, Receivers, ShownFaces, face_samples, vertex_receivers
 from ..addon.scene import Scene
 from ..addon.tracers import Tracer
 from .written import Written
@@ -31,6 +31,7 @@ from .written import Written
 if TYPE_CHECKING:
     from ..addon.bake import Solution
     from ..addon.gather import Irradiance
+    from ..addon.output.vertex_light import VertexSamples
 
 
 @dataclass(frozen=True)
@@ -42,10 +43,13 @@ class WantedVertices:
     attribute : str
     copies : bool
         Whether objects whose mesh cannot hold their light get copies with meshes of their own.
+    fit : bool
+        Whether values are those that show the light over the faces best, or the light at the vertices themselves.
     """
 
     attribute: str = "Indirect"
     copies: bool = False
+    fit: bool = True
 
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -62,7 +66,7 @@ class WantedVertices:
         meshes = receiver_meshes(objects, depsgraph, warnings, names is not None, progress=progress)
         if names is None:
             warn_of_shared_light(shown_meshes(depsgraph), Warnings(warnings))
-        return VertexTarget(meshes, [], self.attribute, _as_read(objects, meshes))
+        return VertexTarget(meshes, [], self.attribute, _as_read(objects, meshes), self.fit)
 
     def _with_copies(
         self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -84,7 +88,8 @@ class WantedVertices:
         meshes += receiver_meshes(others, depsgraph, warnings, names is not None, progress=progress)
         owners = [obj for obj in objects if obj in copied or obj in flawed]
         copies = read_copies(owners, depsgraph, Warnings(warnings), names is not None)
-        return VertexTarget(meshes, copies, self.attribute, _as_read([*replaceable, *others], meshes))
+        meanwhile = _as_read([*replaceable, *others], meshes)
+        return VertexTarget(meshes, copies, self.attribute, meanwhile, self.fit)
 
 
 def _as_read(objects: list[Any], meshes: list[ReceiverMesh]) -> list[AsRead]:
@@ -95,14 +100,15 @@ def _as_read(objects: list[Any], meshes: list[ReceiverMesh]) -> list[AsRead]:
 
 @dataclass(frozen=True)
 class VertexTarget:
-    """Meshes whose vertices or corners get light, those that get copies with it, the name of the attribute, and the
-    objects of the meshes.
+    """Meshes whose vertices or corners get light, those that get copies with it, the name of the attribute, the objects
+    of the meshes, and whether light is fitted to faces.
     """
 
     meshes: list[ReceiverMesh]
     copies: list[CopyMesh]
     attribute: str
     meanwhile: list[AsRead]
+    fit: bool = True
 
     @property
     def object_names(self) -> list[str]:
@@ -115,17 +121,45 @@ class VertexTarget:
 
     def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "VertexPoints":
         """See `Target.points`."""
-        receivers = vertex_receivers([*self.meshes, *(copy.mesh for copy in self.copies)])
-        warnings += too_coarse(receivers)
-        return VertexPoints(receivers, self)
+        meshes = [*self.meshes, *(copy.mesh for copy in self.copies)]
+        vertices = vertex_receivers(meshes, all_shown=self.fit)
+        warnings += too_coarse(vertices)
+        faces = ShownFaces.of(meshes, vertices.targets)
+        if not self.fit or not len(faces):
+            return VertexPoints(vertices, vertices, None, self)
+        return VertexPoints.fitted(vertices, faces, self, tracer, workers)
 
 
 @dataclass(frozen=True)
 class VertexPoints:
-    """Receivers at vertices."""
+    """Receivers at vertices, and of light that is fitted to faces, samples of these after them.
+
+    Attributes
+    ----------
+    receivers, vertices : Receivers
+        All, and those at vertices.
+    samples : VertexSamples or None
+    target : VertexTarget
+    """
 
     receivers: Receivers
+    vertices: Receivers
+    samples: "VertexSamples | None"
     target: VertexTarget
+
+    @staticmethod
+    def fitted(
+        vertices: Receivers, faces: ShownFaces, target: VertexTarget, tracer: Tracer, workers: Workers
+    ) -> "VertexPoints":
+        """Of vertices, with samples of the faces between them."""
+        from ..addon.output.vertex_light import VertexSamples
+        from ..addon.photons import region_of
+
+        extent = 2 * region_of(vertices.position).radius
+        samples, hidden = face_samples(faces, vertices, extent, tracer, workers)
+        receivers = Receivers.join([vertices, samples.receivers(faces, vertices.targets)])
+        names = [one.object_name for one in vertices.targets]
+        return VertexPoints(receivers, vertices, VertexSamples(faces, samples, hidden, names), target)
 
     def lit_by(self, solution: "Solution", workers: Workers) -> "VertexPoints":
         """See `Points.lit_by`: nothing is."""
@@ -133,16 +167,34 @@ class VertexPoints:
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "VertexLight":
         """See `Points.finish`."""
-        return VertexLight(self.receivers, irradiance, self.target)
+        from ..addon.output.vertex_light import finish_vertices
+
+        if self.samples is None:
+            return VertexLight(self.vertices, irradiance, self.target, {})
+        finished = finish_vertices(irradiance, self.samples, workers)
+        return VertexLight(
+            self.vertices, finished.irradiance, self.target, finished.residuals, len(self.samples.samples)
+        )
 
 
 @dataclass(frozen=True)
 class VertexLight:
-    """Light of vertices."""
+    """Light of vertices.
+
+    Attributes
+    ----------
+    face_residuals : dict of str to float
+        Of each object that light was fitted to: how far it is from linear between the vertices, root mean square over
+        the faces as a share of its mean. Where that is much, the mesh is too coarse to show its light.
+    n_samples : int
+        Of faces.
+    """
 
     receivers: Receivers
     irradiance: "Irradiance"
     target: VertexTarget
+    face_residuals: dict[str, float]
+    n_samples: int = 0
 
     @property
     def files(self) -> list[Path]:
@@ -150,7 +202,8 @@ class VertexLight:
 
     @property
     def counts(self) -> dict[str, int]:
-        return {"baked_copies": len(self.target.copies)} if self.target.copies else {}
+        counts = {"baked_copies": len(self.target.copies), "face_samples": self.n_samples}
+        return {name: n for name, n in counts.items() if n}
 
     def concerns(self) -> list[str]:
         """See `Product.concerns`."""

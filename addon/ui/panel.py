@@ -10,6 +10,7 @@ from ..inspector import VIEWS, View
 from ..settings import Gather, TracerName
 from .debug_views import debug_views
 from .state import bake_state, duration
+from .vertex_fit import draw_vertex_fit
 
 _GATHER_KNOBS: dict[Gather, list[str]] = {
     "final": ["n_gather_rays", "gather_share", "interpolate", "noise", "time", "n_cache_elements", "n_cache_rays"],
@@ -83,6 +84,7 @@ class PHOTON_BAKE_PT_output(_Tab, bpy.types.Panel):
             row = column.row(align=True)
             row.prop(properties, "bake_copies")
             row.operator("photon_bake.remove_copies", text="", icon="X")
+            draw_vertex_fit(column, properties)
         column.prop_search(properties, "light_group", context.view_layer, "lightgroups")
         column.prop(properties, "add_direct")
         column.prop(properties, "open_side")

@@ -210,6 +210,12 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
             default=False,
         ),
         **{knob.name: _property(BakeSettings, knob) for knob in KNOBS},
+        "fit": bpy.props.BoolProperty(
+            name="Fit to Faces",
+            description="Give vertices the values that show the light over their faces best, rather than the light at "
+            "the vertices themselves",
+            default=True,
+        ),
     }
 
     def settings(self) -> BakeSettings:

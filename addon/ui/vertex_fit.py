@@ -1,0 +1,8 @@
+"""How light becomes the values of vertices, in the panel."""
+
+from typing import Any
+
+
+def draw_vertex_fit(layout: Any, properties: Any) -> None:
+    """Whether vertices are fitted to their faces."""
+    layout.prop(properties, "fit")
