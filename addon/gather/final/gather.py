@@ -123,7 +123,7 @@ class FinalGather:
         return records
 
     def _wanted_by_all(self, records: Records, harm: np.ndarray, turn: int) -> np.ndarray:
-        """Rays that each record should have, (m,): each light gets as little noise as asked for, or its part of them."""
+        """Rays that each record should have, (m,): for each light as little noise as asked, or its part."""
         lights, effort = records.lights(), self._effort
         wanted = [self._wanted(of_light, effort.of_light(i), harm, turn) for i, of_light in enumerate(lights)]
         return np.max(wanted, axis=0) if effort.noise > 0 else np.mean(wanted, axis=0)
