@@ -4,8 +4,15 @@ from typing import Any
 
 import bpy
 
+from ..blender.compositing.nodes import has_pass_nodes
 from ..blender.light_layers import attribute_of, property_of
 from ..blender.show import Layer, LightSource, has_layers, set_levels, use_baked_light
+from ..errors import BakeError
+
+_IN_COMPOSITOR = (
+    "The scene's compositor adds the camera's pass, and materials would show that light a second time: take it out "
+    "first (Remove from Compositor)."
+)
 
 
 class PhotonBakeShownProperties(bpy.types.PropertyGroup):
@@ -59,8 +66,10 @@ def show_baked_light(scene: Any) -> list[str]:
     Raises
     ------
     BakeError
-        If no object has baked light.
+        If no object has baked light, or the compositor adds it.
     """
+    if has_pass_nodes(scene):
+        raise BakeError(_IN_COMPOSITOR)
     properties, shown = scene.photon_bake, scene.photon_bake.shown
     preferred: LightSource = "lightmap" if "lightmap" in properties.targets else "vertex"
     return use_baked_light(scene, shown_layers(scene), shown.strength, shown.use, preferred)

@@ -439,6 +439,7 @@ def test_choices_keep_their_numbers(empty_scene):
     assert numbers == {
         "quality": {"draft": 0, "medium": 1, "high": 2, "custom": 3},
         "targets": {"vertex": 1, "lightmap": 2, "camera": 4},
+        "light_groups": {"together": 0, "one": 1, "apart": 2},
         "gather": {"final": 0, "density": 1, "light_volume": 2, "photon_volumes": 3},
         "tracer": {"embree": 0, "multi_image": 1},
         "lightmap.atlas": {"per_object": 0, "shared": 1},

@@ -103,6 +103,12 @@ def _mix(tree: Any, blend: str, label: str, place: tuple[float, float], a: Any, 
     return node
 
 
+def has_pass_nodes(scene: Any) -> bool:
+    """Whether the scene's compositor adds a pass."""
+    tree = _existing_tree(scene)
+    return tree is not None and any(MARK in node and node.bl_idname == "CompositorNodeImage" for node in tree.nodes)
+
+
 def remove_pass(scene: Any) -> bool:
     """Take the nodes out again, and everything back to how it was; whether there were any."""
     bring_back_indirect(scene)
