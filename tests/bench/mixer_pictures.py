@@ -16,7 +16,7 @@ from figures import ROOT, scene_options
 from photon_bake.addon.output.png import write_png
 
 SIZE, SAMPLES = (480, 360), 24
-EVENING = {"Sun": (0.0, (1, 1, 1)), "Sky": (0.1, (0.5, 0.65, 1)), "Lamp": (3.0, (1, 1, 1))}
+EVENING = {"Sun": (0.0, (1, 1, 1)), "Sky": (0.2, (0.5, 0.65, 1)), "Lamp": (3.0, (1, 1, 1))}
 """Strength and color of each group."""
 
 
@@ -25,7 +25,7 @@ def demo_room(path):
     subprocess.run([sys.executable, ROOT / "tools/demo_scene.py", "build", path], check=True)
     bpy.ops.wm.open_mainfile(filepath=str(path))
     lamp = bpy.data.lights.new("Lamp", "POINT")
-    lamp.energy, lamp.color, lamp.shadow_soft_size = 40.0, (1.0, 0.6, 0.3), 0.12
+    lamp.energy, lamp.color, lamp.shadow_soft_size = 8.0, (1.0, 0.6, 0.3), 0.12
     obj = bpy.data.objects.new("Lamp", lamp)
     obj.location = (3.2, 4.2, 2.2)
     scene = bpy.context.scene
@@ -52,6 +52,7 @@ def pictures(folder):
     scene = demo_room(folder / "demo.blend")
     properties = scene.photon_bake
     properties.quality, properties.light_groups, properties.add_direct = "medium", "apart", True
+    properties.n_gather_rays = 1024
     bpy.ops.photon_bake.bake_indirect()
     bpy.ops.photon_bake.use_baked_light()
     for lamp in bpy.data.lights:  # their light is baked
