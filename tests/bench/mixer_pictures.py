@@ -15,7 +15,7 @@ import photon_bake
 from figures import ROOT, scene_options
 from photon_bake.addon.output.png import write_png
 
-SIZE, SAMPLES = (480, 360), 24
+SIZE, SAMPLES = (480, 360), 64
 EVENING = {"Sun": (0.0, (1, 1, 1)), "Sky": (0.2, (0.5, 0.65, 1)), "Lamp": (3.0, (1, 1, 1))}
 """Strength and color of each group."""
 
@@ -51,18 +51,19 @@ def pictures(folder):
     """As it was baked, and in the evening, side by side."""
     scene = demo_room(folder / "demo.blend")
     properties = scene.photon_bake
-    properties.quality, properties.light_groups, properties.add_direct = "medium", "apart", True
-    properties.n_gather_rays = 1024
+    properties.quality, properties.light_groups = "medium", "apart"
     bpy.ops.photon_bake.bake_indirect()
     bpy.ops.photon_bake.use_baked_light()
-    for lamp in bpy.data.lights:  # their light is baked
-        lamp.energy = 0
-    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0
     scene.render.resolution_x, scene.render.resolution_y = SIZE
     scene.cycles.samples, scene.render.image_settings.file_format = SAMPLES, "PNG"
     found = [rendered(scene, folder / "baked.png")]
     for name, (strength, color) in EVENING.items():
         properties.mixer[name].strength, properties.mixer[name].color = strength, color
+    for name in ("Sun", "Lamp"):  # direct light is theirs
+        bpy.data.lights[name].energy *= EVENING[name][0]
+    sky, (strength, color) = scene.world.node_tree.nodes["Background"].inputs, EVENING["Sky"]
+    sky["Strength"].default_value *= strength
+    sky["Color"].default_value = (*np.multiply(sky["Color"].default_value[:3], color), 1)
     return np.concatenate([*found, rendered(scene, folder / "evening.png")], axis=1)
 
 
