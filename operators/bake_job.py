@@ -371,7 +371,7 @@ class BakeJob:
             raise BakeError(" ".join(refusals))
         written.failures += refusals
         scene = bpy.data.scenes.get(self.of_scene)
-        if scene is not None:
+        if scene is not None and scene.is_editable:
             set_layers(scene, list(self.groups))
         self.warnings = list(dict.fromkeys(self.warnings + written.warnings))
         with suppress(Cancelled):  # too late: it is written

@@ -7,11 +7,18 @@ import bpy
 from ..addon.blender.compositing.direct_only import light_probes
 from ..addon.blender.compositing.files import has_pass, pass_files
 from ..addon.blender.compositing.nodes import add_pass, remove_pass
+from ..addon.blender.show import is_shown
 from ..addon.errors import BakeError
 from ..addon.ui.mixer_properties import mix_of
 from .folders import nowhere, path_of
 
 _PROBE = "Light probe '{}' brings indirect light into EEVEE's renders, on top of the pass: hide it in renders."
+
+
+_SHOWN = (
+    "The scene's materials show baked light, which the pass would add a second time: take it out of them first (× "
+    "beside Baked Light)."
+)
 
 
 class PHOTON_BAKE_OT_add_pass(bpy.types.Operator):
@@ -25,6 +32,8 @@ class PHOTON_BAKE_OT_add_pass(bpy.types.Operator):
         scene = context.scene
         settings = scene.photon_bake.camera
         try:
+            if is_shown(scene):
+                raise BakeError(_SHOWN)
             without = nowhere(settings.folder) and has_pass(scene)
             folder = None if without else path_of(settings.folder, "the camera's pass has")
             add_pass(scene, pass_files(scene, folder, settings.file_name), mix_of(scene))

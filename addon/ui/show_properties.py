@@ -4,9 +4,16 @@ from typing import Any
 
 import bpy
 
+from ..blender.compositing.nodes import has_pass_nodes
 from ..blender.light_layers import attribute_of, property_of
 from ..blender.show import Layer, LightSource, has_layers, set_levels, use_baked_light
+from ..errors import BakeError
 from .staleness import own_changes
+
+_IN_COMPOSITOR = (
+    "The scene's compositor adds the camera's pass, and materials would show that light a second time: take it out "
+    "first (Remove from Compositor)."
+)
 
 
 class PhotonBakeShownProperties(bpy.types.PropertyGroup):
@@ -60,8 +67,10 @@ def show_baked_light(scene: Any) -> list[str]:
     Raises
     ------
     BakeError
-        If no object has baked light.
+        If no object has baked light, or the compositor adds it.
     """
+    if has_pass_nodes(scene):
+        raise BakeError(_IN_COMPOSITOR)
     properties, shown = scene.photon_bake, scene.photon_bake.shown
     preferred: LightSource = "lightmap" if "lightmap" in properties.targets else "vertex"
     with own_changes():

@@ -23,6 +23,7 @@ import camera_pass
 import caustics
 import equal_error
 import extraction
+import light_groups
 import light_volume
 import lightmap_rival
 import lightmaps
@@ -148,6 +149,7 @@ PARTS = {
     "caustics": caustics.tables,
     "lightmaps": lambda scenes, _: lightmaps.tables(scenes),
     "lightmap_speed": lambda scenes, _: lightmap_rival.tables(scenes),
+    "light_groups": lambda scenes, _: light_groups.tables(scenes),
     "camera": lambda scenes, _: camera_pass.tables(scenes),
 }
 

@@ -15,7 +15,7 @@ GROUPS = LightGroups(("Key", "Fill", "Empty"), np.array([0, 1, -1], np.int32), n
 POWER = {"Key": (3, 1, 0.5), "Fill": (0.05, 0.1, 0.2), OTHER: (1, 1, 1)}
 
 
-def room(walls=12, hole=True, material=None):
+def room(hole=True):
     """A box with a lamp of each of `POWER`; the third group's shines from a corner, and so does the world by a hole."""
     places = ((0.5, 0, 0), (-0.8, 0.8, 0.8), (0, -0.6, 0.3))
     lamps = zip(POWER.values(), places, strict=True)

@@ -172,15 +172,15 @@ def test_another_engine_makes_no_doubled_light(empty_scene, tmp_path):
     path = bake_pass(tmp_path, n_pixel_samples=1, pass_denoiser="none")
     eevee = "BLENDER_EEVEE" if bpy.app.version >= (5, 0, 0) else "BLENDER_EEVEE_NEXT"
     empty_scene.render.engine, empty_scene.cycles.max_bounces = eevee, 5
-    rays, empty_scene.eevee.fast_gi_method = empty_scene.eevee.use_raytracing, "GLOBAL_ILLUMINATION"
+    empty_scene.eevee.use_raytracing = True
 
     def factor():
         bpy.context.view_layer.update()
         return switched(empty_scene).inputs[0].default_value
 
     add_pass(empty_scene, [path])
-    assert empty_scene.eevee.fast_gi_method == "AMBIENT_OCCLUSION_ONLY" and factor() == 1
-    empty_scene.eevee.fast_gi_method = "GLOBAL_ILLUMINATION"
+    assert not empty_scene.eevee.use_raytracing and factor() == 1
+    empty_scene.eevee.use_raytracing = True
     assert factor() == 0
     empty_scene.render.engine = "CYCLES"
     assert factor() == 1
@@ -189,7 +189,7 @@ def test_another_engine_makes_no_doubled_light(empty_scene, tmp_path):
     empty_scene.cycles.max_bounces = 5
     full = composed(empty_scene, tmp_path / "full.exr", 16)
     remove_pass(empty_scene)
-    assert empty_scene.cycles.max_bounces == 5 and empty_scene.eevee.use_raytracing == rays
+    assert empty_scene.cycles.max_bounces == 5 and empty_scene.eevee.use_raytracing
     assert full == pytest.approx(composed(empty_scene, tmp_path / "alone.exr", 16), abs=1e-6)
     assert both.mean() == pytest.approx(full.mean(), rel=0.05)
 

@@ -105,6 +105,9 @@ def test_the_compositor_mixes_the_layers_of_a_pass(room, tmp_path):
     mixer["Key"].use, mixer["Fill"].color, mixer["Fill"].strength = False, (1, 0.5, 0), 3
     expected = layers["Indirect_Fill"] * np.float32((3, 1.5, 0)) + layers["Indirect_Other"]
     assert composed(room, tmp_path / "mixed.exr", 1) == pytest.approx(expected, rel=1e-4, abs=1e-5)
+    assert run([*QUICK, *options]) == 0  # nothing is apart any more
+    assert composed(room, tmp_path / "together.exr", 1) == pytest.approx(np.zeros_like(total), abs=1e-5)
+    assert not room.photon_bake.mixer
     bpy.ops.photon_bake.remove_pass()
 
 

@@ -8,18 +8,8 @@ MARK = "photon_bake"
 
 _HELD = f"{MARK}_direct_only"
 _OLD_BOUNCES = f"{MARK}_max_bounces"  # of files that earlier versions saved
-_SETTINGS: dict[str, Any] = {
-    "cycles.max_bounces": 0,
-    "eevee.use_raytracing": True,
-    "eevee.use_fast_gi": True,
-    "eevee.fast_gi_method": "AMBIENT_OCCLUSION_ONLY",
-    "eevee.fast_gi_distance": 0.0,
-    "eevee.ray_tracing_options.trace_max_roughness": 0.0,
-}
-"""What keeps Cycles and EEVEE to direct light. Both are set, whichever renders now, as another may be chosen later.
-
-EEVEE's own rays are left no roughness to follow. Without them it would light all by the world as if nothing stood
-before it; with ambient occlusion alone it takes off what is hidden, and adds no bounce."""
+_SETTINGS: dict[str, Any] = {"cycles.max_bounces": 0, "eevee.use_raytracing": False}
+"""What keeps Cycles and EEVEE to direct light. Both are set, whichever renders now, as another may be chosen later."""
 
 _EEVEE = 0
 """Blender's number of its own engine, which is registered first in any case."""
@@ -29,8 +19,6 @@ _WATCHED = {
     "engine": "render.engine",
     "bounces": "cycles.max_bounces",
     "rays": "eevee.use_raytracing",
-    "method": "eevee.fast_gi_method",
-    "rough": "eevee.ray_tracing_options.trace_max_roughness",
 }
 """What a switch looks at, by the names that it has for it."""
 
@@ -79,10 +67,7 @@ def switch_with_indirect(socket: Any, scene: Any) -> None:
         variable.name, target = name, variable.targets[0]
         target.id_type, target.id, target.data_path = "SCENE", scene, path
     names = driver.variables.keys()
-    of_eevee, of_others = "1", "bounces == 0" if "bounces" in names else "1"
-    if {"rays", "method", "rough"} <= set(names):
-        methods = scene.eevee.bl_rna.properties["fast_gi_method"].enum_items
-        of_eevee = f"rays == 0 or (method == {methods['AMBIENT_OCCLUSION_ONLY'].value} and rough <= 0)"
+    of_eevee, of_others = (f"{name} == 0" if name in names else "1" for name in ("rays", "bounces"))
     driver.type, driver.expression = "SCRIPTED", f"({of_eevee}) if engine == {_EEVEE} else ({of_others})"
 
 

@@ -14,7 +14,7 @@ from .direct_only import MARK, bring_back_indirect, leave_out_indirect, remove_s
 _MIX_FACTOR, _MIX_A, _MIX_B, _MIX_RESULT = "Factor_Float", "A_Color", "B_Color", "Result_Color"
 _NO_PASS = "{} is no camera's pass: choose a file that Bake Indirect wrote."
 _LAYER = f"{MARK}_light_group"
-"""Custom property of a node that multiplies a light group's light: the group's name."""
+"""Custom property of a node that multiplies a light group's light: the group's name; empty where it adds them up."""
 
 Color = tuple[float, float, float]
 
@@ -63,15 +63,33 @@ def set_mix(scene: Any, mix: Mapping[str, Color]) -> None:
     """Change what the light groups' light in the compositor is multiplied by; nothing where no pass is."""
     tree = _existing_tree(scene)
     for node in tree.nodes if tree else []:
-        if node.get(_LAYER) in mix:
+        if node.get(_LAYER) and node[_LAYER] in mix:
             _socket(node.inputs, _MIX_B).default_value = (*mix[node[_LAYER]], 1)
 
 
 def reload_pass(path: Path) -> None:
-    """Have compositors show what a file has become."""
-    for image in bpy.data.images:
-        if MARK in image and Path(bpy.path.abspath(image.filepath)) == path:
-            image.reload()
+    """Have compositors show what a file has become: it may have other light groups apart than before."""
+    images = [one for one in bpy.data.images if MARK in one and Path(bpy.path.abspath(one.filepath)) == path]
+    for image in images:
+        image.reload()
+    for scene in bpy.data.scenes:
+        tree = _existing_tree(scene)
+        sources = [] if tree is None else [node for node in tree.nodes if getattr(node, "image", None) in images]
+        for source in sources if images else []:
+            source.image = source.image  # which has its sockets follow
+            _mix_anew(tree, source)
+
+
+def _mix_anew(tree: Any, source: Any) -> None:
+    """Put other nodes between a pass and what it is added to, with the levels of those that were there."""
+    apart = [node for node in tree.nodes if _LAYER in node]
+    mix = {node[_LAYER]: tuple(_socket(node.inputs, _MIX_B).default_value)[:3] for node in apart}
+    for node in apart:
+        tree.nodes.remove(node)
+    light = _mixed(tree, source, mix)
+    for node in [node for node in tree.nodes if MARK in node and node.bl_idname == "ShaderNodeMix"]:
+        if _LAYER not in node:
+            _link(tree, light, _socket(node.inputs, _MIX_B))
 
 
 def _mixed(tree: Any, source: Any, mix: Mapping[str, Color]) -> Any:
@@ -87,7 +105,7 @@ def _mixed(tree: Any, source: Any, mix: Mapping[str, Color]) -> Any:
         light = _socket(node.outputs, _MIX_RESULT)
         if total is not None:
             node = _mix(tree, "ADD", "Add Light Groups", (-20, -150 - 60 * i), total, light)
-            node.hide, light = True, _socket(node.outputs, _MIX_RESULT)
+            node[_LAYER], node.hide, light = "", True, _socket(node.outputs, _MIX_RESULT)
         total = light
     return total
 
@@ -101,6 +119,12 @@ def _mix(tree: Any, blend: str, label: str, place: tuple[float, float], a: Any, 
     if b is not None:
         _link(tree, b, _socket(node.inputs, _MIX_B))
     return node
+
+
+def has_pass_nodes(scene: Any) -> bool:
+    """Whether the scene's compositor adds a pass."""
+    tree = _existing_tree(scene)
+    return tree is not None and any(MARK in node and node.bl_idname == "CompositorNodeImage" for node in tree.nodes)
 
 
 def remove_pass(scene: Any) -> bool:
