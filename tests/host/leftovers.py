@@ -48,7 +48,7 @@ def blocks():
 
 def keys_of(block):
     """Names of custom properties; what add-ons' settings are kept in does not count."""
-    return sorted(key for key in block.keys() if key not in {"cycles", "photon_bake", "cycles_visibility"})
+    return sorted(key for key in block.keys() if key not in {"cycles", "photon_bake", "cycles_visibility"})  # noqa: SIM118
 
 
 def dump(tree):
