@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from ..blender.show import Layer, LightSource, set_levels, use_baked_light
+from ..blender.show import Layer, LightSource, follow_undo, set_levels, use_baked_light
 
 
 class PhotonBakeShownProperties(bpy.types.PropertyGroup):
@@ -60,11 +60,20 @@ def update_levels(scene: Any) -> None:
     set_levels(scene, shown_layers(scene), shown.strength, shown.use)
 
 
+@bpy.app.handlers.persistent
+def _after_undo(*_: Any) -> None:
+    follow_undo()
+
+
 def register() -> None:
     """Make the settings known."""
     bpy.utils.register_class(PhotonBakeShownProperties)
+    for handlers in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
+        handlers.append(_after_undo)
 
 
 def unregister() -> None:
     """Take them away again."""
+    for handlers in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
+        handlers.remove(_after_undo)
     bpy.utils.unregister_class(PhotonBakeShownProperties)

@@ -8,6 +8,7 @@ import photon_bake
 import pytest
 from photon_bake.addon.blender.nodes import SHOWN
 from photon_bake.addon.blender.show import Layer, is_shown, leave_baked_light, set_levels, use_baked_light
+from photon_bake.addon.blender.show.eevee_world import sky_share
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.output.lightmap import write_lightmap
 from photon_bake.addon.progress import Progress
@@ -16,9 +17,9 @@ from photon_bake.operators.bake_job import BakeJob
 from photon_bake.operators.lightmap_target import WantedLightmaps
 from photon_bake.operators.vertex_target import WantedVertices
 
-from .leftovers import differences, handlers, snapshot
+from .leftovers import differences, dump, handlers, snapshot
 from .lightmap_scenes import QUICK, add_room, bake, prepare
-from .scenes import add_cube, add_lamp, add_material, add_plane
+from .scenes import add_cube, add_lamp, add_material, add_mesh, add_plane
 
 
 @pytest.fixture
@@ -289,6 +290,26 @@ def test_images_are_shared_where_many_objects_share_a_material(empty_scene, tmp_
     assert len(prepare(tmp_path).targets[0].layout.names) == 4
     add_plane("Plane 4", material=material).location.x = 12.0
     assert prepare(tmp_path).targets[0].layout.names == ("Atlas",)
+
+
+@pytest.mark.parametrize(("roof", "share"), [(None, 1.0), (2.0, 0.002), (20.0, 0.8)])
+def test_the_world_is_dimmed_for_eevee_by_what_is_open(empty_scene, roof, share):
+    """Over the middle of a floor, a disc of radius r at a height h covers r²/(r² + h²) of the hemisphere."""
+    darken()
+    obj = add_lit()
+    obj.scale = (0.01, 0.01, 1)
+    if roof:
+        disc = add_mesh("Roof", [(10 * np.cos(a), 10 * np.sin(a), 0) for a in np.arange(64) * np.pi / 32], [range(64)])
+        disc.location.z = roof
+        share = roof**2 / (roof**2 + 100)
+    bpy.context.view_layer.update()
+    assert sky_share(bpy.context.scene, [obj]) == pytest.approx(share, abs=0.07)
+    before = dump(bpy.context.scene.world.node_tree)
+    use_baked_light(bpy.context.scene)
+    tree = bpy.context.scene.world.node_tree
+    assert tree.get_output_node("EEVEE") != tree.get_output_node("CYCLES")
+    leave_baked_light()
+    assert dump(tree) == before
 
 
 def test_nothing_to_show_is_said(empty_scene):
