@@ -83,6 +83,7 @@ def test_nothing_is_left_behind(materials, tmp_path):
     bpy.ops.photon_bake.leave_baked_light()
     for mesh in bpy.data.meshes:
         mesh.attributes.remove(mesh.attributes["Indirect"])
+        mesh.attributes.active_color_name = ""  # 5.2 keeps a name that is gone
     assert differences(empty, snapshot(tmp_path)) == []
 
 
