@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from ..blender.show import Layer, LightSource, follow_undo, set_levels, use_baked_light
+from ..blender.show import Layer, LightSource, follow_changes, follow_undo, set_levels, use_baked_light
 
 
 class PhotonBakeShownProperties(bpy.types.PropertyGroup):
@@ -65,15 +65,27 @@ def _after_undo(*_: Any) -> None:
     follow_undo()
 
 
+@bpy.app.handlers.persistent
+def _after_update(_scene: Any, depsgraph: Any) -> None:
+    if depsgraph.id_type_updated("MATERIAL") or depsgraph.id_type_updated("NODETREE"):
+        follow_changes([update.id.original for update in depsgraph.updates])
+
+
+def _handlers() -> list[tuple[list, Any]]:
+    """Blender's lists of handlers, and what is in them while the extension is on."""
+    of = bpy.app.handlers
+    return [(of.undo_post, _after_undo), (of.redo_post, _after_undo), (of.depsgraph_update_post, _after_update)]
+
+
 def register() -> None:
     """Make the settings known."""
     bpy.utils.register_class(PhotonBakeShownProperties)
-    for handlers in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
-        handlers.append(_after_undo)
+    for handlers, handler in _handlers():
+        handlers.append(handler)
 
 
 def unregister() -> None:
     """Take them away again."""
-    for handlers in (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post):
-        handlers.remove(_after_undo)
+    for handlers, handler in _handlers():
+        handlers.remove(handler)
     bpy.utils.unregister_class(PhotonBakeShownProperties)

@@ -254,6 +254,31 @@ def test_levels_are_live(empty_scene):
     leave_baked_light()
 
 
+def test_what_is_shown_follows_materials(empty_scene):
+    """A base color that is changed, or linked, while light is shown."""
+    darken()
+    material, shader = add_material(node="ShaderNodeBsdfDiffuse")
+    add_lit(value=(1, 1, 1), material=material)
+    use_baked_light(bpy.context.scene)
+    shader.inputs["Color"].default_value = (0.1, 0.2, 0.3, 1)
+    bpy.context.view_layer.update()
+    assert rendered("Lit") == pytest.approx((0.1, 0.2, 0.3), rel=0.01)
+    color = material.node_tree.nodes.new("ShaderNodeRGB")
+    color.outputs[0].default_value = (0.3, 0.2, 0.1, 1)
+    material.node_tree.links.new(color.outputs[0], shader.inputs["Color"])
+    bpy.context.view_layer.update()
+    assert rendered("Lit") == pytest.approx((0.3, 0.2, 0.1), rel=0.01)
+
+
+def test_faces_keep_the_numbers_of_slots_that_there_are_not(empty_scene):
+    obj = add_lit()
+    obj.data.attributes.new("material_index", "INT", "FACE").data[0].value = 3
+    before = snapshot()
+    use_baked_light(bpy.context.scene)
+    leave_baked_light()
+    assert differences(before, snapshot()) == [] and obj.data.attributes["material_index"].data[0].value == 3
+
+
 def test_no_lamps_are_made_of_what_is_shown(empty_scene):
     plain, _ = add_material("Plain")
     shining, shader = add_material("Shining")

@@ -19,13 +19,14 @@ each from a color attribute or from a lightmap.
 | removal.py | lightmaps taken out of the file |
 """
 
-from .baked_light import follow_undo, is_shown, leave_baked_light, set_levels, use_baked_light
+from .baked_light import follow_changes, follow_undo, is_shown, leave_baked_light, set_levels, use_baked_light
 from .layers import Layer, LightSource
 from .removal import remove_lightmaps
 
 __all__ = [
     "Layer",
     "LightSource",
+    "follow_changes",
     "follow_undo",
     "is_shown",
     "leave_baked_light",

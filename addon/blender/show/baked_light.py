@@ -1,14 +1,14 @@
 """Baked light into materials of the whole file and out of them again."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import bpy
 
 from ...errors import BakeError
 from ..lightmap_writing import SCALE_OFFSET
-from ..nodes import all_nodes
+from ..nodes import SHOWN, all_nodes
 from .eevee_world import dim_world, restore_worlds, set_worlds_dim
-from .insertion import insert, take_out
+from .insertion import follow, insert, take_out
 from .layers import Layer, LightSource
 from .light_group import light_group, make_light_group, set_group_levels
 from .scene_settings import restore_settings, show_direct_light
@@ -115,6 +115,16 @@ def leave_baked_light() -> None:
     for scene in filter(is_shown, bpy.data.scenes):
         restore_settings(scene)
         del scene[_SHOWN_SCENE]
+
+
+def follow_changes(updated: "Iterable[bpy.types.ID]") -> None:
+    """Let baked light follow materials and node groups that were changed while it is shown."""
+    if light_group() is None:
+        return
+    for block in updated:
+        tree = block.node_tree if isinstance(block, bpy.types.Material) else block
+        if isinstance(tree, bpy.types.ShaderNodeTree) and tree.is_editable and SHOWN not in tree:
+            follow(tree)
 
 
 def follow_undo() -> None:
