@@ -441,7 +441,7 @@ def test_choices_keep_their_numbers(empty_scene):
         "targets": {"vertex": 1, "lightmap": 2, "camera": 4},
         "gather": {"final": 0, "density": 1, "light_volume": 2, "photon_volumes": 3},
         "tracer": {"embree": 0, "multi_image": 1},
-        "lightmap.atlas": {"per_object": 0, "shared": 1},
+        "lightmap.atlas": {"per_object": 0, "shared": 1, "auto": 2},
         "lightmap.file_format": {"exr_half": 0, "exr_float": 1, "hdr": 2, "rgbm": 3, "rgbd": 4},
         "lightmap.denoiser": {"auto": 0, "oidn": 1, "own": 2, "none": 3},
         "camera.pass_denoiser": {"auto": 0, "oidn": 1, "none": 2},
