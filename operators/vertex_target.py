@@ -257,4 +257,6 @@ def too_coarse(residuals: "Mapping[str, float]") -> list[str]:
     """Names of objects whose light is not linear between their vertices, those of the largest residuals first."""
     from ..addon.refinement import COARSE
 
-    return sorted((name for name, residual in residuals.items() if residual > COARSE), key=lambda name: -residuals[name])
+    return sorted(
+        (name for name, residual in residuals.items() if residual > COARSE), key=lambda name: -residuals[name]
+    )

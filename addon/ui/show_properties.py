@@ -6,7 +6,15 @@ import bpy
 
 from ..blender.compositing.nodes import has_pass_nodes
 from ..blender.light_layers import attribute_of, property_of
-from ..blender.show import Layer, LightSource, has_layers, set_levels, use_baked_light
+from ..blender.show import (
+    Layer,
+    LightSource,
+    follow_changes,
+    follow_undo,
+    has_layers,
+    set_levels,
+    use_baked_light,
+)
 from ..errors import BakeError
 from .staleness import own_changes
 
@@ -84,11 +92,32 @@ def update_levels(scene: Any) -> None:
         set_levels(scene, shown_layers(scene), shown.strength, shown.use)
 
 
+@bpy.app.handlers.persistent
+def _after_undo(*_: Any) -> None:
+    follow_undo()
+
+
+@bpy.app.handlers.persistent
+def _after_update(_scene: Any, depsgraph: Any) -> None:
+    if depsgraph.id_type_updated("MATERIAL") or depsgraph.id_type_updated("NODETREE"):
+        follow_changes([update.id.original for update in depsgraph.updates])
+
+
+def _handlers() -> list[tuple[list, Any]]:
+    """Blender's lists of handlers, and what is in them while the extension is on."""
+    of = bpy.app.handlers
+    return [(of.undo_post, _after_undo), (of.redo_post, _after_undo), (of.depsgraph_update_post, _after_update)]
+
+
 def register() -> None:
     """Make the settings known."""
     bpy.utils.register_class(PhotonBakeShownProperties)
+    for handlers, handler in _handlers():
+        handlers.append(handler)
 
 
 def unregister() -> None:
     """Take them away again."""
+    for handlers, handler in _handlers():
+        handlers.remove(handler)
     bpy.utils.unregister_class(PhotonBakeShownProperties)

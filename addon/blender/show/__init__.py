@@ -14,18 +14,28 @@ each from a color attribute or from a lightmap.
 | light_group.py, shader_group.py, tree_builder.py | the two node groups |
 | sheets.py | lightmaps of any number of objects behind one image node |
 | insertion.py, stand_ins.py | groups in node trees; materials for what has none |
-| scene_settings.py, solid_view.py | bounces and viewports, set and restored |
+| scene_settings.py, eevee_world.py, solid_view.py | bounces, the world in EEVEE, viewports: set and restored |
 | baked_light.py | all of it together |
 | removal.py | lightmaps taken out of the file |
 """
 
-from .baked_light import has_layers, is_shown, leave_baked_light, set_levels, use_baked_light
+from .baked_light import (
+    follow_changes,
+    follow_undo,
+    has_layers,
+    is_shown,
+    leave_baked_light,
+    set_levels,
+    use_baked_light,
+)
 from .layers import Layer, LightSource
 from .removal import remove_lightmaps
 
 __all__ = [
     "Layer",
     "LightSource",
+    "follow_changes",
+    "follow_undo",
     "has_layers",
     "is_shown",
     "leave_baked_light",

@@ -1,13 +1,14 @@
 """Baked light into materials of the whole file and out of them again."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import bpy
 
 from ...errors import BakeError
 from ..lightmap.writing import SCALE_OFFSET
-from ..nodes import all_nodes
-from .insertion import insert, take_out
+from ..nodes import SHOWN, all_nodes
+from .eevee_world import dim_world, restore_worlds, set_worlds_dim
+from .insertion import follow, insert, take_out
 from .layers import Layer, LightSource
 from .light_group import light_group, make_light_group, set_group_levels
 from .scene_settings import restore_settings, show_direct_light
@@ -78,6 +79,7 @@ def use_baked_light(
     insert(materials, make_shader_group(light), {"BSDF_TRANSLUCENT"} if has_glass else set())
     for one in scenes:
         one[_SHOWN_SCENE] = "BSDF_TRANSLUCENT" in kinds and not has_glass
+        dim_world(one, [obj for obj in lit if obj.name in one.objects])
     set_levels(scene, layers, strength, shows)
     if any(_has_attribute(obj, layers) for obj in lit):
         show_attributes()
@@ -106,6 +108,7 @@ def set_levels(scene: "bpy.types.Scene", layers: Sequence[Layer], strength: floa
             show_direct_light(one, bool(one[_SHOWN_SCENE]))
         else:
             restore_settings(one)
+    set_worlds_dim(shows)
 
 
 def leave_baked_light() -> None:
@@ -113,10 +116,27 @@ def leave_baked_light() -> None:
     take_out()
     drop_stand_ins()
     drop_sheets()
+    restore_worlds()
     restore_solid_views()
     for scene in filter(is_shown, bpy.data.scenes):
         restore_settings(scene)
         del scene[_SHOWN_SCENE]
+
+
+def follow_changes(updated: "Iterable[bpy.types.ID]") -> None:
+    """Let baked light follow materials and node groups that were changed while it is shown."""
+    if light_group() is None:
+        return
+    for block in updated:
+        tree = block.node_tree if isinstance(block, bpy.types.Material) else block
+        if isinstance(tree, bpy.types.ShaderNodeTree) and tree.is_editable and SHOWN not in tree:
+            follow(tree)
+
+
+def follow_undo() -> None:
+    """Set viewports back after an undo that has taken light out of the file: Blender does not undo those."""
+    if not any(map(is_shown, bpy.data.scenes)):
+        restore_solid_views()
 
 
 def _has_attribute(obj: "bpy.types.Object", layers: Sequence[Layer]) -> bool:

@@ -80,18 +80,32 @@ def _insert(tree: "bpy.types.NodeTree", group: "bpy.types.NodeTree", left_out: s
         added.location = (node.location.x + node.width, node.location.y + 40)
         tree.links.new(node.outputs[0], added.inputs["Shader"])
         for name, socket in SHADERS[node.type].items():
-            copy_input(tree, node.inputs[socket], added.inputs[name])
+            _copy_input(tree, node.inputs[socket], added.inputs[name])
         for target in targets:
             tree.links.new(added.outputs["Shader"], target)
     tree.nodes.active = active
 
 
-def copy_input(tree: "bpy.types.NodeTree", given: Any, taken: Any) -> None:
-    """Let an input have what another has: a link or a value."""
+def follow(tree: "bpy.types.NodeTree") -> None:
+    """Give the group's nodes what the shaders before them have by now."""
+    for node in [node for node in tree.nodes if SHOWN in node and node.type == "GROUP"]:
+        for link in node.inputs["Shader"].links:
+            for name, socket in SHADERS.get(link.from_node.type, {}).items():
+                _copy_input(tree, link.from_node.inputs[socket], node.inputs[name])
+
+
+def _copy_input(tree: "bpy.types.NodeTree", given: Any, taken: Any) -> None:
+    """Let an input have what another has, a link or a value, where it has not got it yet."""
     if given.is_linked:
-        tree.links.new(given.links[0].from_socket, taken)
-    else:
-        taken.default_value = given.default_value
+        source = given.links[0].from_socket
+        if not (taken.is_linked and taken.links[0].from_socket == source):
+            tree.links.new(source, taken)
+        return
+    for link in list(taken.links):
+        tree.links.remove(link)
+    ours, theirs = taken.default_value, given.default_value
+    if (tuple(ours) != tuple(theirs)) if hasattr(theirs, "__len__") else ours != theirs:
+        taken.default_value = theirs
 
 
 def _take_out(tree: "bpy.types.NodeTree") -> None:

@@ -10,15 +10,11 @@ _BEFORE = "photon_bake_settings"
 DIRECT_LIGHT = {
     "cycles.diffuse_bounces": 0,
     "cycles.use_fast_gi": False,
-    "eevee.use_raytracing": True,
     "eevee.use_fast_gi": True,
     "eevee.fast_gi_method": "AMBIENT_OCCLUSION_ONLY",
-    "eevee.fast_gi_distance": 0.0,
     "eevee.ray_tracing_options.trace_max_roughness": 0.5,
 }
-"""What makes engines show direct light, gloss and glass alone. Without its ray tracing, EEVEE would light everything
-by the world as if nothing stood before it; with ambient occlusion alone it takes off what is hidden, and adds no
-bounce."""
+"""What makes engines show direct light, gloss and glass alone; EEVEE's ray tracing then adds reflections, no bounce."""
 
 TRANSLUCENT_LIGHT = {"cycles.transmission_bounces": 0}
 """The same for what goes through translucent surfaces, which Cycles counts as transmission like glass."""

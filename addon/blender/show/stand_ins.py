@@ -94,11 +94,12 @@ def _make_matte(material: "bpy.types.Material", color: Any) -> None:
 
 
 def _drop_slot(mesh: "bpy.types.Mesh") -> None:
-    """Take the only slot away; Blender would change the faces' numbers of their slots with it."""
+    """Take the only slot away; Blender would take the faces' numbers of their slots with it."""
     index = mesh.attributes.get("material_index")
     if index is not None:
         before = np.empty(len(index.data), np.int32)
         index.data.foreach_get("value", before)
     mesh.materials.clear()
     if index is not None:
-        mesh.attributes["material_index"].data.foreach_set("value", before)
+        index = mesh.attributes.get("material_index") or mesh.attributes.new("material_index", "INT", "FACE")
+        index.data.foreach_set("value", before)
