@@ -101,6 +101,7 @@ _WHERE = {
     "vertex": "a color attribute of each mesh",
     "lightmap": "images",
     "camera": "a picture for compositing",
+    "probes": "probes in the air",
 }
 """What light of a target is baked to, for the tooltip."""
 
@@ -147,7 +148,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         """Bake in a thread of its own, so that the window stays awake."""
         if bpy.app.background:
             return self.execute(context)
-        if without_folder(context.scene.photon_bake):
+        if hasattr(self, "copies") and without_folder(context.scene.photon_bake):  # Refine writes no files
             bpy.ops.photon_bake.choose_folder("INVOKE_DEFAULT", copies=self.copies)
             return {"CANCELLED"}
         try:

@@ -68,7 +68,7 @@ class PHOTON_BAKE_OT_refine(bpy.types.Operator):
 
     def _prepare(self, context: Any) -> None:
         properties = context.scene.photon_bake
-        progress = bake_state.start("final", ["refine"])
+        progress = bake_state.start("final", ["refine"], context.scene.session_uid)
         names = [one.name for one in self.objects] or None
         if names is None and properties.selected_only:
             names = selected_objects(context, False)
