@@ -22,7 +22,7 @@ SOON = 0.3
 _REST = 20.0
 """Times the time that a check took, until the next one begins."""
 
-SLOW, MANY = 0.5, 5_000
+SLOW, MANY = 0.2, 3_000
 """Seconds that a check may take, and objects that a scene may have, to be checked without being asked."""
 
 
