@@ -22,6 +22,7 @@ import bpy
 import camera_pass
 import caustics
 import equal_error
+import estimates
 import extraction
 import light_volume
 import lightmap_rival
@@ -149,6 +150,7 @@ PARTS = {
     "lightmaps": lambda scenes, _: lightmaps.tables(scenes),
     "lightmap_speed": lambda scenes, _: lightmap_rival.tables(scenes),
     "camera": lambda scenes, _: camera_pass.tables(scenes),
+    "estimates": estimates.tables,
 }
 
 
