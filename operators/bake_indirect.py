@@ -113,6 +113,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     bl_label = "Bake Indirect"
     bl_options = {"REGISTER", "UNDO"}
     _job: BakeJob | None = None
+    _writes_files = True
 
     __annotations__ = {
         "copies": bpy.props.BoolProperty(
@@ -148,7 +149,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         """Bake in a thread of its own, so that the window stays awake."""
         if bpy.app.background:
             return self.execute(context)
-        if hasattr(self, "copies") and without_folder(context.scene.photon_bake):  # Refine writes no files
+        if self._writes_files and without_folder(context.scene.photon_bake):
             bpy.ops.photon_bake.choose_folder("INVOKE_DEFAULT", copies=self.copies)
             return {"CANCELLED"}
         try:

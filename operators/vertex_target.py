@@ -12,6 +12,7 @@ from ..addon.blender.as_read import AsRead
 from ..addon.blender.baked_copies import write_light
 from ..addon.blender.color_attribute import light_takers
 from ..addon.blender.light_layers import attribute_of
+from ..addon.blender.refinement import WideFaces
 from ..addon.blender.shown_meshes import (
     CopyMesh,
     check_copied,
@@ -22,7 +23,7 @@ from ..addon.blender.shown_meshes import (
 )
 from ..addon.blender.vertex_meshes import check_target
 from ..addon.blender.warn import Warnings
-from ..addon.errors import Advice
+from ..addon.errors import TooCoarse
 from ..addon.findings import counted
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
@@ -34,6 +35,7 @@ from .written import Written
 if TYPE_CHECKING:
     from ..addon.bake import Solution
     from ..addon.gather import Irradiance
+    from ..addon.refinement import FaceSamples
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,8 @@ class WantedVertices:
         meshes = receiver_meshes(objects, depsgraph, warnings, names is not None, progress=progress)
         if names is None:
             warn_of_shared_light(shown_meshes(depsgraph), Warnings(warnings))
-        return VertexTarget(meshes, [], self.attribute, _as_read(objects, meshes))
+        read, wide = _as_read(objects, meshes), WideFaces.of(objects, meshes, depsgraph)
+        return VertexTarget(meshes, [], self.attribute, read, wide)
 
     def _with_copies(
         self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -94,7 +97,8 @@ class WantedVertices:
         meshes += receiver_meshes(others, depsgraph, warnings, names is not None, progress=progress)
         owners = [obj for obj in objects if obj in copied or obj in flawed]
         copies = read_copies(owners, depsgraph, Warnings(warnings), names is not None)
-        return VertexTarget(meshes, copies, self.attribute, _as_read([*replaceable, *others], meshes))
+        wide = WideFaces.of(own, meshes, depsgraph)
+        return VertexTarget(meshes, copies, self.attribute, _as_read([*replaceable, *others], meshes), wide)
 
 
 def _as_read(objects: list[Any], meshes: list[ReceiverMesh]) -> list[AsRead]:
@@ -105,14 +109,15 @@ def _as_read(objects: list[Any], meshes: list[ReceiverMesh]) -> list[AsRead]:
 
 @dataclass(frozen=True)
 class VertexTarget:
-    """Meshes whose vertices or corners get light, those that get copies with it, the name of the attribute, and the
-    objects of the meshes.
+    """Meshes whose vertices or corners get light, those that get copies with it, the name of the attribute, the
+    objects of the meshes, and the widest faces of them.
     """
 
     meshes: list[ReceiverMesh]
     copies: list[CopyMesh]
     attribute: str
     meanwhile: list[AsRead]
+    wide: WideFaces
 
     @property
     def object_names(self) -> list[str]:
@@ -126,8 +131,7 @@ class VertexTarget:
     def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "VertexPoints":
         """See `Target.points`."""
         receivers = vertex_receivers([*self.meshes, *(copy.mesh for copy in self.copies)])
-        warnings += too_coarse(receivers)
-        return VertexPoints(receivers, self)
+        return VertexPoints(receivers, self, warnings)
 
 
 @dataclass(frozen=True)
@@ -136,13 +140,18 @@ class VertexPoints:
 
     receivers: Receivers
     target: VertexTarget
+    warnings: list[str]
+    beside: "FaceSamples | None" = None
 
     def lit_by(self, solution: "Solution", workers: Workers) -> "VertexPoints":
-        """See `Points.lit_by`: nothing is."""
-        return self
+        """See `Points.lit_by`: by points between vertices."""
+        return replace(self, beside=self.target.wide.lit_by(solution, workers.seed))
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "VertexLight":
         """See `Points.finish`."""
+        names = self.target.wide.coarse(self.beside, self.receivers, irradiance)
+        if names:
+            self.warnings.append(TooCoarse(names))
         return VertexLight(self.receivers, irradiance, self.target)
 
 
@@ -182,20 +191,5 @@ class VertexLight:
         at = self.receivers, target.copies, target.attribute, target.meanwhile
         apart = {attribute_of(target.attribute, name): light.irradiance.value for name, light in self.apart.items()}
         warnings = write_light(self.irradiance.value, *at, apart)
-        return Written(
-            places=[f"{target.attribute} on {counted(len(target.object_names), 'object')}"], warnings=warnings
-        )
-
-
-def too_coarse(receivers: Receivers) -> list[str]:
-    """Warnings of objects with faces wider than all the rest: light within such a face is not seen by its vertices."""
-    from ..addon.photons import region_of
-
-    if len(receivers) == 0:
-        return []
-    widest = region_of(receivers.position).radius
-    return [
-        Advice(f"Object '{target.object_name}' has too few vertices for its size to show light: subdivide it.")
-        for target in receivers.targets
-        if (receivers.footprint[target.receiver_of_element[target.receiver_of_element >= 0]] > widest).any()
-    ]
+        places = [f"{target.attribute} on {counted(len(target.object_names), 'object')}"]
+        return Written(places=places, warnings=warnings)
