@@ -106,7 +106,10 @@ def play(folder: Path) -> Iterator[None]:
     """The performance."""
     pictures.open_demo_scene(folder / "demo.blend")
     yield from pictures.wait(1.0)
+    bpy.context.scene.render.resolution_percentage = 25
+    bpy.ops.wm.save_mainfile()
     truth = _render(folder / "clicks_all_bounces.png", "CYCLES")
+    before = _render(folder / "clicks_before.png")
     rows = []
     for name, target in (("vertices", None), ("camera", 2), ("lightmaps", 1)):
         bpy.ops.wm.open_mainfile(filepath=str(folder / "demo.blend"))
@@ -117,7 +120,6 @@ def play(folder: Path) -> Iterator[None]:
         yield from pictures.wait(1.0)
         bpy.context.scene.render.engine = EEVEE
         bpy.context.scene.photon_bake.quality = "draft"  # for the sake of whoever waits
-        before = _render(folder / f"clicks_{name}_before.png")
         hand, state = Hand(folder, name), pictures.bake_state()
         if target is not None:
             yield from hand.click(is_target, target)
@@ -141,14 +143,14 @@ def play(folder: Path) -> Iterator[None]:
 def _render(path: Path, engine: str = EEVEE) -> Any:
     """Render the scene, and return the picture."""
     render = bpy.context.scene.render
-    kept = render.engine, render.resolution_percentage, render.filepath
-    render.engine, render.resolution_percentage, render.filepath = engine, 25, str(path)
+    kept = render.engine, render.filepath
+    render.engine, render.filepath = engine, str(path)
     bpy.context.scene.eevee.taa_render_samples = 4
     if engine == "CYCLES":
         cycles = bpy.context.scene.cycles
         cycles.samples, cycles.device, cycles.max_bounces, cycles.diffuse_bounces = 24, "CPU", 32, 32
     bpy.ops.render.render(write_still=True)
-    render.engine, render.resolution_percentage, render.filepath = kept
+    render.engine, render.filepath = kept
     return _blocks(path)
 
 

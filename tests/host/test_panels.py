@@ -137,7 +137,7 @@ def properties(empty_scene):
 
 
 SETTINGS = [
-    {"targets": {"vertex", "lightmap", "camera"}},
+    {"targets": {"vertex", "lightmap", "camera", "probes"}},
     {"targets": {"camera"}, "gather": "density"},
     {"targets": {"lightmap"}, "gather": "light_volume", "tracer": "multi_image", "noise": 0.1, "time": 5.0},
     {"targets": {"vertex"}, "gather": "photon_volumes", "n_threads": 3, "max_radius": 1.0},
