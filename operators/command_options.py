@@ -77,6 +77,8 @@ class Options:
         Whether objects whose mesh cannot hold their light get copies.
     refine : RefineOptions or None
         None: meshes stay as they are.
+    fit : bool
+        Whether vertices are fitted to the light over their faces.
     light_group : str
         Whose light is baked alone; empty for all light.
     light_groups : bool
@@ -114,6 +116,7 @@ class Options:
     attribute: str
     copies: bool
     refine: RefineOptions | None
+    fit: bool
     light_group: str
     light_groups: bool
     targets: list[str]
@@ -167,6 +170,8 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         parser.error("--refine is for light on vertices: give --target vertex too")
     if given.refine_budget is not None and given.refine is None:
         parser.error("--refine-budget is for refined meshes: give --refine too")
+    if not given.fit and "vertex" not in targets:
+        parser.error("--no-fit is for light on vertices: give --target vertex too")
     if given.output is not None and targets == ["vertex"]:
         parser.error("--output is for files: give --target lightmap, camera or probes too")
     if targets != ["vertex"] and given.output is None and not loaded_file:
@@ -199,6 +204,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         attribute=given.attribute,
         copies=given.copies,
         refine=refine,
+        fit=given.fit,
         light_group=given.light_group or "",
         light_groups=given.light_groups,
         targets=targets,
@@ -247,6 +253,8 @@ def _parser() -> ArgumentParser:
     add("--refine", type=float, nargs="?", const=TOLERANCE, metavar="TOLERANCE", help=meaning)
     meaning = f"vertices that --refine adds at most; default {BUDGET}"
     add("--refine-budget", type=int, metavar="N", help=meaning)
+    meaning = "store the light at the vertices themselves, not the values that show the light over the faces best"
+    add("--no-fit", dest="fit", action="store_false", help=meaning)
     add("--light-group", type=_name, metavar="NAME", help="bake the light of one light group alone")
     meaning = "bake the light of each light group apart too, by one solve, for the light mixer"
     add("--light-groups", action="store_true", help=meaning)

@@ -27,7 +27,7 @@ from ..addon.errors import TooCoarse
 from ..addon.findings import counted
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
-from ..addon.receivers import ReceiverMesh, Receivers, vertex_receivers
+from ..addon.receivers import ReceiverMesh, Receivers, ShownFaces, face_samples, vertex_receivers
 from ..addon.scene import Scene
 from ..addon.tracers import Tracer
 from .written import Written
@@ -35,6 +35,7 @@ from .written import Written
 if TYPE_CHECKING:
     from ..addon.bake import Solution
     from ..addon.gather import Irradiance
+    from ..addon.output.vertex_light import VertexSamples
     from ..addon.refinement import FaceSamples
 
 
@@ -49,11 +50,14 @@ class WantedVertices:
         Whether objects whose mesh cannot hold their light get copies with meshes of their own.
     groups : tuple of str
         Light groups that may get attributes of their own; empty where all light is baked together.
+    fit : bool
+        Whether values are those that show the light over the faces best, or the light at the vertices themselves.
     """
 
     attribute: str = "Indirect"
     copies: bool = False
     groups: tuple[str, ...] = ()
+    fit: bool = True
 
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -75,7 +79,7 @@ class WantedVertices:
         if names is None:
             warn_of_shared_light(shown_meshes(depsgraph), Warnings(warnings))
         read, wide = _as_read(objects, meshes), WideFaces.of(objects, meshes, depsgraph)
-        return VertexTarget(meshes, [], self.attribute, read, wide)
+        return VertexTarget(meshes, [], self.attribute, read, wide, self.fit)
 
     def _with_copies(
         self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -97,8 +101,8 @@ class WantedVertices:
         meshes += receiver_meshes(others, depsgraph, warnings, names is not None, progress=progress)
         owners = [obj for obj in objects if obj in copied or obj in flawed]
         copies = read_copies(owners, depsgraph, Warnings(warnings), names is not None)
-        wide = WideFaces.of(own, meshes, depsgraph)
-        return VertexTarget(meshes, copies, self.attribute, _as_read([*replaceable, *others], meshes), wide)
+        wide, meanwhile = WideFaces.of(own, meshes, depsgraph), _as_read([*replaceable, *others], meshes)
+        return VertexTarget(meshes, copies, self.attribute, meanwhile, wide, self.fit)
 
 
 def _as_read(objects: list[Any], meshes: list[ReceiverMesh]) -> list[AsRead]:
@@ -109,8 +113,8 @@ def _as_read(objects: list[Any], meshes: list[ReceiverMesh]) -> list[AsRead]:
 
 @dataclass(frozen=True)
 class VertexTarget:
-    """Meshes whose vertices or corners get light, those that get copies with it, the name of the attribute, the
-    objects of the meshes, and the widest faces of them.
+    """Meshes whose vertices or corners get light, those that get copies with it, the name of the attribute, the objects
+    of the meshes, the widest faces of them, and whether light is fitted to faces.
     """
 
     meshes: list[ReceiverMesh]
@@ -118,6 +122,7 @@ class VertexTarget:
     attribute: str
     meanwhile: list[AsRead]
     wide: WideFaces
+    fit: bool = True
 
     @property
     def object_names(self) -> list[str]:
@@ -130,18 +135,51 @@ class VertexTarget:
 
     def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "VertexPoints":
         """See `Target.points`."""
-        receivers = vertex_receivers([*self.meshes, *(copy.mesh for copy in self.copies)])
-        return VertexPoints(receivers, self, warnings)
+        meshes = [*self.meshes, *(copy.mesh for copy in self.copies)]
+        vertices = vertex_receivers(meshes, all_shown=self.fit)
+        faces = ShownFaces.of(meshes, vertices.targets)
+        if not self.fit or not len(faces):
+            return VertexPoints(vertices, vertices, None, self, warnings)
+        return VertexPoints.fitted(vertices, faces, self, tracer, workers, warnings)
 
 
 @dataclass(frozen=True)
 class VertexPoints:
-    """Receivers at vertices."""
+    """Receivers at vertices, and of light that is fitted to faces, samples of these after them.
+
+    Attributes
+    ----------
+    receivers, vertices : Receivers
+        All, and those at vertices.
+    samples : VertexSamples or None
+    target : VertexTarget
+    """
 
     receivers: Receivers
+    vertices: Receivers
+    samples: "VertexSamples | None"
     target: VertexTarget
     warnings: list[str]
     beside: "FaceSamples | None" = None
+
+    @staticmethod
+    def fitted(
+        vertices: Receivers,
+        faces: ShownFaces,
+        target: VertexTarget,
+        tracer: Tracer,
+        workers: Workers,
+        warnings: list[str],
+    ) -> "VertexPoints":
+        """Of vertices, with samples of the faces between them."""
+        from ..addon.output.vertex_light import VertexSamples
+        from ..addon.photons import region_of
+
+        extent = 2 * region_of(vertices.position).radius
+        samples, hidden = face_samples(faces, vertices, extent, tracer, workers)
+        receivers = Receivers.join([vertices, samples.receivers(faces, vertices.targets)])
+        names = [one.object_name for one in vertices.targets]
+        return VertexPoints(receivers, vertices, VertexSamples(faces, samples, hidden, names), target, warnings)
 
     def lit_by(self, solution: "Solution", workers: Workers) -> "VertexPoints":
         """See `Points.lit_by`: by points between vertices."""
@@ -149,19 +187,38 @@ class VertexPoints:
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "VertexLight":
         """See `Points.finish`."""
-        names = self.target.wide.coarse(self.beside, self.receivers, irradiance)
+        from ..addon.output.vertex_light import finish_vertices
+
+        light, residuals, n_samples = irradiance, dict[str, float](), 0
+        if self.samples is not None:
+            finished = finish_vertices(irradiance, self.samples, workers)
+            light, residuals, n_samples = finished.irradiance, finished.residuals, len(self.samples.samples)
+        names = self.target.wide.coarse(self.beside, self.vertices, light)
         if names:
             self.warnings.append(TooCoarse(names))
-        return VertexLight(self.receivers, irradiance, self.target)
+        return VertexLight(self.vertices, light, self.target, residuals, n_samples)
 
 
 @dataclass(frozen=True)
 class VertexLight:
-    """Light of vertices, and that of light groups apart."""
+    """Light of vertices, and that of light groups apart.
+
+    Attributes
+    ----------
+    face_residuals : dict of str to float
+        Of each object that light was fitted to: how far it is from linear between the vertices, root mean square over
+        the faces as a share of its mean. Where that is much, the mesh is too coarse to show its light.
+    n_samples : int
+        Of faces.
+    apart : dict of str to VertexLight
+        Of each light group.
+    """
 
     receivers: Receivers
     irradiance: "Irradiance"
     target: VertexTarget
+    face_residuals: dict[str, float] = field(default_factory=dict)
+    n_samples: int = 0
     apart: "Mapping[str, VertexLight]" = field(default_factory=dict)
 
     @staticmethod
@@ -178,7 +235,8 @@ class VertexLight:
 
     @property
     def counts(self) -> dict[str, int]:
-        return {"baked_copies": len(self.target.copies)} if self.target.copies else {}
+        counts = {"baked_copies": len(self.target.copies), "face_samples": self.n_samples}
+        return {name: n for name, n in counts.items() if n}
 
     def concerns(self) -> list[str]:
         """See `Product.concerns`."""
