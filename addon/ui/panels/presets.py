@@ -18,6 +18,7 @@ VALUES = [
     *(f"bake.camera.{knob.name}" for knob in CAMERA_KNOBS if knob.name not in _NAMES),
     *(f"bake.probes.{knob.name}" for knob in PROBE_KNOBS if knob.name not in _NAMES),
     "bake.bake_copies",
+    "bake.fit",
     "bake.strict",
 ]
 """What a preset keeps of ``scene.photon_bake``."""
