@@ -182,8 +182,8 @@ class VertexPoints:
         return VertexPoints(receivers, vertices, VertexSamples(faces, samples, hidden, names), target, warnings)
 
     def lit_by(self, solution: "Solution", workers: Workers) -> "VertexPoints":
-        """See `Points.lit_by`: by points between vertices."""
-        return replace(self, beside=self.target.wide.lit_by(solution, workers.seed))
+        """See `Points.lit_by`: by points between vertices, unless samples of the faces tell of these."""
+        return self if self.samples else replace(self, beside=self.target.wide.lit_by(solution, workers.seed))
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "VertexLight":
         """See `Points.finish`."""
@@ -193,7 +193,7 @@ class VertexPoints:
         if self.samples is not None:
             finished = finish_vertices(irradiance, self.samples, workers)
             light, residuals, n_samples = finished.irradiance, finished.residuals, len(self.samples.samples)
-        names = self.target.wide.coarse(self.beside, self.vertices, light)
+        names = too_coarse(residuals) if self.samples else self.target.wide.coarse(self.beside, self.vertices, light)
         if names:
             self.warnings.append(TooCoarse(names))
         return VertexLight(self.vertices, light, self.target, residuals, n_samples)
@@ -251,3 +251,10 @@ class VertexLight:
         warnings = write_light(self.irradiance.value, *at, apart)
         places = [f"{target.attribute} on {counted(len(target.object_names), 'object')}"]
         return Written(places=places, warnings=warnings)
+
+
+def too_coarse(residuals: "Mapping[str, float]") -> list[str]:
+    """Names of objects whose light is not linear between their vertices, those of the largest residuals first."""
+    from ..addon.refinement import COARSE
+
+    return sorted((name for name, residual in residuals.items() if residual > COARSE), key=lambda name: -residuals[name])

@@ -5,12 +5,13 @@ say of it (`samples`), in rounds that gather the light of all new vertices at on
 of splits, which Blender's side carries out on stored meshes. `coarse` finds the meshes that need it in a bake's light.
 """
 
-from .coarse import WIDEST, FaceSamples
+from .coarse import COARSE, WIDEST, FaceSamples
 from .rounds import BUDGET, TOLERANCE, Refinement, RefineOptions, refine
 from .triangles import Placed, Triangles
 
 __all__ = [
     "BUDGET",
+    "COARSE",
     "TOLERANCE",
     "WIDEST",
     "FaceSamples",

@@ -9,7 +9,7 @@ from ...sampling.vectors import rows
 from .records import Records
 from .weights import Weights
 
-_MOST_CURVED = 4.0  # times the curvature that those around records tell: it is not known beyond
+_MOST_BEYOND = 4.0  # times what those around records tell, squared: light is not known farther beyond them
 _CHUNK = 1 << 15
 
 
@@ -138,9 +138,9 @@ class Spread:
         """
         columns = (self.change2, self.bias2, self.around.arms.distance2, self.around.arms.curve2)
         change2, bias2, distance2, curve2 = weights.mean().apply(np.stack(columns, axis=1)).T
-        slope2 = np.maximum(change2, 0) / np.maximum(distance2, 1e-30)  # over all ways across and along the slope
-        bent = np.minimum(arms.curve2 / np.maximum(curve2, 1e-30), _MOST_CURVED)
-        return slope2 * arms.slope2 + bias2 * bent
+        sloped = np.minimum(arms.slope2 / np.maximum(distance2, 1e-30), _MOST_BEYOND)  # over all ways across and along
+        bent = np.minimum(arms.curve2 / np.maximum(curve2, 1e-30), _MOST_BEYOND)
+        return np.maximum(change2, 0) * sloped + bias2 * bent
 
     def variance(self, records: Records, weights: Weights, arms: Arms) -> np.ndarray:
         """Squared standard error of what receivers take from blended records, (n,).
