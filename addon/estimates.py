@@ -44,20 +44,20 @@ class Estimate:
 
 
 TERMS: dict[str, float] = {
-    "start": 2.2,
+    "start": 1.1,
     "triangles": 1e-05,
     "photons": 3.7e-06,
     "elements": 2e-05,
-    "element rays": 7.6e-06,
-    "gather rays": 1.2e-06,
-    "texels": 1.15e-05,
+    "element rays": 8.7e-06,
+    "gather rays": 1.6e-06,
+    "texels": 1.3e-05,
     "pixels": 1e-05,
-    "nearest photons": 2.8e-07,
-    "cell rays": 0.00016,
+    "nearest photons": 3.1e-07,
+    "cell rays": 0.0001,
 }
 """Seconds of one core that one of each takes."""
 
-_MEGABYTES = {"start": 100.0, "photons": 350e-6, "points": 600e-6, "triangles": 1e-3, "elements": 1e-3}
+_MEGABYTES = {"start": 100.0, "photons": 250e-6, "points": 500e-6, "triangles": 1e-3, "elements": 1e-3}
 """Megabytes that one of each takes."""
 
 _GATHERING, _GATHERING_PIXELS = 28.0, 5.0

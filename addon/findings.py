@@ -85,7 +85,8 @@ def _joined(sentences: list[str], kind: WarningKind) -> Finding:
     several = re.match(r"(\d+) object\(s\)", first)
     if several and known[0]:
         line = f"{counted(int(several[1]), 'object')}: {known[0]}"
-        return Finding(line, tuple(sentences), _names_in(sentences), kind, known[1])
+        names = tuple(getattr(first, "names", ())) or _names_in(sentences)
+        return Finding(line, tuple(sentences), names, kind, known[1])
     subject = _SUBJECT.match(first)
     if not subject and len(sentences) == 1 and known[0]:
         return Finding(known[0], tuple(sentences), (), kind, known[1])

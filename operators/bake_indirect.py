@@ -101,6 +101,7 @@ _WHERE = {
     "vertex": "a color attribute of each mesh",
     "lightmap": "images",
     "camera": "a picture for compositing",
+    "probes": "probes in the air",
 }
 """What light of a target is baked to, for the tooltip."""
 

@@ -232,7 +232,7 @@ def _parser() -> ArgumentParser:
     parser = ArgumentParser(
         prog=COMMAND,
         description="Bake indirect light by photon mapping. Without options: every renderable mesh object, "
-        "quality medium, into the colour attribute Indirect. The panel's settings in the file are not read.",
+        "quality medium, into the color attribute Indirect. The panel's settings in the file are not read.",
         epilog="Exit status: 0 done, 1 failed, 2 bad usage, 130 cancelled.",
         allow_abbrev=False,
     )
@@ -243,7 +243,7 @@ def _parser() -> ArgumentParser:
     add("--objects", type=_names, action="extend", metavar="NAME[,NAME…]", help=meaning)
     meaning = "an object to bake, with commas in its name if it has any; repeatable"
     add("--object", type=_name, dest="objects", action="append", metavar="NAME", help=meaning)
-    add("--attribute", type=_name, default="Indirect", metavar="NAME", help="colour attribute; default %(default)s")
+    add("--attribute", type=_name, default="Indirect", metavar="NAME", help="color attribute; default %(default)s")
     meaning = "give objects whose mesh cannot hold their light copies with meshes of their own"
     add("--copies", action="store_true", help=meaning)
     meaning = (

@@ -103,7 +103,7 @@ def check_color_attribute(objects: "Iterable[bpy.types.Object]", attribute_name:
     """
     if not attribute_name or attribute_name.startswith(".") or len(attribute_name.encode()) > MAX_NAME_BYTES:
         raise BakeError(
-            f"'{attribute_name}' cannot name a colour attribute: choose a name of 1 to {MAX_NAME_BYTES} bytes that "
+            f"'{attribute_name}' cannot name a color attribute: choose a name of 1 to {MAX_NAME_BYTES} bytes that "
             "does not start with a dot."
         )
     if attribute_name in BUILT_IN:
@@ -113,7 +113,7 @@ def check_color_attribute(objects: "Iterable[bpy.types.Object]", attribute_name:
         existing = obj.data.attributes.get(attribute_name)
         if existing is not None and not _is_color(existing):
             raise BakeError(
-                f"Object '{obj.name}' has an attribute '{attribute_name}' that is not a colour: choose another "
+                f"Object '{obj.name}' has an attribute '{attribute_name}' that is not a color: choose another "
                 "attribute name, or remove that one."
             )
         if attribute_name in obj.vertex_groups:

@@ -114,7 +114,7 @@ def _node_factor(light: "bpy.types.Light", name: str, warnings: Warnings) -> np.
     if factor is None:
         warnings.add(
             f"Light '{name}': its nodes give a light that differs by direction or distance, which cannot be baked yet, "
-            "so its own colour and power are baked: give its Emission node one colour and strength."
+            "so its own color and power are baked: give its Emission node one color and strength."
         )
         return np.ones(3)
     return factor

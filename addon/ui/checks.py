@@ -22,7 +22,7 @@ SOON = 0.3
 _REST = 20.0
 """Times the time that a check took, until the next one begins."""
 
-SLOW, MANY = 0.5, 5_000
+SLOW, MANY = 0.2, 3_000
 """Seconds that a check may take, and objects that a scene may have, to be checked without being asked."""
 
 
@@ -44,6 +44,9 @@ class Checks:
     """The last check of each scene of the open file."""
 
     def __init__(self) -> None:
+        self._begin()
+
+    def _begin(self) -> None:
         self._of_scene: dict[int, Checked] = {}
         self._changed: set[int] = set()
         self._wanted: tuple[int, str] | None = None
@@ -93,7 +96,7 @@ class Checks:
         """Another file is opened, or the extension is turned off."""
         if bpy.app.timers.is_registered(self._make_wanted):
             bpy.app.timers.unregister(self._make_wanted)
-        self.__init__()  # type: ignore[misc]
+        self._begin()
 
 
 def asked_of(scene: Any, view_layer: Any) -> Asked:

@@ -119,6 +119,8 @@ class BakeState:
     def forget(self) -> None:
         """Another file is open: its scenes were never baked."""
         self._outcomes.clear()
+        if not self.running:
+            self.outcome = Outcome()
 
     @property
     def running(self) -> bool:

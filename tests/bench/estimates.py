@@ -10,6 +10,7 @@ of our own: another scene may well take twice as long or half, for its gloss, it
 
 import json
 import os
+import subprocess
 import sys
 import tempfile
 from dataclasses import asdict, replace
@@ -17,6 +18,7 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+from figures import table
 from photon_bake.addon.estimates import TERMS, Work, estimate, terms_of
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.settings import BakeSettings, settings_for
@@ -140,6 +142,15 @@ def rows_of(measured):
             ]
         )
     return rows
+
+
+def tables(scenes, options):
+    """The table of all cases, as texts of Markdown."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "measured.json")
+        subprocess.run([sys.executable, __file__, path], check=True)
+        measured = json.loads(path.read_text())
+    return [table("Time and memory foretold", HEAD, rows_of(measured))]
 
 
 if __name__ == "__main__":

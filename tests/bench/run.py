@@ -22,6 +22,7 @@ import bpy
 import camera_pass
 import caustics
 import equal_error
+import estimates
 import extraction
 import light_groups
 import light_volume
@@ -151,6 +152,7 @@ PARTS = {
     "lightmap_speed": lambda scenes, _: lightmap_rival.tables(scenes),
     "light_groups": lambda scenes, _: light_groups.tables(scenes),
     "camera": lambda scenes, _: camera_pass.tables(scenes),
+    "estimates": estimates.tables,
 }
 
 

@@ -1,7 +1,7 @@
 """Warnings of a kind are one line, whatever they name."""
 
 import pytest
-from photon_bake.addon.errors import Advice, Missing
+from photon_bake.addon.errors import Advice, Missing, TooCoarse
 from photon_bake.addon.findings import counted, grouped
 
 
@@ -62,6 +62,15 @@ def test_one_is_said_by_its_name():
 def test_a_list_in_a_sentence_is_counted():
     (finding,) = grouped(["3 object(s) are not meshes and got no light ('A', 'B', 'C'): turn on Bake Copies, or …"])
     assert finding.line == "3 objects: not a mesh" and finding.names == ("A", "B", "C")
+
+
+def test_meshes_too_coarse_are_all_named():
+    """Their sentence has five names, their button refines all."""
+    (finding,) = grouped([TooCoarse(f"Wall {i}" for i in range(12))])
+    assert finding.line == "12 objects: too few vertices" and finding.remedies == ("refine",)
+    assert finding.names == tuple(f"Wall {i}" for i in range(12))
+    (finding,) = grouped([TooCoarse(["Wall"])])
+    assert finding.line == "Wall: too few vertices" and finding.names == ("Wall",)
 
 
 def test_kinds_stay_apart_and_in_order():

@@ -249,6 +249,6 @@ def _side(pieces: Sequence[Piece], density: float) -> float:
 
 def _limited(whose: str, needed: str, density: float, settings: LightmapSettings) -> str:
     return Advice(
-        f"The lightmap of {whose} has {density:.3g} texels a metre instead of {settings.density:g}, for which it would "
+        f"The lightmap of {whose} has {density:.3g} texels a meter instead of {settings.density:g}, for which it would "
         f"have to be {needed} texels wide: raise Max Size, or lower Density."
     )

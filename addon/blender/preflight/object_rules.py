@@ -22,7 +22,7 @@ _NEW_MESH = {"REMESH", "SKIN"}
 """Modifiers that leave nothing of the mesh that they are given."""
 
 _FEW_FACES = 100
-_LARGE = 0.25
+_LARGE = 0.4
 """An object of fewer faces whose size is more than this share of the scene's is too coarse for light on vertices."""
 
 _SPARE_NODES = {"GeometryNodeRealizeInstances"}

@@ -9,7 +9,7 @@ from .found import Found, of_bake
 def _targets(asked: Asked) -> list[Found]:
     if asked.targets:
         return []
-    return of_bake("Nothing to bake to", "Choose Vertices, Lightmaps or Camera above.")
+    return of_bake("Nothing to bake to", "Choose above what to bake to.")
 
 
 def _selection(asked: Asked) -> list[Found]:
@@ -23,8 +23,8 @@ def _selection(asked: Asked) -> list[Found]:
 def _meshes(asked: Asked) -> list[Found]:
     if asked.selected_only or asked.meshes or (asked.copies and asked.chosen) or not asked.targets:
         return []
-    if asked.targets == {"camera"}:
-        return of_bake("No mesh is there", "The camera would see no surface.", blocks=False)
+    if not asked.targets & {"vertex", "lightmap"}:
+        return of_bake("No mesh is there", "There is no surface that light could bounce off.", blocks=False)
     return of_bake("No mesh is there", "The scene has no mesh object that renders show.")
 
 

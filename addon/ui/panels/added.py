@@ -10,7 +10,7 @@ Draw = Callable[[Any, Any], None]
 """Draws into a layout, for a context."""
 
 ADDED: Mapping[str, tuple[Draw, ...]] = {
-    "bake": (draw_baked_light, draw_mixer),  # under the last bake's outcome
+    "bake": (draw_baked_light, draw_mixer),  # under the settings
     "vertices": (),
     "lightmaps": (draw_remove_lightmaps,),
     "camera": (),

@@ -41,7 +41,7 @@ def _draw_worth(column: Any, outcome: Outcome, width: int) -> None:
     if outcome.black and outcome.result and not no_light and (outcome.places or outcome.files):
         draw_sentence(column, "All black: light has nothing to bounce off.", "ERROR", width)
     elif outcome.noise >= NOISY:
-        draw_sentence(column, f"Noise {outcome.noise:.0%}: raise Quality, or set a Noise.", "INFO", width)
+        column.label(text=f"Noise {outcome.noise:.0%}; for less:", icon="INFO")
         row = column.row(align=True)
         for remedy in ("quality", "noise"):
             button = row.operator("photon_bake.remedy", text=REMEDIES[remedy][0])

@@ -3,7 +3,7 @@
 import bpy
 from bl_ui.utils import PresetPanel
 
-from ..properties import CAMERA_KNOBS, KNOBS, LIGHTMAP_KNOBS
+from ..properties import CAMERA_KNOBS, KNOBS, LIGHTMAP_KNOBS, PROBE_KNOBS
 
 SUBFOLDER = "photon_bake"
 """Of Blender's folder of presets."""
@@ -16,7 +16,9 @@ VALUES = [
     *(f"bake.{knob.name}" for knob in KNOBS),
     *(f"bake.lightmap.{knob.name}" for knob in LIGHTMAP_KNOBS if knob.name not in _NAMES),
     *(f"bake.camera.{knob.name}" for knob in CAMERA_KNOBS if knob.name not in _NAMES),
+    *(f"bake.probes.{knob.name}" for knob in PROBE_KNOBS if knob.name not in _NAMES),
     "bake.bake_copies",
+    "bake.fit",
     "bake.strict",
 ]
 """What a preset keeps of ``scene.photon_bake``."""
