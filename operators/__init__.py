@@ -4,7 +4,7 @@ import bpy
 
 from ..addon.blender import render_graph
 from ..addon.ui.state import bake_state
-from . import command_line
+from . import command_line, export_gltf
 from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, stop_watched
 from .cancel import PHOTON_BAKE_OT_cancel
 from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
@@ -28,6 +28,7 @@ def register() -> None:
     """Add the operators and the command."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
+    export_gltf.register()
     command_line.register()
 
 
@@ -37,6 +38,7 @@ def unregister() -> None:
     bake_state.cancel()  # one that a script runs
     bake_state.stop()
     command_line.unregister()
+    export_gltf.unregister()
     render_graph.unregister()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)
