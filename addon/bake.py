@@ -1,5 +1,6 @@
 """One bake, stage by stage: photons are traced, receivers gather them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
@@ -34,6 +35,7 @@ from .photons import (
     PathKind,
     Photons,
     Source,
+    Sphere,
     bounces_left,
     guide_sources,
     light_sources,
@@ -109,6 +111,27 @@ def solve(
     started : float, s
         When the time began that the settings give, by `time.perf_counter`; without it, now.
     """
+    return solve_apart(scene, [scene], receivers, settings, tracer, progress, inspector, photon_tracer, started)[0]
+
+
+def solve_apart(
+    scene: Scene,
+    lit: Sequence[Scene],
+    receivers: Receivers,
+    settings: BakeSettings,
+    tracer: Tracer,
+    progress: Progress | None = None,
+    inspector: Inspector | None = None,
+    photon_tracer: Tracer | None = None,
+    started: float | None = None,
+) -> "list[Solution]":
+    """`solve` for several lights, each with as many photons as the settings say; they share what has no light in it.
+
+    Parameters
+    ----------
+    lit : sequence of Scene
+        `scene` with a part of its lights each, by `Scene.lit_by`.
+    """
     progress, inspector = progress or Progress(), inspector or Inspector()
     _check(receivers, settings)
     started = started or perf_counter()
@@ -118,16 +141,38 @@ def solve(
     of_photons = LightTracer(scene, photon_tracer, progress) if photon_tracer else light_tracer
 
     # See where gather rays end, so that photons go there
-    home, survey = region, None
+    survey = None
     if settings.needs_cache:
         survey = survey_surfaces(scene, light_tracer, receivers, region, settings.n_cache_elements, workers)
-        home = survey.home
+    deadline = started + settings.time if settings.time else np.inf
+    n = len(lit)
+    return [
+        _solved(one, light_tracer, of_photons, receivers, region, survey, settings, part, inspector, deadline, n)
+        for one, part in zip(lit, workers.parts(n), strict=True)
+    ]
+
+
+def _solved(
+    scene: Scene,
+    light_tracer: LightTracer,
+    of_photons: LightTracer,
+    receivers: Receivers,
+    region: Sphere,
+    survey: Survey | None,
+    settings: BakeSettings,
+    workers: Workers,
+    inspector: Inspector,
+    deadline: float,
+    n_lights: int,
+) -> "Solution":
+    """The light of a scene, which is one of so many that have the time together."""
+    home = survey.home if survey else region
     sources = light_sources(scene, region if region.radius > 0 else home)
     emitters, noise = sources, 0.0
     if survey:
         guided, seconds = _guided(scene, of_photons, sources, survey, settings, workers)
         if settings.time:
-            settings = affordable(settings, pilots_for(settings.n_photons) / seconds)
+            settings = affordable(settings, pilots_for(settings.n_photons) / seconds / n_lights)
         emitters, noise = list[Source](guided), noise_of_photons(guided, settings.n_photons)
 
     rest = workers.part(_PILOT_PART if survey else 0.0, 1.0)
@@ -139,7 +184,6 @@ def solve(
     )
     inspector.see("photons", lambda: (photons.position + LIFT * region.radius * photons.normal, photons.power))
     left, direct = bounces_left(emitters, n_photons, photons), DirectLight(scene, light_tracer, sources)
-    deadline = started + settings.time if settings.time else np.inf
     light = photons, left, noise, sources, direct, survey, mid_air
     return Solution(scene, receivers, settings, light_tracer, *light, workers, inspector, deadline)
 
@@ -208,14 +252,18 @@ class Solution:
 
     def irradiance(self) -> Irradiance:
         """The light at the receivers."""
-        if self.settings.gather == "final":
-            light, counts = self._by_final_gather()
-        elif self.settings.gather == "light_volume":
-            light, counts = self._by_light_volume()
-        elif self.settings.gather == "photon_volumes":
-            light, counts = self._by_photon_volumes()
-        else:
-            light, counts = self._by_density()
+        return irradiances([self], self.workers)[0]
+
+    def _gathered(self) -> tuple[Estimate, dict[str, int]]:
+        """Indirect light by another gather than the final one, and what it counted."""
+        if self.settings.gather == "light_volume":
+            return self._by_light_volume()
+        if self.settings.gather == "photon_volumes":
+            return self._by_photon_volumes()
+        return self._by_density()
+
+    def _with_direct(self, light: Estimate, counts: dict[str, int]) -> Irradiance:
+        """Indirect light, and direct light if it is asked for."""
         passes, slope = {"indirect": light.irradiance}, light.slope
         if self.settings.add_direct:
             at = self.scene, self.direct, self.receivers
@@ -226,6 +274,18 @@ class Solution:
         value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
         counts = {"receivers": len(value), "stored_photons": len(self.photons), **counts}
         return Irradiance(value, light.stderr, passes, counts, slope, light.gathered)
+
+    def gather(self, receivers: Receivers) -> Irradiance:
+        """The light at other receivers (at least one) on the same surfaces, by the same photons and cache.
+
+        Raises
+        ------
+        Cancelled
+            If the bake's progress was cancelled.
+        """
+        other = replace(self, receivers=receivers, mid_air=None)
+        other.__dict__["rays"] = self.rays
+        return other.irradiance()
 
     @cached_property
     def rays(self) -> GatherRays | None:
@@ -251,18 +311,6 @@ class Solution:
         n_rays = self.settings.n_cache_rays if beyond or self.bounces_left is None else 0
         cache = build_radiance_cache(scene, tracer, photons, direct, self.survey, n_rays, workers, beyond)
         return GatherRays(scene, tracer, direct, cache, beyond)
-
-    def _by_final_gather(self) -> tuple[Estimate, dict[str, int]]:
-        """Photons and direct light make a radiance cache; rays from some receivers gather from it, for all."""
-        of = self.settings
-        effort = Effort(of.n_gather_rays, of.noise, self.deadline, of.interpolate, of.gather_share, besides=self.noise)
-        extent = max(2 * region_of(self.receivers.position).radius, _LEAST_EXTENT)
-        at, surfaces = self.receivers, self.tracer.surfaces
-        gather = FinalGather(self._must_gather(), at, effort, extent, surfaces, self.workers)
-        caustics = self._caustics(gather)
-        gathered = gather.finish()
-        counts = {"gather_points": gathered.n_records, "gather_rays": gathered.n_rays}
-        return _sum(gathered.light.with_noise(self.noise), counts, caustics)
 
     def _by_light_volume(self) -> tuple[Estimate, dict[str, int]]:
         """A coarse but smooth grid takes up photons, or what rays gather; caustics, which are sharp, stay out of it."""
@@ -331,6 +379,33 @@ class Solution:
     def _density(self, photons: Photons, n_nearest: int) -> PhotonDensity:
         r_max = self.settings.max_radius or search_radius(photons, region_of(self.receivers.position), n_nearest)
         return PhotonDensity(self.tracer, photons, n_nearest, r_max, self.workers)
+
+
+def irradiances(solutions: Sequence[Solution], workers: Workers) -> list[Irradiance]:
+    """The light at the receivers of each of several solutions, which are for the same ones."""
+    if solutions[0].settings.gather == "final":
+        gathered = _by_final_gather(solutions, workers)
+    else:
+        gathered = [solution._gathered() for solution in solutions]
+    return [solution._with_direct(*of_one) for solution, of_one in zip(solutions, gathered, strict=True)]
+
+
+def _by_final_gather(solutions: Sequence[Solution], workers: Workers) -> list[tuple[Estimate, dict[str, int]]]:
+    """Photons and direct light make a radiance cache; rays from some receivers gather from it, for all.
+
+    The rays are the same for all solutions: they take what each cache has where they end.
+    """
+    first, noises = solutions[0], tuple(solution.noise for solution in solutions)
+    of, at = first.settings, first.receivers
+    effort = Effort(of.n_gather_rays, of.noise, first.deadline, of.interpolate, of.gather_share, besides=noises)
+    extent = max(2 * region_of(at.position).radius, _LEAST_EXTENT)
+    rays = GatherRays.beside([solution._must_gather() for solution in solutions])
+    gather = FinalGather(rays, at, effort, extent, first.tracer.surfaces, workers)
+    caustics = [solution._caustics(gather) for solution in solutions]
+    gathered = gather.finish()
+    counts = {"gather_points": gathered.n_records, "gather_rays": gathered.n_rays}
+    lights = zip(gathered.lights, noises, caustics, strict=True)
+    return [_sum(light.with_noise(noise), counts, caustic) for light, noise, caustic in lights]
 
 
 def _sum(light: Estimate, counts: dict[str, int], caustics: tuple[Estimate, int]) -> tuple[Estimate, dict[str, int]]:

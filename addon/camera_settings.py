@@ -34,7 +34,11 @@ class CameraSettings:
     n_pixel_samples: int = knob(8, "Rays through a pixel with an edge in it; half as many go through others", 1, 1024)
     n_gloss_rays: int = knob(32, "Rays of a pixel that is all gloss; others send fewer in proportion", 2, 4096)
     pass_denoiser: PassDenoiser = "auto"
-    file_name: str = knob("indirect_####", "Name of the files, # standing for the digits of the frame")
+    file_name: str = knob(
+        "{file}_{scene}_indirect_####",
+        "Name of the files, # standing for the digits of the frame, {file} for the .blend file's name and {scene} for "
+        "the scene's",
+    )
     precision: Precision = "half"
     compression: Compression = "zip"
 

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-from .knobs import check_knobs, knob
+from .knobs import Zero, check_knobs, knob
 
-AtlasKind = Literal["per_object", "shared"]
+AtlasKind = Literal["auto", "per_object", "shared"]
 LightmapFormat = Literal["exr_half", "exr_float", "hdr", "rgbm", "rgbd"]
 DenoiserName = Literal["auto", "oidn", "own", "none"]
 
@@ -21,7 +21,7 @@ LARGEST_SIZE = 16_384
 LIGHTMAP_FOLDER = "lightmaps"
 """Where files go that nobody gave a folder for: beside the .blend file."""
 
-MADE_UV_MAP = "Lightmap"
+MADE_UV_MAP = "Photon Bake"
 """Name of the UV map that is made where none is chosen; one of that name is made anew in each bake."""
 
 
@@ -35,11 +35,18 @@ class LightmapSettings:
         If a value is out of its range, naming the knob and the range.
     """
 
-    atlas: AtlasKind = "per_object"
+    atlas: AtlasKind = "auto"
     uv_map: str = knob("", f"UV map that is used as it lies; empty: one is made, named {MADE_UV_MAP}")
-    density: float = knob(16.0, "Texels a metre, where Size is 0", 0.01, 4096.0)
-    size: int = knob(0, "Texels along a side of every image, filled; 0: as many as Density asks for", 0, LARGEST_SIZE)
-    max_size: int = knob(2048, "Most texels along a side that Density may ask for", 16, LARGEST_SIZE)
+    density: float = knob(16.0, "Texels per meter, where no Size is given", 0.01, 4096.0, "texels/m")
+    size: int = knob(
+        0,
+        "Texels along a side of every image, filled",
+        0,
+        LARGEST_SIZE,
+        "px",
+        Zero("Auto", "takes as many as Density asks for", 1024),
+    )
+    max_size: int = knob(2048, "Most texels along a side that Density may ask for", 16, LARGEST_SIZE, "px")
     padding: int = knob(0, "Mip level down to which charts stay apart: 2^level texels lie around each", 0, 6)
     file_format: LightmapFormat = "exr_half"
     value_range: float = knob(8.0, "Brightest light that RGBM and RGBD can store", 0.01, 1e6)

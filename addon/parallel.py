@@ -48,6 +48,10 @@ class Workers:
         """The same workers, whose stages are a part of the stages."""
         return replace(self, progress=self.progress.part(start, end))
 
+    def parts(self, n: int) -> "list[Workers]":
+        """The same workers n times, whose stages are equal parts of the stages."""
+        return [self.part(i / n, (i + 1) / n) if n > 1 else self for i in range(n)]
+
     def chunks(
         self,
         stage: str,

@@ -6,7 +6,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from .errors import BakeError
-from .knobs import check_knobs, knob
+from .knobs import Zero, check_knobs, knob
 
 Gather = Literal["final", "density", "light_volume", "photon_volumes"]
 TracerName = Literal["embree", "multi_image"]
@@ -37,45 +37,63 @@ class BakeSettings:
         "interpolate: below 1 they get fewer each",
         0.0,
         1.0,
+        "%",
     )
     n_cache_elements: int = knob(60_000, "Surface elements of the radiance cache", 100, 10_000_000)
     n_cache_rays: int = knob(
-        4, "Rays that an element of the radiance cache gathers with; 0 trusts its photons", 0, 4096
+        4,
+        "Rays that an element of the radiance cache gathers with",
+        0,
+        4096,
+        zero=Zero("Off", "trusts its photons", 4),
     )
     n_nearest: int = knob(200, "Photons that a density estimate looks for", 8, 4096)
     max_radius: float = knob(
-        0.0, "Farthest that a density estimate looks, in metres; 0 finds it from the photons' density", 0.0, 1e6
+        0.0,
+        "Farthest that a density estimate looks, in meters",
+        0.0,
+        1e6,
+        "m",
+        Zero("Auto", "finds it from the photons' density", 0.5),
     )
     n_grid_cells: int = knob(48, "Cells of the light volume along its longest side", 4, 256)
     n_volume_rays: int = knob(
-        32, "Rays that each cell of surface gathers the light volume's light with; 0 fills it with photons", 0, 4096
+        32,
+        "Rays that each cell of surface gathers the light volume's light with",
+        0,
+        4096,
+        zero=Zero("Off", "fills it with photons", 32),
     )
     subsample: int = knob(
         4, "Photon volumes light the pixels of every so many-th row and column, between which others interpolate", 1, 64
     )
     n_maps: int = knob(27, "Cube maps that photons are traced through with Multi-Image", 1, 1000)
-    map_size: int = knob(64, "Texels along a side of a cube map's faces, a power of two", 8, 1024)
+    map_size: int = knob(64, "Texels along a side of a cube map's faces, a power of two", 8, 1024, "px")
     interpolate: bool = knob(True, "Gather at few points where light changes slowly, and interpolate the rest")
     noise: float = knob(
         0.0,
-        "Relative noise to reach: the final gather adds rays where they are needed; 0 sends Gather Rays and no more",
+        "Relative noise to reach: the final gather adds rays where they are needed",
         0.0,
         1.0,
+        "%",
+        Zero("Off", "sends Gather Rays and no more", 0.05),
     )
     time: float = knob(
         0.0,
         "Seconds a frame for a final gather to find the best light in; what each point needs at least may take longer",
         0.0,
         1e6,
+        "s",
+        Zero("Off", "takes as long as the other settings need", 60),
     )
-    memory: int = knob(4000, "Megabytes that the bake's working arrays may take", 100, 10_000_000)
+    memory: int = knob(4000, "Megabytes that the bake's working arrays may take", 100, 10_000_000, "MB")
     add_direct: bool = knob(False, "Add the light that comes straight from the lights")
     open_side: bool = knob(
         False,
         "Where a surface's front is shut by another one or sees none, take the light of its back if that is brighter",
     )
     seed: int = knob(0, "The same seed gives the same light, whatever the number of threads", 0, 2**31 - 1)
-    n_threads: int = knob(0, "Threads; 0 takes every core", 0, 1024)
+    n_threads: int = knob(0, "Threads that work", 0, 1024, zero=Zero("Auto", "takes every core", 4))
 
     def __post_init__(self) -> None:
         check_knobs(self, CHOICES)

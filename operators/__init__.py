@@ -4,23 +4,37 @@ import bpy
 
 from ..addon.blender import render_graph
 from ..addon.ui.state import bake_state
-from . import command_line, export_gltf
+from . import baked_light, command_line, export_gltf
+from .add_preset import PHOTON_BAKE_OT_add_preset
 from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, stop_watched
 from .cancel import PHOTON_BAKE_OT_cancel
 from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
 from .export_gltf import PHOTON_BAKE_OT_export_gltf
-from .lightmap_preview import PHOTON_BAKE_OT_hide_lightmaps, PHOTON_BAKE_OT_show_lightmaps
+from .folders import PHOTON_BAKE_OT_choose_folder
+from .guide import PHOTON_BAKE_OT_guide
+from .refine import PHOTON_BAKE_OT_refine, PHOTON_BAKE_OT_restore_meshes, PhotonBakeObjectName
+from .remedy import PHOTON_BAKE_OT_check, PHOTON_BAKE_OT_remedy, PHOTON_BAKE_OT_select_found
 from .remove_copies import PHOTON_BAKE_OT_remove_copies
+from .reset_mixer import PHOTON_BAKE_OT_reset_mixer
 
 CLASSES = (
     PHOTON_BAKE_OT_bake_indirect,
     PHOTON_BAKE_OT_cancel,
-    PHOTON_BAKE_OT_show_lightmaps,
-    PHOTON_BAKE_OT_hide_lightmaps,
+    PHOTON_BAKE_OT_choose_folder,
+    *baked_light.CLASSES,
     PHOTON_BAKE_OT_export_gltf,
     PHOTON_BAKE_OT_add_pass,
     PHOTON_BAKE_OT_remove_pass,
     PHOTON_BAKE_OT_remove_copies,
+    PhotonBakeObjectName,
+    PHOTON_BAKE_OT_refine,
+    PHOTON_BAKE_OT_restore_meshes,
+    PHOTON_BAKE_OT_reset_mixer,
+    PHOTON_BAKE_OT_check,
+    PHOTON_BAKE_OT_select_found,
+    PHOTON_BAKE_OT_remedy,
+    PHOTON_BAKE_OT_add_preset,
+    PHOTON_BAKE_OT_guide,
 )
 
 

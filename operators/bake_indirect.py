@@ -6,19 +6,28 @@ from typing import Any
 
 import bpy
 
+from ..addon.blender.light_layers import group_names
 from ..addon.errors import BakeError, Cancelled
 from ..addon.inspector import Inspector
 from ..addon.progress import Progress
 from ..addon.settings import BakeSettings
+from ..addon.ui.checks import checks, key_of
 from ..addon.ui.debug_views import debug_views
-from ..addon.ui.redraw import redraw_view3d
+from ..addon.ui.outcomes import Outcome
+from ..addon.ui.pace import learn
+from ..addon.ui.redraw import redraw_panels
+from ..addon.ui.staleness import follow, own_changes
 from ..addon.ui.state import bake_state, duration
+from ..addon.ui.status_bar import hide_progress, show_progress
 from .bake_job import BakeJob, Solved, Wanted
+from .baked_light import shown_after_bake
 from .camera_target import WantedCamera
 from .describe import describe
+from .folders import path_of, without_folder
 from .lightmap_target import WantedLightmaps
 from .probe_target import WantedProbes
 from .vertex_target import WantedVertices
+from .written import Written
 
 TICK = 0.1
 """Seconds between two looks at the bake's thread."""
@@ -88,8 +97,16 @@ def stop_watched() -> None:
         watch.stop(bpy.context.window_manager)
 
 
+_WHERE = {
+    "vertex": "a color attribute of each mesh",
+    "lightmap": "images",
+    "camera": "a picture for compositing",
+}
+"""What light of a target is baked to, for the tooltip."""
+
+
 class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
-    """Bake indirect light into a colour attribute"""
+    """Bake indirect light"""
 
     bl_idname = "photon_bake.bake_indirect"
     bl_label = "Bake Indirect"
@@ -101,6 +118,12 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
             name="Bake Copies", description="As the panel's setting", default=False, options={"HIDDEN", "SKIP_SAVE"}
         )
     }
+
+    @classmethod
+    def description(cls, context: Any, properties: Any) -> str:
+        targets = context.scene.photon_bake.targets
+        where = [words for target, words in _WHERE.items() if target in targets]
+        return f"Bake indirect light into {' and '.join(where)}" if where else "Choose first what to bake to"
 
     @classmethod
     def poll(cls, context: Any) -> bool:
@@ -124,6 +147,9 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         """Bake in a thread of its own, so that the window stays awake."""
         if bpy.app.background:
             return self.execute(context)
+        if without_folder(context.scene.photon_bake):
+            bpy.ops.photon_bake.choose_folder("INVOKE_DEFAULT", copies=self.copies)
+            return {"CANCELLED"}
         try:
             self._prepare(context)
         except Exception as error:
@@ -134,15 +160,17 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
 
     def modal(self, context: Any, event: Any) -> set[str]:
         """Show the progress, hear Esc, and write the light when the thread is done."""
-        if event.type == "ESC" and event.value == "PRESS":
+        if event.type == "ESC" and event.value == "PRESS" and _over_view(context, event):
             bake_state.cancel()
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
-        redraw_view3d(context, "UI")
+        redraw_panels(context)
+        show_progress(context)
         if self._watch.alive:
             return {"PASS_THROUGH"}
         self._watch.end(context.window_manager)
+        hide_progress(context)
         try:
             return self._finish()
         except Exception as error:
@@ -151,15 +179,19 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     def cancel(self, context: Any) -> None:
         """Blender ends the operator, because a file is opened or the window is closed."""
         self._watch.stop(context.window_manager)
+        hide_progress(context)
 
     def _prepare(self, context: Any) -> None:
-        properties = context.scene.photon_bake
-        progress = bake_state.start(properties.gather, properties.targets)
+        self._scene, properties = context.scene.name, context.scene.photon_bake
+        progress = bake_state.start(properties.gather, properties.targets, context.scene.session_uid)
+        self._gather, self._foretold = properties.gather, _foretold(context)
+        self._asked = key_of(context.scene)
         copies = self.copies or properties.bake_copies
         wanted, names = wanted_by(properties, copies), None
         if properties.selected_only and properties.targets != {"camera"}:  # a camera sees all objects
             names = selected_objects(context, copies)
-        job = BakeJob.prepare(context, wanted, progress, names, properties.light_group, properties.strict)
+        group, apart = properties.light_group, properties.light_groups == "apart"
+        job = BakeJob.prepare(context, wanted, progress, names, group, properties.strict, apart)
         self._job = job
         job.check_strict()
         job.check_space()
@@ -168,14 +200,20 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     def _finish(self) -> set[str]:
         job, solved = self._job, self._solver.solved()
         assert job is not None  # as it was solved
-        written = job.write(solved, self._solver.progress)
-        result = f"{solved.n_points:,} points in {duration(bake_state.seconds)}"
-        if solved.relative_noise > 0:
-            result += f", noise {solved.relative_noise:.1%}"
-        bake_state.stop(result=result, error=" ".join(written.failures), warnings=job.warnings)
-        for warning in job.warnings:
-            self.report({"WARNING"}, warning)
-        self.report({"INFO"}, f"Baked {result}.")
+        with own_changes():
+            written = job.write(solved, self._solver.progress)
+            scene = bpy.data.scenes.get(self._scene)
+            if scene is not None:
+                job.warnings += shown_after_bake(scene, scene.photon_bake.shown.after_bake)
+        outcome = _outcome(job, solved, written)
+        outcome.asked = self._asked
+        bake_state.stop(outcome)
+        follow(bpy.context.scene)
+        learn(self._gather, self._foretold, bake_state.seconds)
+        if bpy.app.background:  # in a window the panel says them
+            for warning in job.warnings:
+                self.report({"WARNING"}, warning)
+        self.report({"INFO"}, f"Baked {outcome.result}.")
         if written.failures:  # a script's call raises this; what was written stays, and can be undone
             self.report({"ERROR"}, f"{' '.join(written.failures)} The rest was written.")
         return {"FINISHED"}
@@ -183,40 +221,79 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     def _fail(self, error: Exception) -> set[str]:
         """End without light; a script's call raises the sentence."""
         if isinstance(error, Cancelled):
-            bake_state.stop(result="Cancelled.")
+            bake_state.stop(Outcome(result="Cancelled."))
             return {"CANCELLED"}
         sentence = describe(error)
-        bake_state.stop(error=sentence, warnings=self._job.warnings if self._job else [])
+        bake_state.stop(Outcome(error=sentence, warnings=self._job.warnings if self._job else []))
         self.report({"ERROR"}, sentence)
         return {"CANCELLED"}
+
+
+def _foretold(context: Any) -> float:
+    """Seconds that the bake is expected to take; 0 where a fault of the check's should not stop it."""
+    try:
+        return checks.make(context.scene, context.view_layer).estimate.seconds
+    except Exception as error:
+        describe(error)
+        return 0.0
+
+
+def _over_view(context: Any, event: Any) -> bool:
+    """Whether the pointer is over a 3D view: elsewhere Esc means something else."""
+    return any(
+        area.type == "VIEW_3D"
+        and 0 <= event.mouse_x - area.x < area.width
+        and 0 <= event.mouse_y - area.y < area.height
+        for area in context.screen.areas
+    )
+
+
+def _outcome(job: BakeJob, solved: Solved, written: Written) -> Outcome:
+    """What the panel says of a bake that was written."""
+    light = solved.irradiance.value
+    result = f"{solved.n_points:,} points in {duration(bake_state.seconds)}"
+    if solved.relative_noise > 0:
+        result += f", noise {solved.relative_noise:.1%}"
+    return Outcome(
+        result=result,
+        error=" ".join(written.failures),
+        warnings=job.warnings,
+        places=written.places,
+        files=written.files,
+        noise=solved.relative_noise,
+        black=bool(len(light)) and not light.any(),
+    )
 
 
 def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
     """What the panel asks for; with copies of objects whose mesh cannot hold their light, or without."""
     wanted: list[Wanted] = []
+    groups = _groups(properties)
     if "lightmap" in properties.targets:
-        folder = _folder(properties.lightmap.folder, "the lightmaps have")
+        folder = path_of(properties.lightmap.folder, "the lightmaps have")
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
-        wanted.append(WantedLightmaps(properties.lightmap.settings(), folder, scene))
+        wanted.append(WantedLightmaps(properties.lightmap.settings(), folder, scene, groups=groups))
     if "camera" in properties.targets:
-        folder = _folder(properties.camera.folder, "the camera's pass has")
-        wanted.append(WantedCamera(properties.camera.settings(), folder))
+        folder = path_of(properties.camera.folder, "the camera's pass has")
+        wanted.append(WantedCamera(properties.camera.settings(), folder, groups))
     if "probes" in properties.targets:
-        folder = _folder(properties.probes.folder, "the probes have")
+        folder = path_of(properties.probes.folder, "the probes have")
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
         wanted.append(WantedProbes(properties.probes.settings(), folder, scene))
     if "vertex" in properties.targets:
-        wanted.append(WantedVertices(properties.attribute, copies))
+        wanted.append(WantedVertices(properties.attribute, copies, groups))
     if not wanted:
         raise BakeError("Nothing is chosen to bake to: choose Vertices, Lightmaps, Camera or Probes.")
     return wanted
 
 
-def _folder(folder: str, what_has: str) -> Path:
-    """A folder that the panel names, as a path."""
-    if folder.startswith("//") and not bpy.data.filepath:
-        raise BakeError(f"The file was never saved, so {what_has} no folder: save it, or choose a Folder.")
-    return Path(bpy.path.abspath(folder))
+def _groups(properties: Any) -> tuple[str, ...]:
+    """The light groups that are baked apart; none where they are not."""
+    if properties.light_groups == "one" and not properties.light_group:
+        raise BakeError("No light group is chosen to bake alone: choose a Light Group, or bake All Together.")
+    if properties.light_groups != "apart":
+        return ()
+    return group_names(bpy.context.view_layer, properties.attribute if "vertex" in properties.targets else "")
 
 
 def selected_objects(context: Any, copies: bool) -> list[str]:

@@ -1,8 +1,8 @@
 """A bake in three steps, for the button, for scripts and for the command line: one solve for all that is asked for."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Protocol
@@ -22,6 +22,7 @@ from ..addon.receivers import AttributeTarget, Receivers
 from ..addon.scene import Scene
 from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
+from ..addon.ui.mixer_properties import set_layers
 from ..addon.ui.state import duration
 from .camera_target import CameraTarget
 from .describe import describe
@@ -61,6 +62,10 @@ class Product(Protocol):
 
     @property
     def counts(self) -> dict[str, int]: ...
+
+    @staticmethod
+    def together(apart: "Mapping[str, Any]") -> "Product":
+        """What has the light of all light groups, and that of each apart, from those of each by their names."""
 
     def concerns(self) -> list[str]:
         """What writing it now would have to warn of; for the main thread."""
@@ -183,6 +188,10 @@ class BakeJob:
         Where objects stood.
     strict : bool
         Whether any other warning than advice stops the bake, before anything is written.
+    groups : dict of str to Scene
+        The scene as each light group lights it; empty where all light is baked together.
+    of_scene : str
+        Name of Blender's scene.
     """
 
     scene: Scene
@@ -191,6 +200,8 @@ class BakeJob:
     counts: dict[str, int]
     placement: Placement
     strict: bool = False
+    groups: dict[str, Scene] = field(default_factory=dict)
+    of_scene: str = ""
 
     @classmethod
     def prepare(
@@ -201,6 +212,7 @@ class BakeJob:
         names: list[str] | None = None,
         light_group: str = "",
         strict: bool = False,
+        apart: bool = False,
     ) -> "BakeJob":
         """Read what the bake needs out of Blender's data; for the main thread.
 
@@ -215,6 +227,8 @@ class BakeJob:
             Whose light is baked alone; empty for all light.
         strict : bool
             Whether any other warning than advice stops the bake; `check_strict` does so already before it.
+        apart : bool
+            Whether light groups are baked each apart, by one solve; `group_names` says whether they can be.
 
         Raises
         ------
@@ -223,9 +237,10 @@ class BakeJob:
         """
         progress.update(READING, 0)
         warnings: list[str] = []
+        asked = context.scene  # what is read has its names from a copy
 
         def read(depsgraph: Any) -> tuple[list[Target], SceneReading]:
-            targets = [one.read(depsgraph, context.scene, names, progress, warnings) for one in wanted]
+            targets = [one.read(depsgraph, asked, names, progress, warnings) for one in wanted]
             for_camera = any(isinstance(target, CameraTarget) for target in targets)
             return targets, read_scene(depsgraph, warnings, light_group, for_camera, progress)
 
@@ -235,7 +250,9 @@ class BakeJob:
         scene = reading.scene(context.scene)
         progress.update(READING, 1)
         counts, placement = {"triangles": scene.n_triangles}, Placement(context.view_layer)
-        return cls(scene, targets, list(dict.fromkeys(warnings)), counts, placement, strict)
+        groups = reading.light_groups.apart(scene) if apart else {}
+        warnings += [_empty(name) for name in reading.light_groups.names if apart and name not in groups]
+        return cls(scene, targets, list(dict.fromkeys(warnings)), counts, placement, strict, groups, asked.name)
 
     def check_space(self, n_frames: int = 1, saved: Path | None = None) -> None:
         """Find out whether disks have room for what is written, in so many frames, and for the saved file.
@@ -268,8 +285,9 @@ class BakeJob:
 
     def solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None = None) -> Solved:
         """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it."""
-        from ..addon.bake import no_light, solve  # here, as Blender's start should not wait for SciPy
-        from ..addon.gather import OpenBacks
+        from ..addon.bake import irradiances, no_light, solve_apart  # here: Blender's start is not to wait for SciPy
+        from ..addon.gather import Irradiance, OpenBacks
+        from ..addon.photons import Photons
 
         inspector, started = inspector or Inspector(), perf_counter()
         workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
@@ -284,24 +302,36 @@ class BakeJob:
         maps = None
         if settings.tracer == "multi_image" and len(everywhere):
             maps = self._take_cube_maps(tracer, everywhere, settings, workers, inspector)
-        solution = None
+        lit, names = list(self.groups.values()) or [self.scene], list(self.groups)
+        lights, of_lights = [no_light()] * len(lit), [points] * len(lit)
         if len(everywhere):
-            solution = solve(self.scene, everywhere, settings, tracer, progress, inspector, maps, started)
-            solution = solution.at(receivers) if len(everywhere) > len(receivers) else solution
-            if solution.dark:
+            solutions = solve_apart(self.scene, lit, everywhere, settings, tracer, progress, inspector, maps, started)
+            if len(everywhere) > len(receivers):
+                solutions = [solution.at(receivers) for solution in solutions]
+            if all(solution.dark for solution in solutions):
                 self.warnings.append(NO_LIGHT)
-            self.warnings += [_flush(*names) for names in solution.tracer.flush_emitters]
-            points = [one.lit_by(solution, workers) for one in points]
-        light = solution.irradiance() if solution and len(receivers) else no_light()
+            self.warnings += [_flush(*names) for names in solutions[0].tracer.flush_emitters]
+            of_lights = [
+                [one.lit_by(solution, part) for one in points]
+                for solution, part in zip(solutions, workers.parts(len(lit)), strict=True)
+            ]
+            if len(receivers):
+                lights = irradiances(solutions, workers)
+            if len(receivers) and not settings.open_side:
+                photons = Photons.join([solution.photons for solution in solutions])
+                self.warnings += [_turned_away(name) for name in backs.lit_behind(self.scene, photons)]
+        total = Irradiance.together(lights)
         if settings.open_side:
-            light = backs.taken(light)
-        elif solution:
-            self.warnings += [_turned_away(name) for name in backs.lit_behind(self.scene, solution.photons)]
-        ends = np.cumsum([len(one.receivers) for one in points])
-        parts = [light.where(slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
-        products = [one.finish(part, workers) for one, part in zip(points, parts, strict=True)]
+            lights = [backs.taken(light, total) for light in lights]
+            total = backs.taken(total)
+        parts = zip(of_lights, lights, workers.parts(len(lit)), strict=True)
+        of_targets = zip(*[_products(of, light, part) for of, light, part in parts], strict=True)
+        products = [
+            type(of_groups[0]).together(dict(zip(names, of_groups, strict=True))) if names else of_groups[0]
+            for of_groups in of_targets
+        ]
         self._warn_if_late(perf_counter() - started, settings.time)
-        return Solved(light, products)
+        return Solved(total, products)
 
     def _warn_if_late(self, seconds: float, limit: float) -> None:
         """Say that more time was taken than was asked for: what every point needs at least depends on their number."""
@@ -336,6 +366,9 @@ class BakeJob:
         if refusals and len(refusals) == len(solved.products):
             raise BakeError(" ".join(refusals))
         written.failures += refusals
+        scene = bpy.data.scenes.get(self.of_scene)
+        if scene is not None:
+            set_layers(scene, list(self.groups))
         self.warnings = list(dict.fromkeys(self.warnings + written.warnings))
         with suppress(Cancelled):  # too late: it is written
             progress.update(WRITING, 1)
@@ -367,6 +400,17 @@ class BakeJob:
         self.counts.update(cube_maps=len(images.maps), cube_map_bytes=images.maps.n_bytes)
         inspector.see("maps", lambda: (images.maps.centres, None))
         return images
+
+
+def _products(points: list[Points], light: "Irradiance", workers: Workers) -> list[Product]:
+    """What targets make of the light of all their receivers."""
+    ends = np.cumsum([len(one.receivers) for one in points])
+    parts = [light.where(slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
+    return [one.finish(part, workers) for one, part in zip(points, parts, strict=True)]
+
+
+def _empty(group: str) -> Advice:
+    return Advice(f"Light group '{group}' has no light in it, so no layer was baked of it.")
 
 
 def _with_eyes(receivers: Receivers, points: "Sequence[Points]", settings: BakeSettings) -> Receivers:

@@ -5,6 +5,7 @@ from dataclasses import fields
 from pathlib import Path
 
 from ..addon.camera_settings import PASS_CHOICES, PASS_FOLDER, CameraSettings
+from ..addon.knobs import meaning_of
 from ..addon.ui.properties import CHOICE_MEANINGS
 
 CAMERA_OPTIONS = {"--pixel-samples": "n_pixel_samples", "--gloss-rays": "n_gloss_rays", "--file-name": "file_name"}
@@ -32,7 +33,7 @@ def add_camera_options(parser: ArgumentParser) -> None:
     knobs = {knob.name: knob for knob in fields(CameraSettings)}
     for option, name in CAMERA_OPTIONS.items():
         knob = knobs[name]
-        meaning = knob.metadata["meaning"]
+        meaning = meaning_of(knob)
         metavar = "NAME" if knob.type is str else "N"
         help_ = f"{meaning[0].lower()}{meaning[1:]}; default {knob.default}"
         add(option, dest=name, type=knob.type, metavar=metavar, help=help_)

@@ -1,6 +1,7 @@
 """Light in the pixels of a camera, as an EXR file that a compositor adds to a render of direct light."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,10 +10,12 @@ import bpy
 import numpy as np
 
 from ..addon.blender.camera import read_camera, read_frame, read_pixel_filter, render_camera
+from ..addon.blender.compositing.files import blend_name, own_name, remember_pass
+from ..addon.blender.compositing.nodes import reload_pass
 from ..addon.camera_settings import CameraSettings
 from ..addon.errors import Advice, BakeError
 from ..addon.output import check_place
-from ..addon.output.camera import CameraPass, PictureFrame, denoised, frame_path, write_camera_pass
+from ..addon.output.camera import FILE, SCENE, CameraPass, PictureFrame, denoised, frame_path, write_camera_pass
 from ..addon.output.oidn import has_oidn
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
@@ -28,11 +31,14 @@ if TYPE_CHECKING:
     from ..addon.camera_pass import LightBeside
     from ..addon.gather import Irradiance
     from ..addon.receivers import CameraPoints
+    from ..addon.tracers import LightTracer
 
 FILTERING = "Denoising the pass"
 
 BYTES_OF_PIXEL = {"half": 42, "float": 80}
 """Of its 20 channels, before the file is compressed."""
+
+_BYTES_OF_CHANNEL = {"half": 2, "float": 4}
 
 
 @dataclass(frozen=True)
@@ -44,10 +50,13 @@ class WantedCamera:
     settings : CameraSettings
     folder : Path
         For its file; made where it is missing.
+    groups : tuple of str
+        Light groups that may get layers of their own; empty where all light is baked together.
     """
 
     settings: CameraSettings
     folder: Path
+    groups: tuple[str, ...] = ()
 
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -57,13 +66,17 @@ class WantedCamera:
             warnings.append(Advice("The camera's pass shows all objects, and not only those that are to get light."))
         camera = read_camera(scene, depsgraph, warnings)
         frame = scene.frame_current
-        path = frame_path(self.folder, self.settings.file_name, frame)
+        name = own_name(self.settings.file_name, scene)
+        path = frame_path(self.folder, name, frame)
         _check_folder(self.folder, path)
         if self.settings.pass_denoiser == "oidn" and not has_oidn():
             raise BakeError("OpenImageDenoise (pyoidn) is not installed: install the extension's zip, or choose auto.")
         software = f"Photon Bake {own_version()}, Blender {bpy.app.version_string}"
-        origin = {"Software": software, "Scene": scene.name, "Camera": render_camera(scene).name, "Frame": str(frame)}
-        return CameraTarget(camera, read_pixel_filter(scene), read_frame(scene), self.settings, path, origin)
+        origin = {"Software": software, FILE: blend_name(), SCENE: scene.name}
+        origin |= {"Camera": render_camera(scene).name, "Frame": str(frame)}
+        return CameraTarget(
+            camera, read_pixel_filter(scene), read_frame(scene), self.settings, path, name, origin, len(self.groups)
+        )
 
 
 def _check_folder(folder: Path, path: Path) -> None:
@@ -75,14 +88,16 @@ def _check_folder(folder: Path, path: Path) -> None:
 
 @dataclass(frozen=True)
 class CameraTarget:
-    """A camera whose pass is wanted, the file that it goes to, and what that says of how it was made."""
+    """A camera whose pass is wanted, the file that it goes to and its name with #, and what it says of its origin."""
 
     camera: Camera
     pixel_filter: PixelFilter
     frame: PictureFrame
     settings: CameraSettings
     path: Path
+    name: str
     origin: dict[str, str]
+    n_groups: int = 0
 
     @property
     def object_names(self) -> list[str]:
@@ -92,19 +107,24 @@ class CameraTarget:
     @property
     def sizes(self) -> dict[Path, int]:
         """See `Target.sizes`."""
-        return {self.path: self.frame.width * self.frame.height * BYTES_OF_PIXEL[self.settings.precision]}
+        of_light = 3 * _BYTES_OF_CHANNEL[self.settings.precision]
+        of_pixel = BYTES_OF_PIXEL[self.settings.precision] + self.n_groups * of_light
+        return {self.path: self.frame.width * self.frame.height * of_pixel}
 
     def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "SeenPoints":
         """See `Target.points`."""
-        from ..addon.receivers import camera_points
         from ..addon.tracers import LightTracer
 
-        n_samples = self.settings.n_pixel_samples
-        light_tracer = LightTracer(scene, tracer, workers.progress)
-        points = camera_points(scene, light_tracer, self.camera, self.pixel_filter, n_samples, workers)
+        points = self.seen(scene, LightTracer(scene, tracer, workers.progress), workers)
         if len(points) == 0:
             warnings.append(Advice("The camera sees no surface, so its pass is empty."))
         return SeenPoints(points, points.receivers(scene), scene, self, warnings)
+
+    def seen(self, scene: Scene, tracer: "LightTracer", workers: Workers) -> "CameraPoints":
+        """What the camera sees: the same points whatever the scene's lights are, and the light beyond mirrors."""
+        from ..addon.receivers import camera_points
+
+        return camera_points(scene, tracer, self.camera, self.pixel_filter, self.settings.n_pixel_samples, workers)
 
 
 @dataclass(frozen=True)
@@ -123,9 +143,11 @@ class SeenPoints:
         """See `Points.lit_by`: by what gloss shows, and by caustics."""
         from ..addon.camera_pass import light_beside
 
-        n_gloss_rays = self.target.settings.n_gloss_rays
-        beside = light_beside(self.scene, self.points, solution, n_gloss_rays, workers)
-        return replace(self, beside=beside, solved_by=solution.settings)
+        n_gloss_rays, points = self.target.settings.n_gloss_rays, self.points
+        if solution.scene is not self.scene and points.beyond.any():  # that is the light of all lights
+            points = self.target.seen(solution.scene, solution.tracer, workers)
+        beside = light_beside(solution.scene, points, solution, n_gloss_rays, workers)
+        return replace(self, points=points, beside=beside, solved_by=solution.settings)
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "CameraPicture":
         """See `Points.finish`."""
@@ -153,6 +175,12 @@ class CameraPicture:
     n_points: int
     made_with: dict[str, Any]
 
+    @staticmethod
+    def together(apart: "Mapping[str, CameraPicture]") -> "CameraPicture":
+        """See `Product.together`."""
+        passes = CameraPass.together({name: one.passes for name, one in apart.items()})
+        return replace(next(iter(apart.values())), passes=passes)
+
     def concerns(self) -> list[str]:
         """See `Product.concerns`: none."""
         return []
@@ -172,6 +200,10 @@ class CameraPicture:
         }
         half = target.settings.precision == "half"
         write_camera_pass(target.path, self.passes, target.frame, metadata, half, target.settings.compression)
+        scene = bpy.data.scenes.get(target.origin[SCENE])
+        if scene is not None and scene.is_editable:
+            remember_pass(scene, target.path.parent, target.name)
+        reload_pass(target.path)
         return Written(files=[target.path])
 
     @property

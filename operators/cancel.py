@@ -12,7 +12,6 @@ class PHOTON_BAKE_OT_cancel(bpy.types.Operator):
 
     bl_idname = "photon_bake.cancel"
     bl_label = "Cancel Bake"
-    bl_options = {"INTERNAL"}
 
     @classmethod
     def poll(cls, context: Any) -> bool:

@@ -14,11 +14,13 @@ from typing import Any
 
 import bpy
 
+from ..addon.blender.light_layers import group_names
 from ..addon.errors import BakeError, Cancelled
 from ..addon.output import Report, atomic_path, check_writable, hushed, peak_memory_mb
 from ..addon.progress import Progress
 from ..addon.ui.state import duration, shares_of
 from .bake_job import BakeJob, Wanted
+from .baked_light import shown_after_bake
 from .camera_target import WantedCamera
 from .command_options import COMMAND, Options, parse
 from .console import ProgressLine, ctrl_c_cancels, say
@@ -121,12 +123,13 @@ def _bake_frame(options: Options, progress: Progress, report: Report) -> list[st
     earlier, job = report.warnings, None
     try:
         with hushed(1):  # Cycles' log, where it evaluates nodes
-            job = BakeJob.prepare(bpy.context, wanted, progress, *named, options.strict)
+            job = BakeJob.prepare(bpy.context, wanted, progress, *named, options.strict, options.light_groups)
         job.check_strict()
         if not report.files:
             job.check_space(len(options.frames or [0]), options.save)
         solved = job.solve(options.settings, progress)
         written = job.write(solved, progress)
+        job.warnings += _show(options)
     finally:
         report.warnings = list(dict.fromkeys([*earlier, *(job.warnings if job else [])]))
     report.objects = job.object_names
@@ -136,19 +139,29 @@ def _bake_frame(options: Options, progress: Progress, report: Report) -> list[st
     return written.failures
 
 
+def _show(options: Options) -> list[str]:
+    """Show the light in materials if that is asked for, or if it was shown before; returns warnings."""
+    scene = bpy.context.scene
+    if options.show:  # the panel's strength and switch are to go on with what is shown
+        scene.photon_bake.attribute, scene.photon_bake.targets = options.attribute, set(options.targets)
+    return shown_after_bake(scene, options.show)
+
+
 def _wanted(options: Options) -> list[Wanted]:
     """What is baked; lightmaps first, as files may fail to be written, and then nothing else should be."""
     wanted: list[Wanted] = []
+    attribute = options.attribute if "vertex" in options.targets else ""
+    groups = group_names(bpy.context.view_layer, attribute) if options.light_groups else ()
     if options.lightmaps is not None:
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
-        wanted.append(WantedLightmaps(options.lightmaps, options.output, scene, options.preview))
+        wanted.append(WantedLightmaps(options.lightmaps, options.output, scene, options.preview, groups=groups))
     if options.camera is not None:
-        wanted.append(WantedCamera(options.camera, options.camera_output))
+        wanted.append(WantedCamera(options.camera, options.camera_output, groups))
     if options.probes is not None:
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
         wanted.append(WantedProbes(options.probes, options.probe_output, scene))
     if "vertex" in options.targets:
-        wanted.append(WantedVertices(options.attribute, options.copies))
+        wanted.append(WantedVertices(options.attribute, options.copies, groups))
     return wanted
 
 
@@ -194,6 +207,7 @@ def _begin(options: Options) -> Report:
         scene=bpy.data.filepath,
         attribute=options.attribute if "vertex" in options.targets else "",
         light_group=options.light_group,
+        light_groups=options.light_groups,
         settings=asdict(options.settings),
         lightmap_settings=asdict(options.lightmaps) if options.lightmaps else {},
         camera_settings=asdict(options.camera) if options.camera else {},

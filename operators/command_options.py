@@ -10,6 +10,7 @@ import bpy
 
 from ..addon.camera_settings import CameraSettings
 from ..addon.errors import BakeError
+from ..addon.knobs import meaning_of
 from ..addon.lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
 from ..addon.probe_settings import ProbeSettings
 from ..addon.settings import CHOICES, BakeSettings, Quality, settings_for
@@ -75,6 +76,8 @@ class Options:
         Whether objects whose mesh cannot hold their light get copies.
     light_group : str
         Whose light is baked alone; empty for all light.
+    light_groups : bool
+        Whether light groups are baked each apart, beside all light.
     targets : list of str
         Of `TARGETS`, each once.
     lightmaps : LightmapSettings or None
@@ -99,6 +102,8 @@ class Options:
         None: no report.
     strict : bool
         Whether any other warning than advice is a failure.
+    show : bool
+        Whether materials show the light.
     """
 
     settings: BakeSettings
@@ -106,6 +111,7 @@ class Options:
     attribute: str
     copies: bool
     light_group: str
+    light_groups: bool
     targets: list[str]
     lightmaps: LightmapSettings | None
     output: Path
@@ -118,6 +124,7 @@ class Options:
     save: Path | None
     report: Path | None
     strict: bool
+    show: bool
 
 
 def parse(arguments: list[str], loaded_file: str) -> Options:
@@ -145,6 +152,8 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
     for option, name in OF_CAMERAS.items():
         if getattr(given, name) is not None and "camera" not in targets:
             parser.error(f"{option} is for a camera's pass: give --target camera too")
+    if given.light_groups and given.light_group:
+        parser.error("--light-group bakes one group alone and --light-groups each apart: give one of them")
     for option, name in OF_PROBES.items():
         if getattr(given, name) is not None and "probes" not in targets:
             parser.error(f"{option} is for probes: give --target probes too")
@@ -154,6 +163,8 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         parser.error("--output is for files: give --target lightmap, camera or probes too")
     if targets != ["vertex"] and given.output is None and not loaded_file:
         parser.error("the files have no folder: give --output DIR")
+    if given.show and not {"vertex", "lightmap"} & set(targets):
+        parser.error("--show is for light in materials: give --target vertex or lightmap too")
     if given.frames is not None and targets != ["camera"]:
         parser.error("--frames is for a camera's pass alone: bake other targets without it")
     try:
@@ -177,6 +188,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         attribute=given.attribute,
         copies=given.copies,
         light_group=given.light_group or "",
+        light_groups=given.light_groups,
         targets=targets,
         lightmaps=lightmaps,
         output=Path(given.output or Path(loaded_file).parent / LIGHTMAP_FOLDER).absolute(),
@@ -189,6 +201,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         save=None if given.save is None else Path(given.save or loaded_file).absolute(),
         report=None if given.report is None else Path(given.report).absolute(),
         strict=given.strict,
+        show=given.show,
     )
 
 
@@ -216,6 +229,8 @@ def _parser() -> ArgumentParser:
     meaning = "give objects whose mesh cannot hold their light copies with meshes of their own"
     add("--copies", action="store_true", help=meaning)
     add("--light-group", type=_name, metavar="NAME", help="bake the light of one light group alone")
+    meaning = "bake the light of each light group apart too, by one solve, for the light mixer"
+    add("--light-groups", action="store_true", help=meaning)
     for name, choices in CHOICES.items():
         add(f"--{name}", type=_one_of(*choices), metavar="|".join(choices), help=_sentence(CHOICE_MEANINGS[name]))
     qualities = get_args(Quality)
@@ -224,7 +239,7 @@ def _parser() -> ArgumentParser:
     for option, name in KNOB_OPTIONS.items():
         knob = knobs[name]
         metavar = _METAVARS.get(name, "N")
-        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(knob.metadata["meaning"]))
+        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(meaning_of(knob)))
     meaning = _sentence(knobs["add_direct"].metadata["meaning"])
     add("--direct", dest="add_direct", action="store_true", default=None, help=meaning)
     meaning = _sentence(knobs["open_side"].metadata["meaning"])
@@ -239,6 +254,7 @@ def _parser() -> ArgumentParser:
     add("--report", metavar="FILE.json", help="write what the bake did, also when it fails")
     meaning = "fail, and write nothing, where light would differ from Cycles' or a file is missing"
     add("--strict", action="store_true", help=meaning)
+    add("--show", action="store_true", help="show the light in materials, as Use Baked Light does")
     return parser
 
 
@@ -249,7 +265,7 @@ def _add_lightmap_options(parser: ArgumentParser) -> None:
     for option, name in LIGHTMAP_OPTIONS.items():
         knob = knobs[name]
         metavar = "NAME" if knob.type is str else "N"
-        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(knob.metadata["meaning"]))
+        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(meaning_of(knob)))
     for option, name in LIGHTMAP_CHOICE_OPTIONS.items():
         choices = LIGHTMAP_CHOICES[name]
         meaning = f"{_sentence(CHOICE_MEANINGS[name])}; default {knobs[name].default}"

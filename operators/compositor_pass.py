@@ -1,33 +1,50 @@
 """Add Pass, Remove Pass: the camera's indirect light in the compositor, and out of it again."""
 
-from pathlib import Path
 from typing import Any
 
 import bpy
 
-from ..addon.blender.compositor import add_pass, remove_pass
+from ..addon.blender.compositing.direct_only import light_probes
+from ..addon.blender.compositing.files import has_pass, pass_files
+from ..addon.blender.compositing.nodes import add_pass, remove_pass
 from ..addon.errors import BakeError
-from ..addon.output.camera import frame_path
+from ..addon.ui.mixer_properties import mix_of
+from .folders import nowhere, path_of
+
+_PROBE = "Light probe '{}' brings indirect light into EEVEE's renders, on top of the pass: hide it in renders."
 
 
 class PHOTON_BAKE_OT_add_pass(bpy.types.Operator):
-    """Compose the camera's pass with renders, and have Cycles render direct light alone"""
+    """Compose the camera's pass with renders, and have Cycles and EEVEE render direct light alone"""
 
     bl_idname = "photon_bake.add_pass"
     bl_label = "Add to Compositor"
     bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context: Any) -> set[str]:
+        scene = context.scene
+        settings = scene.photon_bake.camera
         try:
-            add_pass(context.scene, pass_files(context.scene))
+            without = nowhere(settings.folder) and has_pass(scene)
+            folder = None if without else path_of(settings.folder, "the camera's pass has")
+            add_pass(scene, pass_files(scene, folder, settings.file_name), mix_of(scene))
+            for name in light_probes(scene):
+                self.report({"WARNING"}, _PROBE.format(name))
         except BakeError as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         return {"FINISHED"}
 
+    def invoke(self, context: Any, event: Any) -> set[str]:
+        """Ask where the pass is, if neither the panel nor the scene's last bake says it."""
+        if nowhere(context.scene.photon_bake.camera.folder) and not has_pass(context.scene):
+            bpy.ops.photon_bake.choose_folder("INVOKE_DEFAULT", for_pass=True)
+            return {"CANCELLED"}
+        return self.execute(context)
+
 
 class PHOTON_BAKE_OT_remove_pass(bpy.types.Operator):
-    """Take the camera's pass out of the compositor, and set Cycles' bounces back"""
+    """Take the camera's pass out of the compositor, and set Cycles and EEVEE back"""
 
     bl_idname = "photon_bake.remove_pass"
     bl_label = "Remove from Compositor"
@@ -37,15 +54,3 @@ class PHOTON_BAKE_OT_remove_pass(bpy.types.Operator):
         if not remove_pass(context.scene):
             self.report({"INFO"}, "The compositor has no pass of Photon Bake's.")
         return {"FINISHED"}
-
-
-def pass_files(scene: Any) -> list[Path]:
-    """The files that the panel's folder has: those of the scene's frames from the first on, or the current one's."""
-    settings = scene.photon_bake.camera
-    folder = Path(bpy.path.abspath(settings.folder))
-    frames = range(scene.frame_start, scene.frame_end + 1)
-    paths = [frame_path(folder, settings.file_name, frame) for frame in frames]
-    there = [path for path in paths if path.is_file()]
-    if len(there) > 1:
-        return there
-    return [frame_path(folder, settings.file_name, scene.frame_current)]

@@ -7,6 +7,7 @@ import bpy
 
 from ..addon.blender.gltf import Exported, export_gltf
 from ..addon.errors import BakeError
+from .baked_light import baked_light_left
 
 
 class PHOTON_BAKE_OT_export_gltf(bpy.types.Operator):
@@ -32,7 +33,8 @@ class PHOTON_BAKE_OT_export_gltf(bpy.types.Operator):
     def execute(self, context: Any) -> set[str]:
         path, attribute = Path(bpy.path.abspath(self.filepath)), context.scene.photon_bake.attribute
         try:
-            exported = export_gltf(path, attribute, self.selected_only, self.lights, self.cameras)
+            with baked_light_left(bpy.data.scenes):  # the exporter knows plain materials alone
+                exported = export_gltf(path, attribute, self.selected_only, self.lights, self.cameras)
         except (BakeError, OSError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

@@ -1,7 +1,8 @@
 """Light at texels, as lightmaps."""
 
+from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,11 +11,13 @@ import numpy as np
 
 from ..addon.blender import bake_objects
 from ..addon.blender.as_read import AsRead, still_there
-from ..addon.blender.lightmap_checks import check_uv
-from ..addon.blender.lightmap_layout import Layout, lay_out
-from ..addon.blender.lightmap_meshes import check_lightmap_object, lightmap_meshes
-from ..addon.blender.lightmap_writing import write_lightmaps
+from ..addon.blender.light_layers import write_lightmap_layers
+from ..addon.blender.lightmap.checks import check_uv
+from ..addon.blender.lightmap.layout import Layout, lay_out
+from ..addon.blender.lightmap.meshes import check_lightmap_object, lightmap_meshes
+from ..addon.blender.lightmap.writing import write_lightmaps
 from ..addon.errors import BakeError
+from ..addon.findings import counted
 from ..addon.lightmap_settings import LightmapSettings
 from ..addon.output import atomic_path, check_place, check_writable
 from ..addon.parallel import Workers
@@ -50,12 +53,15 @@ class WantedLightmaps:
         Name of the scene, for the files' names.
     preview : Path or None
         A PNG with all of them to look at.
+    groups : tuple of str
+        Light groups that may get images of their own; empty where all light is baked together.
     """
 
     settings: LightmapSettings
     folder: Path
     scene: str
     preview: Path | None = None
+    groups: tuple[str, ...] = ()
 
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -78,9 +84,15 @@ class WantedLightmaps:
         """The files of each lightmap, by what is in them."""
         from ..addon.output.lightmap import KINDS, image_path
 
-        kinds = (KIND, *KINDS) if self.settings.directional else (KIND,)
+        of_light = (KIND, *KINDS) if self.settings.directional else (KIND,)
+        kinds = [*of_light, *(_of_group(kind, group) for group in self.groups for kind in of_light)]
         place, file_format = (self.folder, self.scene), self.settings.file_format
         return [{kind: image_path(*place, name, kind, file_format) for kind in kinds} for name in layout.names]
+
+
+def _of_group(kind: str, group: str) -> str:
+    """What a light group's images hold."""
+    return f"{kind}.{group}"
 
 
 def _check_paths(paths: list[Path], folder: Path) -> None:
@@ -169,11 +181,23 @@ class Lightmaps:
     ----------
     finished : list of Finished
         E/π, with its slope if that is asked for.
+    apart : dict of str to Lightmaps
+        Those of light groups.
     """
 
     finished: "list[Finished]"
     target: LightmapTarget
     n_covered: int
+    apart: "Mapping[str, Lightmaps]" = field(default_factory=dict)
+
+    @staticmethod
+    def together(apart: "Mapping[str, Lightmaps]") -> "Lightmaps":
+        """See `Product.together`."""
+        from ..addon.output.lightmap import Finished
+
+        parts = list(apart.values())
+        of_images = zip(*(one.finished for one in parts), strict=True)
+        return replace(parts[0], finished=[Finished.together(of) for of in of_images], apart=apart)
 
     @property
     def images(self) -> list[np.ndarray]:
@@ -194,17 +218,23 @@ class Lightmaps:
         for image in images:
             of_image = self.target.paths[image]
             try:
-                self._write_image(of_image, self.finished[image])
+                files = self._write_image(of_image, image)
             except (OSError, BakeError) as error:
                 what = f"the lightmap of '{self.target.layout.names[image]}'"
                 written.failures.append(_not_written(what, of_image[KIND], error))
             else:
                 paths[image] = of_image[KIND]
-                written.files += of_image.values()
+                written.files += files
         if not paths:
             raise BakeError(written.failures[0])
         self._write_preview(written)
-        write_lightmaps(self.target.layout, objects, paths, self.target.settings)
+        n_objects = sum(place.image in paths for place in self.target.layout.places)
+        written.places.append(f"{counted(len(paths), 'lightmap')} on {counted(n_objects, 'object')}")
+        written.warnings += write_lightmaps(self.target.layout, objects, paths, self.target.settings)
+        of_groups = {
+            name: {image: self.target.paths[image][_of_group(KIND, name)] for image in paths} for name in self.apart
+        }
+        write_lightmap_layers(self.target.layout, objects, of_groups, self.target.settings)
         return written
 
     def _write_preview(self, written: Written) -> None:
@@ -220,31 +250,43 @@ class Lightmaps:
         else:
             written.files.append(self.target.preview)
 
-    def _write_image(self, paths: dict[str, Path], finished: "Finished") -> None:
-        """Write the files of one lightmap, by what is in them, all or none."""
-        from ..addon.output.lightmap import directional_light, encode_directional, write_lightmap
+    def _write_image(self, paths: dict[str, Path], image: int) -> list[Path]:
+        """Write the files of one lightmap, by what is in them, all or none; returns them."""
+        from ..addon.output.lightmap import write_lightmap
 
-        settings = self.target.settings
-        images = {KIND: finished.light}
-        if finished.slope is not None:
-            images |= encode_directional(*directional_light(finished.light, finished.slope, finished.normal))
+        settings, images = self.target.settings, _by_kind(self.finished[image])
+        for group, lightmaps in self.apart.items():
+            images |= {_of_group(kind, group): of for kind, of in _by_kind(lightmaps.finished[image]).items()}
         with ExitStack() as stack:  # every file is written before the first takes its place
-            for kind, path in paths.items():
+            for kind in images:
+                path = paths[kind]
                 path.parent.mkdir(parents=True, exist_ok=True)
                 check_writable(path)
                 temporary, unit = stack.enter_context(atomic_path(path)), kind.startswith("L1")
                 write_lightmap(temporary, images[kind], settings.file_format, settings.value_range, unit=unit)
+        return [paths[kind] for kind in images]
 
     @property
     def files(self) -> list[Path]:
-        preview = self.target.preview
-        images = [path for of_image in self.target.paths for path in of_image.values()]
+        preview, groups = self.target.preview, ("", *self.apart)
+        of_images = [of_image.items() for of_image in self.target.paths]
+        images = [path for of_image in of_images for kind, path in of_image if kind.partition(".")[2] in groups]
         return images + ([] if preview is None else [preview])
 
     @property
     def counts(self) -> dict[str, int]:
         texels = sum(height * width for height, width in self.target.layout.sizes)
         return {"lightmaps": len(self.finished), "lightmap_texels": texels, "covered_texels": self.n_covered}
+
+
+def _by_kind(finished: "Finished") -> "dict[str, np.ndarray]":
+    """The images of one lightmap, by what is in them."""
+    from ..addon.output.lightmap import directional_light, encode_directional
+
+    images = {KIND: finished.light}
+    if finished.slope is not None:
+        images |= encode_directional(*directional_light(finished.light, finished.slope, finished.normal))
+    return images
 
 
 def _not_written(what: str, path: Path, error: Exception) -> str:

@@ -1,7 +1,9 @@
 """Light of probes, for what moves, as a JSON file and as volumes."""
 
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import cached_property, reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -93,7 +95,7 @@ class ProbeTarget:
 
     def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "ProbePoints":
         """See `Target.points`."""
-        return ProbePoints(self, warnings)
+        return ProbePoints(self)
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,6 @@ class ProbePoints:
     """
 
     target: ProbeTarget
-    warnings: list[str]
     light: "ProbeLight | None" = None
     settings: BakeSettings | None = None
 
@@ -133,33 +134,42 @@ class ProbePoints:
         return replace(self, light=light, settings=solution.settings)
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "ProbeFiles":
-        """See `Points.finish`: those inside of solids take their neighbours' light."""
-        from ..addon.output.probes import LitProbes, filled, in_axes
-
+        """See `Points.finish`."""
         light = self.light
         assert light is not None  # there is at least one probe
         if not (np.isfinite(light.sh).all() and np.isfinite(light.irradiance).all()):
             raise BakeError("The bake made values that are not finite, so nothing was written: please report this.")
-        inside, first = light.inside, 0
-        sh, sides = light.sh.copy(), light.irradiance.copy()
-        for grid in self.target.places.grids:
-            here = slice(first, first := first + grid.n_probes)
-            for values in (sh, sides):
-                values[here] = filled(values[here], ~inside[here], grid.counts)
-        if inside.all():
-            self.warnings.append(Advice("All probes lie inside of solids: move them to where objects move."))
-        lit = LitProbes(self.target.places, replace(light, sh=sh, irradiance=sides), ~inside)
         direct = self.settings is not None and self.settings.add_direct
-        return ProbeFiles(in_axes(lit, self.target.settings.axes), self.target, direct)
+        return ProbeFiles(light, self.target, direct)
 
 
 @dataclass(frozen=True)
 class ProbeFiles:
-    """Lit probes, and whether direct light is in their light."""
+    """The light of probes, and whether direct light is in it."""
 
-    probes: "LitProbes"
+    light: "ProbeLight"
     target: ProbeTarget
     direct: bool
+
+    @staticmethod
+    def together(apart: "Mapping[str, ProbeFiles]") -> "ProbeFiles":
+        """See `Product.together`; files have the light of all groups alone."""
+        parts = list(apart.values())
+        return replace(parts[0], light=reduce(lambda sum_, one: sum_.plus(one), (one.light for one in parts)))
+
+    @cached_property
+    def probes(self) -> "LitProbes":
+        """The probes, of which those inside of solids have their neighbours' light."""
+        from ..addon.output.probes import LitProbes, filled, in_axes
+
+        inside, first = self.light.inside, 0
+        sh, sides = self.light.sh.copy(), self.light.irradiance.copy()
+        for grid in self.target.places.grids:
+            here = slice(first, first := first + grid.n_probes)
+            for values in (sh, sides):
+                values[here] = filled(values[here], ~inside[here], grid.counts)
+        lit = LitProbes(self.target.places, replace(self.light, sh=sh, irradiance=sides), ~inside)
+        return in_axes(lit, self.target.settings.axes)
 
     @property
     def files(self) -> list[Path]:
@@ -173,11 +183,12 @@ class ProbeFiles:
     @property
     def relative_noise(self) -> float:
         """Of the probes' irradiance."""
-        return self.probes.light.relative_noise
+        return self.light.relative_noise
 
     def concerns(self) -> list[str]:
-        """See `Product.concerns`: none."""
-        return []
+        """See `Product.concerns`."""
+        inside = "All probes lie inside of solids: move them to where objects move."
+        return [] if self.probes.valid.any() else [Advice(inside)]
 
     def write(self) -> Written:
         """See `Product.write`."""
@@ -201,7 +212,7 @@ class ProbeFiles:
                 write_probe_file(place[target.path], self.probes, *of_all)
         except OSError as error:
             raise BakeError(f"The probes cannot be written to {target.path.parent} ({error.strerror}).") from error
-        return Written(files=self.files)
+        return Written(files=self.files, warnings=self.concerns())
 
     def _write_volumes(
         self, here: slice, counts: tuple[int, int, int], paths: dict[str, Path], about: dict[str, str]

@@ -1,6 +1,7 @@
 """Light at vertices, as a colour attribute."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ from ..addon.blender import bake_objects, check_color_attribute, receiver_meshes
 from ..addon.blender.as_read import AsRead
 from ..addon.blender.baked_copies import write_light
 from ..addon.blender.color_attribute import light_takers
+from ..addon.blender.light_layers import attribute_of
 from ..addon.blender.shown_meshes import (
     CopyMesh,
     check_copied,
@@ -21,6 +23,7 @@ from ..addon.blender.shown_meshes import (
 from ..addon.blender.vertex_meshes import check_target
 from ..addon.blender.warn import Warnings
 from ..addon.errors import Advice
+from ..addon.findings import counted
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
 from ..addon.receivers import ReceiverMesh, Receivers, vertex_receivers
@@ -42,10 +45,13 @@ class WantedVertices:
     attribute : str
     copies : bool
         Whether objects whose mesh cannot hold their light get copies with meshes of their own.
+    groups : tuple of str
+        Light groups that may get attributes of their own; empty where all light is baked together.
     """
 
     attribute: str = "Indirect"
     copies: bool = False
+    groups: tuple[str, ...] = ()
 
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -54,11 +60,15 @@ class WantedVertices:
         read = self._with_copies if self.copies else self._without_copies
         return read(depsgraph, names, progress, warnings)
 
+    def _check(self, objects: list[Any]) -> None:
+        for name in (self.attribute, *(attribute_of(self.attribute, group) for group in self.groups)):
+            check_color_attribute(objects, name)
+
     def _without_copies(
         self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]
     ) -> "VertexTarget":
         objects = bake_objects(depsgraph, names, warnings)
-        check_color_attribute(objects, self.attribute)
+        self._check(objects)
         meshes = receiver_meshes(objects, depsgraph, warnings, names is not None, progress=progress)
         if names is None:
             warn_of_shared_light(shown_meshes(depsgraph), Warnings(warnings))
@@ -76,7 +86,7 @@ class WantedVertices:
         candidates = [obj for obj in shown if obj in copied or obj.type == "MESH"]
         objects = bake_objects(depsgraph, names, warnings, check, candidates)
         own = [obj for obj in objects if obj not in copied]
-        check_color_attribute(own, self.attribute)
+        self._check(own)
         replaceable = [obj for obj in own if obj in shown and shown[obj].all_meshes and obj.is_editable]
         others = [obj for obj in own if obj not in replaceable]
         flawed: list[Any] = []
@@ -138,11 +148,20 @@ class VertexPoints:
 
 @dataclass(frozen=True)
 class VertexLight:
-    """Light of vertices."""
+    """Light of vertices, and that of light groups apart."""
 
     receivers: Receivers
     irradiance: "Irradiance"
     target: VertexTarget
+    apart: "Mapping[str, VertexLight]" = field(default_factory=dict)
+
+    @staticmethod
+    def together(apart: "Mapping[str, VertexLight]") -> "VertexLight":
+        """See `Product.together`."""
+        from ..addon.gather import Irradiance
+
+        parts = list(apart.values())
+        return replace(parts[0], irradiance=Irradiance.together([one.irradiance for one in parts]), apart=apart)
 
     @property
     def files(self) -> list[Path]:
@@ -161,7 +180,11 @@ class VertexLight:
         """See `Product.write`."""
         target = self.target
         at = self.receivers, target.copies, target.attribute, target.meanwhile
-        return Written(warnings=write_light(self.irradiance.value, *at))
+        apart = {attribute_of(target.attribute, name): light.irradiance.value for name, light in self.apart.items()}
+        warnings = write_light(self.irradiance.value, *at, apart)
+        return Written(
+            places=[f"{target.attribute} on {counted(len(target.object_names), 'object')}"], warnings=warnings
+        )
 
 
 def too_coarse(receivers: Receivers) -> list[str]:

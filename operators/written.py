@@ -12,6 +12,8 @@ class Written:
     ----------
     files : list of Path
         That were written.
+    places : list of str
+        Where in the .blend file light is now, a line each.
     warnings : list of str
         What light should be known with.
     failures : list of str
@@ -19,11 +21,13 @@ class Written:
     """
 
     files: list[Path] = field(default_factory=list)
+    places: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
 
     def add(self, other: "Written") -> None:
         """Count in what came of writing something else."""
         self.files += other.files
+        self.places += other.places
         self.warnings += other.warnings
         self.failures += other.failures

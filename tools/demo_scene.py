@@ -3,8 +3,8 @@
     python tools/demo_scene.py build OUT.blend
     python tools/demo_scene.py render BAKED.blend OUT.png [--attribute NAME] [--samples N]
 
-The picture is direct light by Cycles plus the baked indirect light times the base colour, so what bounces is the
-bake's alone. It needs a camera in the file, and leaves the file as it is.
+The picture is direct light by Cycles plus the baked light, as Use Baked Light shows it, so what bounces is the bake's
+alone. It needs a camera in the file, and leaves the file as it is.
 """
 
 import argparse
@@ -197,12 +197,14 @@ def _to_mesh(name: str, shape: Any) -> Any:
 
 def render(path: str, picture: str, attribute: str = "Indirect", samples: int = 48) -> None:
     """Render the baked file `path` with its camera to `picture`: direct light plus baked light."""
+    from photon_bake.addon.blender.show import Layer, use_baked_light
+
     bpy.ops.wm.open_mainfile(filepath=str(Path(path).absolute()))
     scene = bpy.context.scene
     if scene.camera is None:
         raise SystemExit(f"{path} has no camera to render with.")
-    for material in _materials_of_meshes():
-        _show_baked_light(material, attribute)
+    for warning in use_baked_light(scene, [Layer(attribute=attribute)]):
+        print(warning, file=sys.stderr)
     _set_up_cycles(scene, samples)
     scene.render.filepath = str(Path(picture).absolute())
     with _progress_of_cycles():
@@ -231,99 +233,13 @@ def _progress_of_cycles() -> Iterator[None]:
         line.clear()
 
 
-def _materials_of_meshes() -> set[Any]:
-    """Every material on a mesh; faces without one get the grey that Cycles shows them in."""
-    grey = None
-    for thing in bpy.data.objects:
-        if thing.type == "MESH":
-            if not thing.material_slots:
-                thing.data.materials.append(None)
-            for slot in thing.material_slots:
-                if slot.material is None:
-                    grey = grey or _material("No Material", (0.8, 0.8, 0.8))
-                    slot.material = grey
-    return {slot.material for thing in bpy.data.objects if thing.type == "MESH" for slot in thing.material_slots}
-
-
-def _show_baked_light(material: Any, attribute: str) -> None:
-    """Make `material` diffuse, and let it show base colour × baked light to the camera besides its own emission."""
-    _use_nodes(material)
-    tree = material.node_tree
-    surface = _surface_node(tree)
-    add = tree.nodes.new
-    diffuse, baked, own = add("ShaderNodeBsdfDiffuse"), add("ShaderNodeEmission"), add("ShaderNodeEmission")
-    light, product = add("ShaderNodeAttribute"), add("ShaderNodeMixRGB")
-    light.attribute_name = attribute
-    product.blend_type = "MULTIPLY"
-    product.inputs["Fac"].default_value = 1.0
-    _copy_input(tree, surface, ("Base Color", "Color"), diffuse.inputs["Color"])
-    _copy_input(tree, surface, ("Base Color", "Color"), product.inputs["Color1"])
-    tree.links.new(light.outputs["Color"], product.inputs["Color2"])
-    tree.links.new(product.outputs["Color"], baked.inputs["Color"])
-    tree.links.new(add("ShaderNodeLightPath").outputs["Is Camera Ray"], baked.inputs["Strength"])
-    own.inputs["Strength"].default_value = 0.0
-    if surface is not None and surface.type == "BSDF_PRINCIPLED":
-        _copy_input(tree, surface, ("Emission Color",), own.inputs["Color"])
-        _copy_input(tree, surface, ("Emission Strength",), own.inputs["Strength"])
-    shines = own.inputs["Strength"].is_linked or own.inputs["Strength"].default_value > 0
-    material.cycles.emission_sampling = "AUTO" if shines else "NONE"
-    whole = _add_shaders(tree, diffuse.outputs[0], baked.outputs[0], own.outputs[0])
-    tree.links.new(_cut_out(tree, surface, whole), _output_node(tree).inputs["Surface"])
-
-
-def _surface_node(tree: Any) -> Any:
-    """The node that says what the surface is: a Principled or a Diffuse BSDF."""
-    for kind in ("BSDF_PRINCIPLED", "BSDF_DIFFUSE"):
-        for node in tree.nodes:
-            if node.type == kind:
-                return node
-    return None
-
-
-def _output_node(tree: Any) -> Any:
-    return tree.get_output_node("CYCLES") or tree.nodes.new("ShaderNodeOutputMaterial")
-
-
-def _copy_input(tree: Any, node: Any, names: tuple[str, ...], socket: Any) -> None:
-    """Give `socket` what feeds the first of the inputs `names` that `node` has: a link or a value."""
-    source = next((node.inputs[name] for name in names if node is not None and name in node.inputs), None)
-    if source is None:
-        return
-    if source.is_linked:
-        tree.links.new(source.links[0].from_socket, socket)
-    else:
-        socket.default_value = source.default_value
-
-
-def _add_shaders(tree: Any, *shaders: Any) -> Any:
-    total = shaders[0]
-    for shader in shaders[1:]:
-        node = tree.nodes.new("ShaderNodeAddShader")
-        tree.links.new(total, node.inputs[0])
-        tree.links.new(shader, node.inputs[1])
-        total = node.outputs[0]
-    return total
-
-
-def _cut_out(tree: Any, surface: Any, shader: Any) -> Any:
-    """`shader` with the surface's alpha."""
-    if surface is None or surface.type != "BSDF_PRINCIPLED":
-        return shader
-    mix = tree.nodes.new("ShaderNodeMixShader")
-    _copy_input(tree, surface, ("Alpha",), mix.inputs["Fac"])
-    tree.links.new(tree.nodes.new("ShaderNodeBsdfTransparent").outputs[0], mix.inputs[1])
-    tree.links.new(shader, mix.inputs[2])
-    return mix.outputs[0]
-
-
 def _set_up_cycles(scene: Any, samples: int) -> None:
-    """Direct light only, at a size and quality that take about a minute."""
+    """A size and quality that take about a minute."""
     scene.render.engine = "CYCLES"
     scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 960, 720, 100
     scene.render.image_settings.file_format = "PNG"
     scene.cycles.device = "CPU"
     scene.cycles.samples = samples
-    scene.cycles.max_bounces = 0
     scene.cycles.use_denoising = _has_denoiser()
 
 

@@ -10,8 +10,7 @@ deletes the file. Prints how late Blender's own timers came meanwhile, which is 
 
 import importlib.util
 import sys
-import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from time import perf_counter
 from types import ModuleType
@@ -25,33 +24,32 @@ TOOLS = Path(__file__).resolve().parent
 
 def show(folder: Path) -> Iterator[None]:
     """The steps of the performance; each ``yield`` lets Blender run on for a tick."""
-    _open_demo_scene()
-    yield from _wait(1.0)
-    area = _set_up_view()
-    yield from _wait(1.0)
-    _open_tab(area)
-    yield from _wait(1.0)
-    state = _bake_state()
+    open_demo_scene(folder / "demo.blend")
+    yield from wait(1.0)
+    area = set_up_view()
+    yield from wait(1.0)
+    open_tab(area)
+    yield from wait(1.0)
+    state = bake_state()
     bpy.context.scene.photon_bake.quality = "high"
     _press_bake(area)
-    yield from _until(lambda: state.fraction > 0.5 or not state.running, 600)
-    yield from _picture(folder / "panel_baking.ready")
-    lateness = yield from _until(lambda: not state.running, 600)
+    yield from until(lambda: state.fraction > 0.5 or not state.running, 600)
+    yield from picture(folder / "panel_baking.ready")
+    lateness = yield from until(lambda: not state.running, 600)
     print(f"screenshot_panel: {state.result or state.error} Timers came at most {lateness * 1000:.0f} ms late.")
     area.spaces.active.shading.color_type = "VERTEX"
-    yield from _wait(2.0)
-    yield from _picture(folder / "panel_baked.ready")
+    yield from wait(2.0)
+    yield from picture(folder / "panel_baked.ready")
     yield from _lightmaps(area, folder)
     yield from _debug_views(area, folder / "debug_views.ready")
 
 
-def _open_demo_scene() -> None:
-    demo_scene = _load(TOOLS / "demo_scene.py")
-    with tempfile.TemporaryDirectory() as folder:
-        demo_scene.build(str(Path(folder) / "demo.blend"))
+def open_demo_scene(path: Path) -> None:
+    """The demo scene, saved as `path`."""
+    _load(TOOLS / "demo_scene.py").build(str(path))
 
 
-def _set_up_view() -> Any:
+def set_up_view() -> Any:
     """The 3D view through the camera, flat-lit, with its sidebar."""
     area = next(area for area in bpy.context.window_manager.windows[0].screen.areas if area.type == "VIEW_3D")
     space = area.spaces.active
@@ -63,7 +61,7 @@ def _set_up_view() -> Any:
     return area
 
 
-def _open_tab(area: Any) -> None:
+def open_tab(area: Any) -> None:
     """The sidebar on our tab; it has its tabs only once it was drawn."""
     next(region for region in area.regions if region.type == "UI").active_panel_category = "Photon Bake"
 
@@ -77,21 +75,21 @@ def _press_bake(area: Any) -> None:
 
 def _lightmaps(area: Any, folder: Path) -> Iterator[None]:
     """Lightmaps of all objects, and their image where the Properties editor was."""
-    properties, state = bpy.context.scene.photon_bake, _bake_state()
+    properties, state = bpy.context.scene.photon_bake, bake_state()
     properties.targets, properties.quality = {"lightmap"}, "medium"
     properties.lightmap.folder, properties.lightmap.atlas = str(folder), "shared"
     _press_bake(area)
-    yield from _until(lambda: not state.running, 600)
+    yield from until(lambda: not state.running, 600)
     window = bpy.context.window_manager.windows[0]
     editor = next(one for one in window.screen.areas if one.type == "PROPERTIES")
     editor.type = "IMAGE_EDITOR"
-    editor.spaces.active.image = bpy.data.images["Lightmap Atlas"]
-    yield from _wait(2.0)
+    editor.spaces.active.image = bpy.data.images["Photon Bake Atlas"]
+    yield from wait(2.0)
     region = next(region for region in editor.regions if region.type == "WINDOW")
     with bpy.context.temp_override(window=window, area=editor, region=region):
         bpy.ops.image.view_all(fit_view=True)
-    yield from _wait(2.0)
-    yield from _picture(folder / "panel_lightmaps.ready")
+    yield from wait(2.0)
+    yield from picture(folder / "panel_lightmaps.ready")
     properties.targets, editor.type = {"vertex"}, "PROPERTIES"
 
 
@@ -101,35 +99,37 @@ def _debug_views(area: Any, ready: Path) -> Iterator[None]:
     opened = type("PHOTON_BAKE_PT_opened", (panel,), {"bl_options": set()})  # the panel itself remembers to be closed
     bpy.utils.unregister_class(panel)
     bpy.utils.register_class(opened)
-    views, state, shading = bpy.context.window_manager.photon_bake_views, _bake_state(), area.spaces.active.shading
+    views, state, shading = bpy.context.window_manager.photon_bake_views, bake_state(), area.spaces.active.shading
     views.photons = views.cells = True
     shading.color_type, shading.single_color = "SINGLE", (0.05, 0.05, 0.05)
     bpy.context.scene.photon_bake.quality = "draft"
     _press_bake(area)
-    yield from _until(lambda: not state.running, 600)
-    yield from _wait(2.0)
-    yield from _picture(ready)
+    yield from until(lambda: not state.running, 600)
+    yield from wait(2.0)
+    yield from picture(ready)
     bpy.utils.unregister_class(opened)
     bpy.utils.register_class(panel)
 
 
-def _bake_state() -> Any:
+def bake_state() -> Any:
     """The extension's own state, whatever repository it is installed in."""
     name = next(name for name in sys.modules if name.endswith("photon_bake.addon.ui.state"))
     return sys.modules[name].bake_state
 
 
-def _picture(ready: Path) -> Iterator[None]:
+def picture(ready: Path) -> Iterator[None]:
+    """Ask for a picture of the screen, and wait until it is taken."""
     ready.touch()
-    yield from _until(lambda: not ready.exists(), 60)
+    yield from until(lambda: not ready.exists(), 60)
 
 
-def _wait(seconds: float) -> Any:
+def wait(seconds: float) -> Any:
+    """Let Blender run for a while."""
     end = perf_counter() + seconds
-    return _until(lambda: perf_counter() > end, seconds + 60)
+    return until(lambda: perf_counter() > end, seconds + 60)
 
 
-def _until(done: Any, limit: float) -> Any:
+def until(done: Any, limit: float) -> Any:
     """Let Blender run until `done`; returns the longest that a tick came late."""
     started = last = perf_counter()
     late = 0.0
@@ -150,8 +150,8 @@ def _load(path: Path) -> ModuleType:
     return module
 
 
-def main() -> None:
-    """Play the steps from Blender's timer, and quit."""
+def main(show: Callable[[Path], Iterator[None]]) -> None:
+    """Play steps from Blender's timer, and quit."""
     bpy.context.preferences.view.show_splash = False
     bpy.context.preferences.view.ui_scale = 1.2
     steps = show(Path(sys.argv[sys.argv.index("--") + 1]).absolute())
@@ -173,4 +173,5 @@ def main() -> None:
     bpy.app.timers.register(tick, first_interval=1.0, persistent=True)
 
 
-main()
+if __name__ == "__main__":
+    main(show)

@@ -5,7 +5,7 @@ show each as one evaluated mesh or several. A copy has such a mesh as its own, w
 the original in renders. `remove_copies` takes all copies away and shows the originals as before.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from math import pi
@@ -41,6 +41,7 @@ def write_light(
     copies: list[CopyMesh],
     attribute_name: str,
     meanwhile: Sequence[AsRead],
+    apart: Mapping[str, np.ndarray] | None = None,
 ) -> list[str]:
     """Write E / π to a color attribute of stored meshes and of new copies.
 
@@ -57,6 +58,8 @@ def write_light(
     attribute_name : str
     meanwhile : sequence of AsRead
         The object of each other target.
+    apart : dict of str to (n, 3) float32, W/m²
+        Parts of the light that get attributes of their own, by their names.
 
     Returns
     -------
@@ -71,18 +74,20 @@ def write_light(
     targets = receivers.targets
     n_own = len(targets) - len(copies)
     made, warnings = _make_meshes(copies)
+    lights = {**(apart or {}), attribute_name: irradiance_value}  # the last one becomes the active color
     try:
         if n_own or not made:
             own = replace(receivers, targets=targets[:n_own])
-            warnings += write_color_attribute(irradiance_value, own, attribute_name, meanwhile)
+            for name, values in lights.items():
+                warnings += write_color_attribute(values, own, name, meanwhile)
     except BaseException:
         bpy.data.batch_remove([one.mesh for one in made.values()])
         raise
-    colors = np.asarray(irradiance_value, np.float32) / np.float32(pi)
     for copy, target in zip(copies, targets[n_own:], strict=True):
-        if (copy.owner, copy.index) in made:
-            values = np.insert(target.values(colors), 3, 1, axis=1)
-            write_color(made[copy.owner, copy.index].mesh, attribute_name, target.domain, values)
+        for name, values in lights.items() if (copy.owner, copy.index) in made else ():
+            colors = np.asarray(values, np.float32) / np.float32(pi)
+            rgba = np.insert(target.values(colors), 3, 1, axis=1)
+            write_color(made[copy.owner, copy.index].mesh, name, target.domain, rgba)
     _place_copies(list(made.values()))
     return warnings
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..errors import BakeError
 from ..progress import Progress
-from ..scene import Lights, Scene, SceneObjects, World
+from ..scene import LightGroups, Lights, Scene, SceneObjects, World
 from .instance_groups import alike, reads_by_instance
-from .lamps import in_light_group, read_lamp
+from .lamps import in_light_group, light_group_of, read_lamp
 from .light_links import Placed, link_lights
 from .materials import READING, MaterialTable
 from .meshes import LocalMesh, count_triangles, evaluated_mesh, read_mesh, used_slots
@@ -21,7 +21,7 @@ from .placing import Model, Models, PlacedMeshes
 from .render_graph import is_stand_in
 from .visibility import ALL_RAYS, LIGHT_RAYS, NOT_READ, RAYS, has_hair, rays_that_see, warn_of_hair
 from .warn import Warnings
-from .world import WorldReading, read_world
+from .world import WorldReading, light_group_of_world, read_world
 
 _ROWS = 256  # of instances, between two looks at the progress
 _WALKED, _PLACED = 0.3, 0.6
@@ -33,8 +33,15 @@ BATCH = 500_000
 
 @dataclass(frozen=True)
 class SceneReading:
-    """What was read of a dependency graph: everything but a world that Cycles has to render."""
+    """What was read of a dependency graph: everything but a world that Cycles has to render.
 
+    Attributes
+    ----------
+    light_groups : LightGroups
+        Those of the view layer.
+    """
+
+    light_groups: LightGroups
     _lit_by_nothing: Scene
     _world: WorldReading
     _warnings: Warnings
@@ -105,7 +112,18 @@ def read_scene(
     )
     warn_of_missing_files(depsgraph, materials.readable_images, warn)
     scene = link_lights(scene, found.lamps, list(compress(objects, left)), warn)
-    return SceneReading(scene, read_world(depsgraph, light_group), warn)
+    groups = _light_groups(depsgraph, found.groups_of_lamps, list(compress(objects, left)))
+    return SceneReading(groups, scene, read_world(depsgraph, light_group), warn)
+
+
+def _light_groups(depsgraph: "bpy.types.Depsgraph", of_lamps: list[str], objects: list[Placed]) -> LightGroups:
+    """The view layer's light groups, and which of them lamps, objects and the world are in."""
+    names = tuple(group.name for group in depsgraph.view_layer.lightgroups)
+    number = {name: i for i, name in enumerate(names)}
+    of_objects = [number.get(light_group_of(*by), -1) for by in objects]
+    of_lamps_ = [number.get(name, -1) for name in of_lamps]
+    of_world = number.get(light_group_of_world(depsgraph), -1)
+    return LightGroups(names, np.array(of_lamps_, np.int32), np.array(of_objects, np.int32), of_world)
 
 
 def _check_light_group(view_layer: "bpy.types.ViewLayer", name: str) -> None:
@@ -177,6 +195,7 @@ class _Found:
     ) -> None:
         self.lights: list[Lights] = []
         self.lamps: list[bpy.types.Object] = []
+        self.groups_of_lamps: list[str] = []
         self._depsgraph = depsgraph
         self._light_group = light_group
         self._counted_rays = ALL_RAYS if for_camera else LIGHT_RAYS
@@ -258,6 +277,7 @@ class _Found:
             lamp = read_lamp(instance.object, np.array(instance.matrix_world, np.float64), name, self._warnings)
             self.lights.append(lamp)
             self.lamps += [placed_by[0]] * len(lamp)
+            self.groups_of_lamps += [light_group_of(*placed_by)] * len(lamp)
 
     def _of_parent(self, parent: "bpy.types.Object | None") -> "tuple[bpy.types.Object | None, int]":
         """The original of an instance's parent, and the mask of the `RAYS` that see what it instances."""

@@ -87,7 +87,12 @@ def in_light_group(obj: "bpy.types.Object", instancer: "bpy.types.Object | None"
 
     An instance of an object without a group is in that of the object that instances it.
     """
-    return not light_group or (obj.lightgroup or (instancer.lightgroup if instancer else "")) == light_group
+    return not light_group or light_group_of(obj, instancer) == light_group
+
+
+def light_group_of(obj: "bpy.types.Object", instancer: "bpy.types.Object | None") -> str:
+    """The name of the light group that a lamp or an emitting object is in; empty where it is in none."""
+    return str(obj.lightgroup or (instancer.lightgroup if instancer else ""))
 
 
 def _power(light: "bpy.types.Light", name: str, warnings: Warnings) -> np.ndarray:

@@ -5,6 +5,10 @@ from dataclasses import dataclass
 
 import bpy
 
+SHOWN = "photon_bake_preview"
+"""Custom property of what shows baked light: of group nodes, node groups, materials and images. For light they are not
+there: who follows shaders passes such a node from its output Shader to its input Shader."""
+
 
 @dataclass(frozen=True)
 class Place:
@@ -34,6 +38,9 @@ class Place:
         if not self.socket.is_output:
             end = source(self.socket)
             return Place(end, self.groups) if end and not _leads_nowhere(end) else None
+        if SHOWN in node:
+            shader = Place(node.inputs["Shader"], self.groups)
+            return shader.upstream or shader
         if node.mute:
             passed = next(link.from_socket for link in node.internal_links if link.to_socket == self.socket)
             return Place(passed, self.groups).upstream or Place(passed, self.groups)
@@ -99,10 +106,12 @@ def source(socket: "bpy.types.NodeSocket") -> "bpy.types.NodeSocket | None":
 
 
 def all_nodes(tree: "bpy.types.NodeTree") -> "Iterator[bpy.types.Node]":
-    """The nodes of a tree and of the groups in it, each group once."""
+    """The nodes of a tree and of the groups in it, each group once; without those that show baked light."""
     trees = [tree]
     for one in trees:  # grows as groups are found
         for node in one.nodes:
+            if SHOWN in node:
+                continue
             yield node
             if node.type == "GROUP" and node.node_tree and node.node_tree not in trees:
                 trees.append(node.node_tree)
@@ -117,8 +126,9 @@ def reached_nodes(block: "bpy.types.ID") -> "Iterator[bpy.types.Node]":
         if node in seen:
             continue
         seen.add(node)
-        yield node
+        if SHOWN not in node:
+            yield node
         links = (link for one in node.inputs if one.is_linked for link in one.links)
         todo += [link.from_node for link in links if link.is_valid and not link.is_muted]
-        if node.type == "GROUP" and node.node_tree:
+        if node.type == "GROUP" and node.node_tree and SHOWN not in node:
             todo += [one for one in node.node_tree.nodes if one.type == "GROUP_OUTPUT" and one.is_active_output]

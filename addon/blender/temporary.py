@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 
 from .expressions import constant
-from .nodes import Place
+from .nodes import SHOWN, Place
 from .object_values import Values, of_scene
 
 
@@ -87,6 +87,8 @@ def _freeze_tree(
     tree: "bpy.types.NodeTree", groups: tuple, kinds: set[str], temporary: Temporary, values: Values
 ) -> None:
     for node in list(tree.nodes):
+        if SHOWN in node:
+            continue
         if node.type == "GROUP" and node.node_tree:
             node.node_tree = temporary.copy(node.node_tree)
             _freeze_tree(node.node_tree, (*groups, node), kinds, temporary, values)

@@ -70,6 +70,12 @@ def read_world(depsgraph: "bpy.types.Depsgraph", light_group: str = "") -> World
     return WorldReading(World.constant(_own_values(surface)), world.original)
 
 
+def light_group_of_world(depsgraph: "bpy.types.Depsgraph") -> str:
+    """The name of the light group that the world is in; empty where it is in none."""
+    world = getattr(depsgraph.view_layer, "world_override", None) or depsgraph.scene.world
+    return str(world.lightgroup) if world else ""
+
+
 def _own_values(surface: Place) -> np.ndarray:
     """Colour × strength of a Background node as they stand in its sockets, (3,); black for other shaders."""
     node = surface.origin.socket.node

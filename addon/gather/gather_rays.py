@@ -10,7 +10,10 @@ tracer would find them, by direct light at the point and a further ray for the r
   photons find far better. Where there are none, in what a camera sees in gloss, rays may be told to bring it.
 """
 
+from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +40,7 @@ class Incoming:
 
     Attributes
     ----------
-    reflected, sky : (n, 3) float32, W/(m² sr)
+    reflected, sky : (n, 3 l) float32, W/(m² sr)
         Radiance from surfaces, and from the world; the sky's is 0 where `DirectLight` samples it.
     hits : Hits
         What they met first.
@@ -121,12 +124,40 @@ class GatherRays:
         beyond: "GatherRays | None" = None,
     ) -> None:
         self._beyond: GatherRays = beyond or self
-        self._scene, self._tracer, self._direct, self._cache = scene, tracer, direct, cache
+        self._scene, self._tracer, self._directs, self._cache = scene, tracer, [direct], cache
         # One more entry for triangle −1
         self._narrow = np.append(scene.materials.glossy_or_glass[scene.material_of_triangle], False)
         self._any_narrow = bool(self._narrow.any())
         self._diffuse = np.append(scene.materials.diffuse.nonzero[scene.material_of_triangle], False)
         self._translucent = np.append(scene.materials.translucent.nonzero[scene.material_of_triangle], False)
+
+    @staticmethod
+    def beside(rays: "Sequence[GatherRays]") -> "GatherRays":
+        """The same rays for several lights that differ in all but surfaces: `Incoming` has three columns of each.
+
+        What costs most, to find what rays meet and where they go on, is done once for all of them.
+        """
+        if len(rays) == 1:
+            return rays[0]
+        joined = copy(rays[0])
+        joined._directs = [one._directs[0] for one in rays]
+        joined._cache = RadianceCache.beside([one._cache for one in rays])
+        own = all(one._beyond is one for one in rays)
+        joined._beyond = joined if own else GatherRays.beside([one._beyond for one in rays])
+        return joined
+
+    @property
+    def n_lights(self) -> int:
+        """How many lights lie side by side."""
+        return len(self._directs)
+
+    def _wide(self, values: np.ndarray) -> np.ndarray:
+        """Values (n, 3) that hold for each of the lights, (n, 3 l)."""
+        return values if self.n_lights == 1 else np.tile(values, self.n_lights)
+
+    def _of_lights(self, of_one: Callable[..., np.ndarray], *at: Any) -> np.ndarray:
+        """What `of_one` says of each `DirectLight` and of what follows, (n, 3) each, side by side, (n, 3 l)."""
+        return np.concatenate([of_one(direct, *at) for direct in self._directs], axis=1)
 
     def radiance_along(
         self,
@@ -145,12 +176,13 @@ class GatherRays:
         facets : (n, 3) float32, optional
             Geometric normals: no light comes from behind them.
         focused : bool
-            Bring also what mirrors, glass and narrow gloss show of lamps, emission and worlds, as `reflected`.
+            Bring also what mirrors, glass and narrow gloss show of lamps, emission and worlds, as `reflected`; not for
+            several lights side by side.
         """
         hits = self._tracer.closest_hit(origins, directions)
         throughput = hits.tinted(np.ones((len(origins), 3), np.float32))
-        sky = throughput * self._direct.unsampled_sky(hits, directions)
-        reflected = np.zeros_like(directions)
+        sky = self._wide(throughput) * self._of_lights(DirectLight.unsampled_sky, hits, directions)
+        reflected = np.zeros_like(sky)
         paths = self._look_up(reflected, np.arange(len(origins)), throughput, directions, hits, True, random)
         for step in range(_MAX_HITS):
             if len(paths.ray) == 0:
@@ -176,7 +208,7 @@ class GatherRays:
         reflected, near = self._cache.look_up(hits, directions)
         # What shines through a leaf is lit from its other side: only the cache knows both
         near &= near_allowed & self._diffuse[hits.triangle] & ~self._translucent[hits.triangle]
-        reflected = np.where(near[:, None], np.float32(0), reflected * throughput)
+        reflected = np.where(near[:, None], np.float32(0), reflected * self._wide(throughput))
         followed, scale = near.copy(), np.ones(len(ray), np.float32)
         if self._any_narrow:
             # Light the narrow lobes, and follow them in proportion to what they reflect
@@ -224,17 +256,17 @@ class GatherRays:
             ray, origins, onward = part.ray[alive], rows(on.origins, alive), rows(on.directions, alive)
             hits = self._tracer.closest_hit(origins, onward, on.kind[alive])
             throughput = hits.tinted(throughput)
-            light = self._direct.unsampled_sky(hits, onward)
+            light = self._of_lights(DirectLight.unsampled_sky, hits, onward)
             wide = np.flatnonzero(on.lobe[alive] < Lobe.GLOSSY)
             k = alive[wide]
             left = part.hits.where(k)
             side = np.where(on.lobe[k] == Lobe.TRANSLUCENT, np.float32(-1), np.float32(1))[:, None]
             shading = side * scene.shading_normals(left.triangle, left.u, left.v, rows(part.normals, k))
-            light[wide] = self._direct.met(hits.where(wide), rows(onward, wide), shading)
+            light[wide] = self._of_lights(DirectLight.met, hits.where(wide), rows(onward, wide), shading)
             if focused:
                 k = np.flatnonzero(on.lobe[alive] >= Lobe.GLOSSY)
                 light[k] = self._focused_light(part.where(alive[k]), on.where(alive[k]), hits.where(k), light[k])
-            radiance[ray] += throughput * light
+            radiance[ray] += self._wide(throughput) * light
             parts.append(self._beyond._look_up(radiance, ray, throughput, onward, hits, near_allowed, random))
         return _join(parts)
 
@@ -257,13 +289,13 @@ class GatherRays:
         origins = paths.positions + scene.ray_offset(paths.hits.triangle, paths.positions) * paths.normals
         objects = scene.object_of_triangle[hits.triangle]
         normals = scene.shading_normals(hits.triangle, hits.u, hits.v, paths.normals)
-        light = self._direct.sample(origins, normals, objects, random).irradiance
-        reflected = scene.albedo(hits.triangle, hits.u, hits.v) * light / np.float32(np.pi)
+        light = self._of_lights(lambda direct: direct.sample(origins, normals, objects, random).irradiance)
+        reflected = self._wide(scene.albedo(hits.triangle, hits.u, hits.v)) * light / np.float32(np.pi)
         reflected += self._cache.caustic_at(hits, paths.directions)
         if self._any_narrow:
             surface, cosine = self._surface(hits, paths.directions)
             reflected *= base_share(surface, cosine)[:, None]
-        radiance[paths.ray] += paths.throughput * reflected
+        radiance[paths.ray] += self._wide(paths.throughput) * reflected
 
     def _add_glossy(self, radiance: np.ndarray, paths: _Paths, surface: Surface, random: np.random.Generator) -> None:
         """Direct light that rough glossy lobes reflect: highlights are bright, however little it is on average."""
@@ -275,11 +307,14 @@ class GatherRays:
         normals = scene.shading_normals(hits.triangle, hits.u, hits.v, paths.normals)
         normals = facing(normals, paths.normals, paths.directions)
         origins = paths.positions + scene.ray_offset(paths.hits.triangle, paths.positions) * paths.normals
-        light = self._direct.sample(origins, normals, scene.object_of_triangle[hits.triangle], random, rays_own=False)
-        axes = local_axes(normals)
-        wo, wi = (np.einsum("nij,nj->ni", axes, d) for d in (-paths.directions, light.direction))
-        reflected = evaluate_wide(surface, wo, wi) * light.irradiance
-        radiance[paths.ray] += paths.throughput * reflected
+        axes, objects = local_axes(normals), scene.object_of_triangle[hits.triangle]
+
+        def of_one(direct: DirectLight) -> np.ndarray:
+            light = direct.sample(origins, normals, objects, random, rays_own=False)
+            wo, wi = (np.einsum("nij,nj->ni", axes, d) for d in (-paths.directions, light.direction))
+            return evaluate_wide(surface, wo, wi) * light.irradiance
+
+        radiance[paths.ray] += self._wide(paths.throughput) * self._of_lights(of_one)
 
 
 def _join(parts: list[_Paths]) -> _Paths:

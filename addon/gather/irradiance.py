@@ -1,8 +1,12 @@
 """The light that arrives at receivers."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+
+_OF_ALL = ("receivers", "gather_points", "gather_rays")
+"""Counts of what several kinds of light have in common."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +91,25 @@ class Irradiance:
         slope = None if self.slope is None else self.slope[rows]
         gathered = None if self.gathered is None else self.gathered[rows]
         return Irradiance(self.value[rows], self.stderr[rows], passes, self.counts, slope, gathered)
+
+    @staticmethod
+    def together(lights: "Sequence[Irradiance]") -> "Irradiance":
+        """The light of several kinds of lights at the same receivers, whose errors are independent."""
+        first = lights[0]
+        if len(lights) == 1:
+            return first
+        sums = {name: np.sum([light.passes[name] for light in lights], axis=0) for name in first.passes}
+        counts = {name: sum(light.counts.get(name, 0) for light in lights) for name in first.counts}
+        counts |= {name: first.counts[name] for name in _OF_ALL if name in first.counts}
+        slopes = [light.slope for light in lights if light.slope is not None]
+        return Irradiance(
+            value=np.sum([light.value for light in lights], axis=0),
+            stderr=np.sqrt(np.sum([light.stderr**2 for light in lights], axis=0)),
+            passes=sums,
+            counts=counts,
+            slope=np.sum(slopes, axis=0) if slopes else None,
+            gathered=first.gathered,
+        )
 
     @property
     def interpolated(self) -> bool:

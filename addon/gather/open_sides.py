@@ -97,12 +97,18 @@ class OpenBacks:
             directional=receivers.directional,
         )
 
-    def taken(self, light: Irradiance) -> Irradiance:
-        """Light of the receivers that `added_to` made as that of the first ones: of these, the brighter side's."""
+    def taken(self, light: Irradiance, of_all: Irradiance | None = None) -> Irradiance:
+        """Light of the receivers that `added_to` made as that of the first ones: of these, the brighter side's.
+
+        Parameters
+        ----------
+        of_all : Irradiance, optional
+            All light, by which that side is told, where `light` is a part of it.
+        """
         if len(self.receiver) == 0:
             return light
         n = len(light.value) - len(self.receiver)
-        row, brightness = np.arange(n), light.value.mean(axis=1)
+        row, brightness = np.arange(n), (of_all or light).value.mean(axis=1)
         lit = brightness[n:] > brightness[self.receiver]
         row[self.receiver[lit]] = n + np.flatnonzero(lit)
         return replace(

@@ -1,5 +1,6 @@
 """The radiance cache: the light that every surface element reflects or transmits diffusely, to either side."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -25,10 +26,11 @@ class RadianceCache:
     Attributes
     ----------
     elements : SurfaceElements
-    radiance : (2 e + 2, 3) float32, W/(m² sr)
+    radiance : (2 e + 2, 3 l) float32, W/(m² sr)
+        Of one light or of several side by side.
         Element k's front (the side its normal is on) at 2k, its back at 2k + 1; the last two, for rays that meet
         nothing, are black. Emission is not in it.
-    caustic : (2 e + 2, 3) float32, W/(m² sr)
+    caustic : (2 e + 2, 3 l) float32, W/(m² sr)
         The part of it that is light of lamps over mirrors, glass and narrow gloss.
     """
 
@@ -44,16 +46,24 @@ class RadianceCache:
             return RadianceCache(elements, padded, np.zeros_like(padded))
         return RadianceCache(elements, padded, np.concatenate([caustic, np.zeros((2, 3), np.float32)]))
 
+    @staticmethod
+    def beside(caches: "Sequence[RadianceCache]") -> "RadianceCache":
+        """The light of several caches of the same elements side by side, three columns each."""
+        light, caustic = (
+            np.concatenate([getattr(c, name) for c in caches], axis=1) for name in ("radiance", "caustic")
+        )
+        return RadianceCache(caches[0].elements, light, caustic)
+
     @cached_property
     def _reach(self) -> np.ndarray:
         """Distance from which each element can be looked up, and 0 for no element, (e + 1,) float32, m."""
         return np.append(NEAR * np.sqrt(self.elements.areas), 0).astype(np.float32)
 
     def look_up(self, hits: Hits, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Radiance that each ray meets, (n, 3) float32, 0 where it meets nothing; and which rays end too near, (n,)."""
+        """Radiance that rays meet, (n, 3 l) float32, 0 where they meet nothing; and which ones end too near, (n,)."""
         element = self.elements.find(hits.triangle, hits.u, hits.v)
         return rows(self.radiance, 2 * element + hits.back(directions)), hits.distance < self._reach[element]
 
     def caustic_at(self, hits: Hits, directions: np.ndarray) -> np.ndarray:
-        """Radiance of caustics that each ray meets, (n, 3) float32."""
+        """Radiance of caustics that each ray meets, (n, 3 l) float32."""
         return rows(self.caustic, 2 * self.elements.find(hits.triangle, hits.u, hits.v) + hits.back(directions))

@@ -29,6 +29,8 @@ class Report:
         Name of the colour attribute; empty where none was asked for.
     light_group : str
         Whose light alone was baked; empty for all light.
+    light_groups : bool
+        Whether light groups were baked apart too.
     objects : list of str
         Objects that got light.
     files : list of str
@@ -62,6 +64,7 @@ class Report:
     saved: str = ""
     attribute: str = ""
     light_group: str = ""
+    light_groups: bool = False
     objects: list[str] = field(default_factory=list)
     files: list[str] = field(default_factory=list)
     settings: dict[str, Any] = field(default_factory=dict)

@@ -1,9 +1,22 @@
 """What is lit: meshes, materials, lights and world as NumPy arrays in world space (metres, scene-linear Rec.709)."""
 
+from .light_groups import OTHER, LightGroups
 from .lights import ALL_BOUNCES, LightKind, Lights
 from .materials import Channel, Materials
 from .scene import Scene, SceneObjects
 from .textures import Textures
 from .world import World
 
-__all__ = ["ALL_BOUNCES", "Channel", "LightKind", "Lights", "Materials", "Scene", "SceneObjects", "Textures", "World"]
+__all__ = [
+    "ALL_BOUNCES",
+    "OTHER",
+    "Channel",
+    "LightGroups",
+    "LightKind",
+    "Lights",
+    "Materials",
+    "Scene",
+    "SceneObjects",
+    "Textures",
+    "World",
+]

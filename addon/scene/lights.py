@@ -92,6 +92,13 @@ class Lights:
         arrays = {name: np.concatenate([getattr(part, name) for part in lights]) for name in _COLUMNS}
         return Lights(names=tuple(name for part in lights for name in part.names), **arrays)
 
+    def where(self, k: np.ndarray) -> "Lights":
+        """The lamps that `k`, indices or (l,) bool, chooses, linked as they are."""
+        arrays = {name: getattr(self, name)[k] for name in _COLUMNS}
+        illuminates, blocked_by = (None if of is None else of[k] for of in (self.illuminates, self.blocked_by))
+        lights = Lights(names=tuple(np.array(self.names, object)[k]), **arrays)
+        return replace(lights, illuminates=illuminates, blocked_by=blocked_by)
+
     def seen(self, in_gloss: bool, through_glass: bool) -> "Lights":
         """The same lamps, seen by other rays."""
         n = len(self)

@@ -1,6 +1,6 @@
 """The scene: triangles, and what they are made of and lit by."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -88,6 +88,14 @@ class Scene:
     @property
     def n_triangles(self) -> int:
         return len(self.triangles)
+
+    def lit_by(self, lamps: np.ndarray, emits: np.ndarray, world: World) -> "Scene":
+        """The same surfaces, lit by some of the lamps (l,) bool, by objects (o,) bool that emit, and by a world."""
+        objects = replace(self.objects, emits=self.objects.emits & emits)
+        scene = replace(self, lights=self.lights.where(lamps), objects=objects, world=world)
+        for name in ("bounds", "diagonal", "_normals_and_areas", "smooth", "packed_normals", "_height_errors"):
+            scene.__dict__[name] = getattr(self, name)  # of the surfaces alone: known already
+        return scene
 
     @cached_property
     def bounds(self) -> np.ndarray:

@@ -1,17 +1,21 @@
 """What people see in Blender: the settings on the scene, the panel, and debug views in the viewport."""
 
-from . import debug_views, panel, properties
+from . import checks, debug_views, panels, properties, staleness
 
 
 def register() -> None:
     """Add the settings to scenes, the debug views, and the panel to the sidebar."""
     properties.register()
     debug_views.register()
-    panel.register()
+    staleness.register()
+    checks.register()
+    panels.register()
 
 
 def unregister() -> None:
     """Take them away again."""
-    panel.unregister()
+    panels.unregister()
+    checks.unregister()
+    staleness.unregister()
     debug_views.unregister()
     properties.unregister()

@@ -83,9 +83,9 @@ class PhotonBakeViews(bpy.types.PropertyGroup):
 
     __annotations__ = {
         "maps": _toggle("maps", "Cube Maps", "Where the cube maps of Multi-Image stand"),
-        "photons": _toggle("photons", "Photons", "Where photons came to surfaces, in the colour of their power"),
+        "photons": _toggle("photons", "Photons", "Where photons came to surfaces, in the color of their power"),
         "cells": _toggle(
-            "cells", "Volume Cells", "Cells of the light volume near surfaces, in the colour of their light"
+            "cells", "Volume Cells", "Cells of the light volume near surfaces, in the color of their light"
         ),
     }
 

@@ -6,9 +6,14 @@ from typing import Any, get_args, get_type_hints
 import bpy
 
 from ..camera_settings import PASS_CHOICES, PASS_FOLDER, CameraSettings
+from ..knobs import meaning_of
 from ..lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
 from ..probe_settings import PROBE_CHOICES, PROBE_FOLDER, ProbeSettings
 from ..settings import CHOICES, BakeSettings, Quality, settings_for
+from . import mixer_properties, show_properties
+from .mixer_properties import LIGHT_GROUPS, PhotonBakeLightLayer
+from .show_properties import PhotonBakeShownProperties
+from .zero_values import SUBTYPES, zero_properties
 
 QUALITIES: tuple[Quality, ...] = get_args(Quality)
 KNOBS = fields(BakeSettings)
@@ -45,6 +50,7 @@ _CHOICE_WORDS = {
     ),
     "embree": ("Embree", "Meets the meshes themselves: exact, and the fastest"),
     "multi_image": ("Multi-Image", "Meets pictures of the scene in cube maps: inexact, and slow on a CPU"),
+    "atlas auto": ("Automatic", "Shared where more than four objects have a material in common, else per object"),
     "per_object": ("Per Object", "Every object has an image of its own"),
     "shared": ("Shared", "All objects lie in one image, or in as few as hold them"),
     "exr_half": ("OpenEXR Half", "16 bits a channel: enough for light"),
@@ -54,7 +60,7 @@ _CHOICE_WORDS = {
     "rgbd": ("PNG RGBD", "8 bits a channel, over a divisor in alpha"),
     "auto": ("Automatic", "OpenImageDenoise where the extension has it; for interpolated lightmaps nothing"),
     "oidn": ("OpenImageDenoise", "Intel's filter; lightmaps chart by chart, so that nothing bleeds across"),
-    "own": ("Own Filter", "Averages neighbours with the same light, place and direction"),
+    "own": ("Own Filter", "Averages neighbors with the same light, place and direction"),
     "none": ("None", "Nothing: the noise stays, or the file's size"),
     "half": ("Half", "16 bits a channel: enough for light"),
     "float": ("Float", "32 bits a channel"),
@@ -72,7 +78,7 @@ _CHOICE_WORDS = {
 CHOICE_NUMBERS = {
     "gather": {"final": 0, "density": 1, "light_volume": 2, "photon_volumes": 3},
     "tracer": {"embree": 0, "multi_image": 1},
-    "atlas": {"per_object": 0, "shared": 1},
+    "atlas": {"per_object": 0, "shared": 1, "auto": 2},
     "file_format": {"exr_half": 0, "exr_float": 1, "hdr": 2, "rgbm": 3, "rgbd": 4},
     "denoiser": {"auto": 0, "oidn": 1, "own": 2, "none": 3},
     "pass_denoiser": {"auto": 0, "oidn": 1, "none": 2},
@@ -83,8 +89,11 @@ CHOICE_NUMBERS = {
 }
 """What .blend files keep of the knobs' choices: never to be given to another choice, or files would open with that."""
 
+_WRITTEN_TO = {"OUTPUT_PATH", "PATH_SUPPORTS_BLEND_RELATIVE"}
+"""Options of folders: they need not be there, and // is the folder of the .blend file."""
+
 _WANTED = [
-    ("vertex", "Vertices", "A colour attribute on each mesh", "VERTEXSEL", 1),
+    ("vertex", "Vertices", "A color attribute on each mesh", "VERTEXSEL", 1),
     ("lightmap", "Lightmaps", "Images, on UV maps of their own", "TEXTURE", 2),
     ("camera", "Camera", "A pass of the scene's camera, which compositing adds to direct light", "CAMERA_DATA", 4),
     ("probes", "Probes", "Light at points in the air, as files for what moves in an engine", "LIGHTPROBE_VOLUME", 8),
@@ -102,33 +111,47 @@ _LABELS = {
     "value_range": "Range",
     "denoiser": "Denoise",
     "pass_denoiser": "Denoise",
+    "density": "Texels/m",
+    "memory": "Memory (MB)",
+    "n_nearest": "Near Photons",
     "n_probe_rays": "Rays",
 }
 
 
 def label(knob: str) -> str:
     """The name that a knob has in the panel: ``n_gather_rays`` is Gather Rays."""
-    return knob.removeprefix("n_").replace("_", " ").title()
+    return _LABELS.get(knob) or knob.removeprefix("n_").replace("_", " ").title()
 
 
 def _property(settings: type, knob: Field) -> Any:
     """Blender's property for a knob of a settings class, from the knob's own default, range and meaning."""
     kind = get_type_hints(settings)[knob.name]
-    meta: dict[str, Any] = {"name": _LABELS.get(knob.name) or label(knob.name), "default": knob.default}
+    meta: dict[str, Any] = {"name": label(knob.name), "default": knob.default}
     choices = {**CHOICES, **LIGHTMAP_CHOICES, **PASS_CHOICES, **PROBE_CHOICES}.get(knob.name)
     if choices:
         numbers = CHOICE_NUMBERS[knob.name]
-        items = [(choice, *_CHOICE_WORDS[choice], numbers[choice]) for choice in choices]
+        words = {choice: _CHOICE_WORDS.get(f"{knob.name} {choice}") or _CHOICE_WORDS[choice] for choice in choices}
+        items = [(choice, *words[choice], numbers[choice]) for choice in choices]
         return bpy.props.EnumProperty(items=items, description=CHOICE_MEANINGS[knob.name], **meta)
-    meta["description"] = knob.metadata["meaning"]
+    meta["description"] = meaning_of(knob)
     if kind is str:
         return bpy.props.StringProperty(**meta)
     if kind is bool:
         return bpy.props.BoolProperty(**meta)
-    meta.update(min=knob.metadata["low"], max=knob.metadata["high"])
+    meta.update(min=knob.metadata["low"], max=knob.metadata["high"], **SUBTYPES.get(knob.metadata["unit"], {}))
     if kind is int:
         return bpy.props.IntProperty(**meta)
     return bpy.props.FloatProperty(**meta, precision=3, step=1)
+
+
+def _properties(settings: type) -> dict[str, Any]:
+    """Blender's properties for the knobs of a settings class, and what the panel shows of those whose 0 means more."""
+    kinds, found = get_type_hints(settings), {}
+    for knob in fields(settings):
+        found[knob.name] = _property(settings, knob)
+        if knob.metadata.get("zero"):
+            found |= zero_properties(knob, kinds[knob.name], label(knob.name))
+    return found
 
 
 def _get_quality(properties: "PhotonBakeProperties") -> int:
@@ -156,8 +179,9 @@ class PhotonBakeLightmapProperties(bpy.types.PropertyGroup):
             description="Where the images' files go; // is the folder of the .blend file",
             default=f"//{LIGHTMAP_FOLDER}",
             subtype="DIR_PATH",
+            options=_WRITTEN_TO,
         ),
-        **{knob.name: _property(LightmapSettings, knob) for knob in LIGHTMAP_KNOBS},
+        **_properties(LightmapSettings),
     }
 
     def settings(self) -> LightmapSettings:
@@ -174,8 +198,9 @@ class PhotonBakeCameraProperties(bpy.types.PropertyGroup):
             description="Where the pass's files go; // is the folder of the .blend file",
             default=f"//{PASS_FOLDER}",
             subtype="DIR_PATH",
+            options=_WRITTEN_TO,
         ),
-        **{knob.name: _property(CameraSettings, knob) for knob in CAMERA_KNOBS},
+        **_properties(CameraSettings),
     }
 
     def settings(self) -> CameraSettings:
@@ -192,8 +217,9 @@ class PhotonBakeProbeProperties(bpy.types.PropertyGroup):
             description="Where the probes' files go; // is the folder of the .blend file",
             default=f"//{PROBE_FOLDER}",
             subtype="DIR_PATH",
+            options=_WRITTEN_TO,
         ),
-        **{knob.name: _property(ProbeSettings, knob) for knob in PROBE_KNOBS},
+        **_properties(ProbeSettings),
     }
 
     def settings(self) -> ProbeSettings:
@@ -220,7 +246,7 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
         "probes": bpy.props.PointerProperty(type=PhotonBakeProbeProperties, name="Probes"),
         "attribute": bpy.props.StringProperty(
             name="Attribute",
-            description="Colour attribute that the light is written to, made if it is not there",
+            description="Color attribute that the light is written to, made if it is not there",
             default="Indirect",
         ),
         "light_group": bpy.props.StringProperty(
@@ -245,7 +271,17 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
             "that modifiers make anew) get copies with meshes of their own, and are hidden in renders",
             default=False,
         ),
-        **{knob.name: _property(BakeSettings, knob) for knob in KNOBS},
+        **_properties(BakeSettings),
+        "light_groups": bpy.props.EnumProperty(
+            name="Light Groups",
+            description="Which light of the view layer's light groups is baked",
+            items=LIGHT_GROUPS,
+            get=mixer_properties.get_light_groups,
+            set=mixer_properties.set_light_groups,
+        ),
+        "light_groups_chosen": bpy.props.IntProperty(min=0, max=2, options={"HIDDEN"}),
+        "mixer": bpy.props.CollectionProperty(type=PhotonBakeLightLayer, name="Light Mixer"),
+        "shown": bpy.props.PointerProperty(type=PhotonBakeShownProperties, name="Baked Light"),
     }
 
     def settings(self) -> BakeSettings:
@@ -257,6 +293,8 @@ def register() -> None:
     """Give every scene its settings, ``scene.photon_bake``."""
     bpy.utils.register_class(PhotonBakeLightmapProperties)
     bpy.utils.register_class(PhotonBakeCameraProperties)
+    mixer_properties.register()
+    show_properties.register()
     bpy.utils.register_class(PhotonBakeProbeProperties)
     bpy.utils.register_class(PhotonBakeProperties)
     bpy.types.Scene.photon_bake = bpy.props.PointerProperty(type=PhotonBakeProperties, name="Photon Bake")
@@ -266,6 +304,8 @@ def unregister() -> None:
     """Take them away again."""
     del bpy.types.Scene.photon_bake
     bpy.utils.unregister_class(PhotonBakeProperties)
+    show_properties.unregister()
+    mixer_properties.unregister()
     bpy.utils.unregister_class(PhotonBakeProbeProperties)
     bpy.utils.unregister_class(PhotonBakeCameraProperties)
     bpy.utils.unregister_class(PhotonBakeLightmapProperties)

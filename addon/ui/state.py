@@ -5,6 +5,7 @@ from time import perf_counter
 
 from ..progress import Progress
 from ..settings import Gather
+from .outcomes import Outcome
 
 STAGE_SHARES: dict[Gather, dict[str, float]] = {
     "final": {
@@ -63,6 +64,10 @@ PROBE_SHARES = {"Lighting probes": 4}
 _OF_RECEIVERS = {"Gathering light", "Adding direct light"}
 
 
+REFINE_SHARES = {"Refining meshes": 8, "Splitting edges": 1}
+"""The same for refining meshes."""
+
+
 class BakeState:
     """What the panel shows.
 
@@ -73,39 +78,62 @@ class BakeState:
     stage : str
     fraction : float
         Of the whole bake, in [0, 1]; never falls.
-    result, error : str
-        A line about the last bake: its time and noise, or why it failed.
-    warnings : list of str
-        What the last bake wants known.
+    outcome : Outcome
+        Of the last bake.
+    scene : int
+        The session id of the scene that is baked, or was.
     """
 
     def __init__(self) -> None:
         self.progress: Progress | None = None
-        self._forget()
+        self._outcomes: dict[int, Outcome] = {}
+        self._begin(0)
 
-    def _forget(self) -> None:
+    def _begin(self, scene: int) -> None:
         self.stage, self.fraction = "", 0.0
         self._done: dict[str, float] = {}
-        self.result, self.error = "", ""
-        self.warnings: list[str] = []
+        self.scene, self.outcome = scene, Outcome()
+        self._outcomes.pop(scene, None)
         self._shares: dict[str, float] = {}
         self._started = perf_counter()
+
+    @property
+    def result(self) -> str:
+        return self.outcome.result
+
+    @property
+    def error(self) -> str:
+        return self.outcome.error
+
+    @property
+    def warnings(self) -> list[str]:
+        return self.outcome.warnings
+
+    def outcome_of(self, scene: int) -> Outcome | None:
+        """How the last bake of a scene ended, by its session id; None where there was none."""
+        return self._outcomes.get(scene)
+
+    def forget(self) -> None:
+        """Another file is open: its scenes were never baked."""
+        self._outcomes.clear()
 
     @property
     def running(self) -> bool:
         return self.progress is not None
 
-    def start(self, gather: Gather, targets: Collection[str] = ()) -> Progress:
-        """Forget the last bake, and follow a new one through the progress returned."""
-        self._forget()
+    def start(self, gather: Gather, targets: Collection[str] = (), scene: int = 0) -> Progress:
+        """Forget the last bake of a scene, and follow a new one through the progress returned."""
+        self._begin(scene)
         self._shares = shares_of(gather, targets)
         self.progress = Progress(self._listen)
         return self.progress
 
-    def stop(self, result: str = "", error: str = "", warnings: list[str] | None = None) -> None:
+    def stop(self, outcome: Outcome | None = None) -> None:
         """Say how the bake ended."""
         self.progress = None
-        self.result, self.error, self.warnings = result, error, list(warnings or [])
+        self.outcome = outcome or Outcome()
+        if outcome is not None:
+            self._outcomes[self.scene] = outcome
 
     def cancel(self) -> None:
         """Ask the bake to stop, if one runs."""
@@ -124,6 +152,12 @@ class BakeState:
             return None
         return self.seconds * (1 / self.fraction - 1)
 
+    @property
+    def words(self) -> str:
+        """The stage, and how long the rest may take."""
+        left = self.seconds_left
+        return self.stage if left is None else f"{self.stage}: {duration(left)} left"
+
     def _listen(self, stage: str, fraction: float) -> None:
         self.stage = stage
         self._done[stage] = fraction
@@ -133,7 +167,13 @@ class BakeState:
 def shares_of(gather: Gather, targets: Collection[str]) -> dict[str, float]:
     """The stages' shares of a bake to some targets."""
     shares = dict(STAGE_SHARES[gather])
-    for target, added in (("lightmap", LIGHTMAP_SHARES), ("camera", CAMERA_SHARES), ("probes", PROBE_SHARES)):
+    parts: dict[str, Mapping[str, float]] = {
+        "lightmap": LIGHTMAP_SHARES,
+        "camera": CAMERA_SHARES,
+        "probes": PROBE_SHARES,
+        "refine": REFINE_SHARES,
+    }
+    for target, added in parts.items():
         shares |= added if target in targets else {}
     if set(targets) == {"probes"}:  # they look around instead
         shares = {stage: share for stage, share in shares.items() if stage not in _OF_RECEIVERS}

@@ -11,7 +11,7 @@ import numpy as np
 import OpenEXR
 from camera_pass import open_scene
 from figures import scene_options, scenes_in
-from photon_bake.addon.blender.compositor import add_pass
+from photon_bake.addon.blender.compositing.nodes import add_pass
 from photon_bake.addon.camera_settings import CameraSettings
 from photon_bake.addon.output.png import write_png
 from photon_bake.addon.progress import Progress

@@ -9,7 +9,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 from figures import scene_options, write_png
-from photon_bake.addon.blender.lightmap_preview import show_lightmaps
+from photon_bake.addon.blender.show import use_baked_light
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.output.lightmap import contact_sheet
 from photon_bake.addon.progress import Progress
@@ -63,7 +63,7 @@ def main():
         solved = job.solve(settings_for("medium"), Progress())
         job.write(solved, Progress())
         direct, full = (rendered(Path(folder), str(bounces), bounces) for bounces in (0, 32))
-        show_lightmaps(bpy.context.scene.objects)
+        use_baked_light(bpy.context.scene)
         ours = rendered(Path(folder), "lightmaps", 0)
     off = (ours - full).mean()
     print(f"mean {off / full.mean():+.2%}, of the bounced light {off / (full - direct).mean():+.2%}")

@@ -27,8 +27,8 @@ from lightmap_uvs import left_out
 from lightmaps import under
 from own_scenes import OWN_SCENES
 from photon_bake.addon.bake import bake
-from photon_bake.addon.blender.lightmap_layout import lay_out
-from photon_bake.addon.blender.lightmap_meshes import write_uv_map
+from photon_bake.addon.blender.lightmap.layout import lay_out
+from photon_bake.addon.blender.lightmap.meshes import write_uv_map
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.progress import Progress

@@ -11,10 +11,11 @@ import bpy
 import numpy as np
 import xatlas
 from figures import scene_options, scenes_in, table
-from photon_bake.addon.blender import bake_objects, lightmap_packing
-from photon_bake.addon.blender.lightmap_charts import Faces, chart_of_triangles, laid_flat
-from photon_bake.addon.blender.lightmap_meshes import check_lightmap_object
-from photon_bake.addon.blender.lightmap_packing import Packed, Piece
+from photon_bake.addon.blender import bake_objects
+from photon_bake.addon.blender.lightmap import packing
+from photon_bake.addon.blender.lightmap.charts import Faces, chart_of_triangles, laid_flat
+from photon_bake.addon.blender.lightmap.meshes import check_lightmap_object
+from photon_bake.addon.blender.lightmap.packing import Packed, Piece
 from photon_bake.addon.blender.temporary import Temporary
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.receivers.coverage import texels_of
@@ -25,7 +26,7 @@ SKIP = {"cornell": (), "oa_bases3": ("skies",), "classroom": ("Mesh035",)}
 
 
 def smart(faces, density, pack):
-    """Blender's Smart UV Project, packed by a function of `lightmap_packing`."""
+    """Blender's Smart UV Project, packed by a function of `packing`."""
     uv = laid_flat(faces, 66)
     piece = Piece.of(uv, faces.triangles, chart_of_triangles(faces, uv))
     return pack([piece], density, 1, 0, True), len(np.unique(piece.chart))
@@ -46,7 +47,7 @@ def of_xatlas(faces, density):
 
 def lightmap_pack(faces, density):
     """Blender's Lightmap Pack: each face by itself; its margin is in parts of the image, so the side is guessed."""
-    side = lightmap_packing.whole_blocks(density * (faces.area / 0.6) ** 0.5)
+    side = packing.whole_blocks(density * (faces.area / 0.6) ** 0.5)
     with Temporary() as temporary:
         mesh = temporary.add(bpy.data.meshes.new("Bench"))
         mesh.from_pydata(faces.positions, [], np.split(faces.corner_vertex, np.cumsum(faces.n_corners)[:-1]))
@@ -60,8 +61,8 @@ def lightmap_pack(faces, density):
 
 
 WAYS = {
-    ("Smart UV Project", "xatlas"): lambda faces, density: smart(faces, density, lightmap_packing._by_xatlas),
-    ("Smart UV Project", "Pack Islands"): lambda faces, density: smart(faces, density, lightmap_packing._by_blender),
+    ("Smart UV Project", "xatlas"): lambda faces, density: smart(faces, density, packing._by_xatlas),
+    ("Smart UV Project", "Pack Islands"): lambda faces, density: smart(faces, density, packing._by_blender),
     ("xatlas", "xatlas"): of_xatlas,
     ("Lightmap Pack", "Lightmap Pack"): lightmap_pack,
 }

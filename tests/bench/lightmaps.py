@@ -20,8 +20,8 @@ from lightmap_uvs import left_out
 from mathutils.bvhtree import BVHTree
 from photon_bake.addon.bake import bake
 from photon_bake.addon.blender import bake_objects
-from photon_bake.addon.blender.lightmap_charts import areas
-from photon_bake.addon.blender.lightmap_meshes import check_lightmap_object
+from photon_bake.addon.blender.lightmap.charts import areas
+from photon_bake.addon.blender.lightmap.meshes import check_lightmap_object
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.output.lightmap.borders import REAL_JUMP
 from photon_bake.addon.parallel import Workers

@@ -13,6 +13,8 @@ ROOT = Path(__file__).resolve().parents[2]
 RANKS = [
     [
         "addon.errors",
+        "addon.findings",
+        "addon.estimates",
         "addon.knobs",
         "addon.progress",
         "addon.parallel",
@@ -32,7 +34,7 @@ RANKS = [
     ["addon.receivers"],
     ["addon.gather"],
     ["addon.output"],
-    ["addon.bake", "addon.camera_bake", "addon.camera_pass", "addon.probe_bake"],
+    ["addon.bake", "addon.camera_bake", "addon.camera_pass", "addon.probe_bake", "addon.refinement"],
     ["addon.blender"],
     ["addon.ui"],
     ["operators"],

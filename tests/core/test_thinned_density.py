@@ -20,6 +20,8 @@ HALF, K = 2.0, 50
 class NoLight:
     """Gather rays that meet nothing, in the dark."""
 
+    n_lights = 1
+
     def radiance_along(self, origins, directions, random):
         return Incoming(np.zeros_like(origins), np.zeros_like(origins), Hits.none(len(origins)))
 

@@ -2,7 +2,7 @@
 
 import bpy
 import numpy as np
-from photon_bake.addon.lightmap_settings import LightmapSettings
+from photon_bake.addon.lightmap_settings import MADE_UV_MAP, LightmapSettings
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.settings import settings_for
 from photon_bake.operators.bake_job import BakeJob
@@ -36,7 +36,7 @@ def bake(folder, names=None, **settings):
     return job, solved
 
 
-def uv_of(obj, name="Lightmap"):
+def uv_of(obj, name=MADE_UV_MAP):
     """Texture coordinates of a mesh object's corners, (c, 2)."""
     uv = np.empty((len(obj.data.loops), 2), np.float32)
     obj.data.uv_layers[name].uv.foreach_get("vector", uv.ravel())

@@ -25,6 +25,8 @@ QUICK = [
     "16",
     "--pixel-samples",
     "1",
+    "--file-name",
+    "indirect_####",
     "--pass-denoise",
     "none",
 ]
@@ -134,7 +136,7 @@ def test_button_bakes_the_camera(empty_scene, tmp_path):
         bpy.ops.photon_bake.bake_indirect()
     properties.camera.folder = str(tmp_path)
     assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
-    assert (tmp_path / "indirect_0001.exr").is_file()
+    assert (tmp_path / f"untitled_{empty_scene.name}_indirect_0001.exr").is_file()
     assert bpy.ops.photon_bake.add_pass() == {"FINISHED"}
     assert bpy.ops.photon_bake.remove_pass() == {"FINISHED"}
 
@@ -171,7 +173,7 @@ def test_a_cancelled_bake_changes_nothing(empty_scene, tmp_path, gather):
     file = tmp_path / "indirect_0001.exr"
     file.write_bytes(b"mine")
     settings = settings_for("draft", gather=gather, n_photons=5000, n_gather_rays=16, subsample=2)
-    wanted = WantedCamera(CameraSettings(n_pixel_samples=1), tmp_path)
+    wanted = WantedCamera(CameraSettings(n_pixel_samples=1, file_name="indirect_####"), tmp_path)
 
     def names():
         return [sorted(things.keys()) for things in (bpy.data.meshes, bpy.data.images, bpy.data.node_groups)]

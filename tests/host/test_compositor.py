@@ -4,7 +4,8 @@ import bpy
 import numpy as np
 import OpenEXR
 import pytest
-from photon_bake.addon.blender.compositor import add_pass, frame_of, remove_pass
+from photon_bake.addon.blender.compositing.files import pass_files
+from photon_bake.addon.blender.compositing.nodes import add_pass, frame_of, remove_pass
 from photon_bake.addon.camera_settings import CameraSettings
 from photon_bake.addon.errors import BakeError
 from photon_bake.addon.progress import Progress
@@ -41,6 +42,12 @@ def composed(scene, path, samples):
 def nodes_of(scene):
     tree = scene.compositing_node_group if hasattr(scene, "compositing_node_group") else scene.node_tree
     return [] if tree is None else sorted(node.bl_idname for node in tree.nodes)
+
+
+def switched(scene):
+    """The node that adds the pass."""
+    tree = scene.compositing_node_group if hasattr(scene, "compositing_node_group") else scene.node_tree
+    return next(node for node in tree.nodes if node.label == "Add Indirect Light")
 
 
 @pytest.mark.parametrize(("balls", "bound"), [(False, 0.02), (True, 0.06)])
@@ -157,3 +164,52 @@ def test_what_is_no_pass_is_refused(empty_scene, tmp_path):
 @pytest.mark.parametrize(("name", "frame"), [("a_0012", 12), ("b7_", 7), ("none", 1)])
 def test_frame_is_the_last_number_in_the_name(tmp_path, name, frame):
     assert frame_of(tmp_path / f"{name}.exr") == frame
+
+
+def test_another_engine_makes_no_doubled_light(empty_scene, tmp_path):
+    """The pass was added while EEVEE was chosen; whoever turns Cycles' bounces on has them, and no pass on top."""
+    build_room(empty_scene, (16, 16))
+    path = bake_pass(tmp_path, n_pixel_samples=1, pass_denoiser="none")
+    eevee = "BLENDER_EEVEE" if bpy.app.version >= (5, 0, 0) else "BLENDER_EEVEE_NEXT"
+    empty_scene.render.engine, empty_scene.cycles.max_bounces = eevee, 5
+    rays, empty_scene.eevee.fast_gi_method = empty_scene.eevee.use_raytracing, "GLOBAL_ILLUMINATION"
+
+    def factor():
+        bpy.context.view_layer.update()
+        return switched(empty_scene).inputs[0].default_value
+
+    add_pass(empty_scene, [path])
+    assert empty_scene.eevee.fast_gi_method == "AMBIENT_OCCLUSION_ONLY" and factor() == 1
+    empty_scene.eevee.fast_gi_method = "GLOBAL_ILLUMINATION"
+    assert factor() == 0
+    empty_scene.render.engine = "CYCLES"
+    assert factor() == 1
+    both = composed(empty_scene, tmp_path / "both.exr", 16)
+    assert empty_scene.cycles.max_bounces == 0
+    empty_scene.cycles.max_bounces = 5
+    full = composed(empty_scene, tmp_path / "full.exr", 16)
+    remove_pass(empty_scene)
+    assert empty_scene.cycles.max_bounces == 5 and empty_scene.eevee.use_raytracing == rays
+    assert full == pytest.approx(composed(empty_scene, tmp_path / "alone.exr", 16), abs=1e-6)
+    assert both.mean() == pytest.approx(full.mean(), rel=0.05)
+
+
+def test_a_scene_takes_its_own_pass_alone(empty_scene, tmp_path):
+    """Not that of another scene, nor of another file in the same folder; its own it finds where the bake wrote it."""
+    add_camera(empty_scene)
+    build_room(empty_scene, (8, 8))
+    path = bake_pass(tmp_path, n_pixel_samples=1, pass_denoiser="none")
+    assert pass_files(empty_scene, tmp_path, "{file}_{scene}_indirect_####") == [path]
+    assert pass_files(empty_scene, None, "other_####") == [path]
+    other = bpy.data.scenes.new("Other")
+    with pytest.raises(BakeError, match=r"is the pass of scene 'Scene.*' of a file that was never saved"):
+        pass_files(other, tmp_path, path.stem.removesuffix("0001"))
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "mine.blend"))
+    assert pass_files(empty_scene, tmp_path / "passes", "{file}_{scene}_indirect_####") == [path]
+    mine = bake_pass(tmp_path / "passes", n_pixel_samples=1, pass_denoiser="none")
+    assert mine.name == f"mine_{empty_scene.name}_indirect_0001.exr"
+    add_pass(empty_scene, [mine])
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "yours.blend"))
+    del empty_scene["photon_bake_pass"]
+    with pytest.raises(BakeError, match=r"of mine\.blend"):
+        pass_files(empty_scene, mine.parent, mine.stem.removesuffix("0001"))

@@ -52,8 +52,8 @@ def test_light_reaches_files_images_and_objects(tmp_path):
         "scene_Box_indirect.exr",
         "scene_Floor_indirect.exr",
     ]
-    floor, image = bpy.data.objects["Floor"], bpy.data.images["Lightmap Floor"]
-    assert floor["lightmap_image"] == "scene_Floor_indirect.exr" and floor["lightmap_uv_map"] == "Lightmap"
+    floor, image = bpy.data.objects["Floor"], bpy.data.images["Photon Bake Floor"]
+    assert floor["lightmap_image"] == "scene_Floor_indirect.exr" and floor["lightmap_uv_map"] == "Photon Bake"
     assert tuple(floor["lightmap_scale_offset"]) == (1, 1, 0, 0)
     assert image.is_float and image.colorspace_settings.name == "Linear Rec.709" and image.use_fake_user
     (lightmaps,) = solved.products
@@ -69,7 +69,7 @@ def test_the_other_uv_maps_stay_and_stay_active(tmp_path):
     before = uv_of(floor, "UVMap").copy()
     bake(tmp_path)
     layers = floor.data.uv_layers
-    assert [layer.name for layer in layers] == ["UVMap", "Second", "Lightmap"]
+    assert [layer.name for layer in layers] == ["UVMap", "Second", "Photon Bake"]
     assert layers.active.name == "UVMap" and [layer.name for layer in layers if layer.active_render] == ["UVMap"]
     assert np.array_equal(uv_of(floor, "UVMap"), before) and uv_of(floor).min() >= 0 and uv_of(floor).max() <= 1
 
@@ -86,7 +86,7 @@ def test_light_of_texels_is_that_of_vertices(tmp_path):
     floor = bpy.data.objects["Floor"]
     colors = np.empty((len(floor.data.loops), 4), np.float32)
     floor.data.attributes["Indirect"].data.foreach_get("color", colors.ravel())
-    image = pixels_of(bpy.data.images["Lightmap Floor"])
+    image = pixels_of(bpy.data.images["Photon Bake Floor"])
     height, width = image.shape[:2]
     at = np.clip((uv_of(floor) * (width, height)).astype(int), 0, (width - 1, height - 1))
     np.testing.assert_allclose(image[at[:, 1], at[:, 0], :3].mean(), colors[:, :3].mean(), rtol=0.3)
@@ -111,9 +111,9 @@ def test_interpolated_light_is_not_filtered_by_itself(tmp_path):
 
 def test_a_bake_again_uses_images_and_uv_maps_again(tmp_path):
     bake(tmp_path)
-    before, image = state(), bpy.data.images["Lightmap Floor"]
+    before, image = state(), bpy.data.images["Photon Bake Floor"]
     bake(tmp_path, density=8.0)
-    assert state() == before and bpy.data.images["Lightmap Floor"] == image
+    assert state() == before and bpy.data.images["Photon Bake Floor"] == image
     assert image.size[0] >= 48 and np.isfinite(pixels_of(image)).all()
 
 
@@ -121,7 +121,7 @@ def test_a_bake_again_uses_images_and_uv_maps_again(tmp_path):
 def test_all_formats_have_their_colour_space(tmp_path, file_format):
     assert file_format in LightmapSettings.__annotations__["file_format"].__args__
     bake(tmp_path, ["Box"], file_format=file_format)
-    image = bpy.data.images["Lightmap Box"]
+    image = bpy.data.images["Photon Bake Box"]
     encoded = file_format.startswith("rgb")
     assert image.colorspace_settings.name == ("Non-Color" if encoded else "Linear Rec.709")
     assert image.is_float != encoded and image.size[0] > 0
@@ -182,7 +182,7 @@ def test_renamed_objects_and_meshes_get_their_lightmaps(tmp_path):
     floor = bpy.data.objects["Floor"]
     floor.name, floor.data.name = "Ground", "Ground"
     job.write(solved, Progress())
-    assert job.warnings == [] and "Lightmap" in floor.data.uv_layers and "lightmap_image" in floor
+    assert job.warnings == [] and "Photon Bake" in floor.data.uv_layers and "lightmap_image" in floor
 
 
 def test_edit_mode_entered_meanwhile_is_come_back_to(tmp_path):
@@ -194,7 +194,7 @@ def test_edit_mode_entered_meanwhile_is_come_back_to(tmp_path):
     job.write(solved, Progress())
     assert floor.mode == "EDIT" and job.warnings == []
     bpy.ops.object.mode_set(mode="OBJECT")
-    assert "Lightmap" in floor.data.uv_layers and "lightmap_image" in floor
+    assert "Photon Bake" in floor.data.uv_layers and "lightmap_image" in floor
 
 
 def full_disk(monkeypatch, of):
@@ -356,7 +356,7 @@ def test_the_button_bakes_what_the_panel_says(tmp_path):
         bpy.ops.photon_bake.bake_indirect()
     properties.lightmap.folder = str(tmp_path)
     assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
-    assert bpy.data.images["Lightmap Floor"].size[0] > 0 and "points in" in bake_state.result
+    assert bpy.data.images["Photon Bake Floor"].size[0] > 0 and "points in" in bake_state.result
     assert "Indirect" not in bpy.data.objects["Floor"].data.attributes
     properties.targets = set()
     with pytest.raises(RuntimeError, match="choose Vertices, Lightmaps or Camera"):

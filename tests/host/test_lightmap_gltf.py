@@ -100,6 +100,7 @@ def accessor(gltf, buffer, index):
 def test_light_on_vertices_is_a_custom_attribute(tmp_path, domain):
     """Not COLOR_0, which engines multiply base colors by; another color of the mesh's stays out of it too."""
     mesh = bpy.data.objects["Floor"].data
+    mesh.color_attributes.new("Indirect.Key", "FLOAT_COLOR", domain)
     light = mesh.color_attributes.new("Indirect", "FLOAT_COLOR", domain)
     values = np.random.default_rng(1).uniform(0, 3, (len(light.data), 4)).astype(np.float32)
     light.data.foreach_set("color", values.ravel())
@@ -114,7 +115,8 @@ def test_light_on_vertices_is_a_custom_attribute(tmp_path, domain):
     exported = accessor(gltf, buffer, attributes["_INDIRECT"])
     apart = np.abs(exported[:, None] - values[None, :, :3]).max(axis=2)
     assert apart.min(axis=0).max() < 1e-6 and apart.min(axis=1).max() < 1e-6
-    assert [one.name for one in mesh.color_attributes] == ["Indirect"] and "light_attribute" not in mesh
+    assert "_INDIRECT_KEY" in attributes
+    assert [one.name for one in mesh.color_attributes] == ["Indirect.Key", "Indirect"] and "light_attribute" not in mesh
 
 
 def test_images_lie_beside_the_file_and_lamps_have_the_lights_units(tmp_path):

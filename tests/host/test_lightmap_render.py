@@ -62,7 +62,7 @@ def test_lightmaps_look_like_all_bounces(empty_scene, tmp_path):
     settings = settings_for("medium", n_photons=100_000, n_gather_rays=256, n_cache_elements=10_000)
     job.write(job.solve(settings, Progress()), Progress())
     full, direct = rendered(tmp_path, "full", 32), rendered(tmp_path, "direct", 0)
-    bpy.ops.photon_bake.show_lightmaps()
+    bpy.ops.photon_bake.use_baked_light()
     ours = rendered(tmp_path, "lightmaps", 0)
     indirect = (full - direct).mean()
     assert indirect > 0.15 * full.mean()

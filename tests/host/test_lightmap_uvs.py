@@ -3,10 +3,11 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import bake_objects, lightmap_packing
-from photon_bake.addon.blender.lightmap_checks import check_uv, overlapping
-from photon_bake.addon.blender.lightmap_layout import lay_out
-from photon_bake.addon.blender.lightmap_meshes import check_lightmap_object, lightmap_meshes
+from photon_bake.addon.blender import bake_objects
+from photon_bake.addon.blender.lightmap import packing
+from photon_bake.addon.blender.lightmap.checks import check_uv, overlapping
+from photon_bake.addon.blender.lightmap.layout import lay_out
+from photon_bake.addon.blender.lightmap.meshes import check_lightmap_object, lightmap_meshes
 from photon_bake.addon.blender.meshes import count_triangles
 from photon_bake.addon.errors import BakeError
 from photon_bake.addon.lightmap_settings import LightmapSettings
@@ -61,7 +62,7 @@ def packer(request, monkeypatch):
     if request.param == "xatlas":
         pytest.importorskip("xatlas")
     else:
-        monkeypatch.setattr(lightmap_packing, "has_xatlas", lambda: False)
+        monkeypatch.setattr(packing, "has_xatlas", lambda: False)
     return request.param
 
 

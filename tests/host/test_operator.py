@@ -11,6 +11,7 @@ import photon_bake
 import pytest
 from photon_bake.addon.errors import BakeError, Cancelled, kind_of
 from photon_bake.addon.inspector import Inspector
+from photon_bake.addon.knobs import meaning_of
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.settings import CHOICES, BakeSettings, settings_for
@@ -409,7 +410,7 @@ def test_properties_are_the_engines_knobs(empty_scene):
         assert shown.default == knob.default
         if "low" in knob.metadata:
             assert (shown.hard_min, shown.hard_max) == (knob.metadata["low"], knob.metadata["high"])
-            assert shown.description == knob.metadata["meaning"]
+            assert shown.description == meaning_of(knob)
 
 
 @pytest.mark.parametrize("knob", CHOICES)
@@ -441,7 +442,7 @@ def test_choices_keep_their_numbers(empty_scene):
         "targets": {"vertex": 1, "lightmap": 2, "camera": 4, "probes": 8},
         "gather": {"final": 0, "density": 1, "light_volume": 2, "photon_volumes": 3},
         "tracer": {"embree": 0, "multi_image": 1},
-        "lightmap.atlas": {"per_object": 0, "shared": 1},
+        "lightmap.atlas": {"per_object": 0, "shared": 1, "auto": 2},
         "lightmap.file_format": {"exr_half": 0, "exr_float": 1, "hdr": 2, "rgbm": 3, "rgbd": 4},
         "lightmap.denoiser": {"auto": 0, "oidn": 1, "own": 2, "none": 3},
         "camera.pass_denoiser": {"auto": 0, "oidn": 1, "none": 2},
@@ -449,6 +450,7 @@ def test_choices_keep_their_numbers(empty_scene):
         "camera.compression": {"none": 0, "rle": 1, "zips": 2, "zip": 3, "piz": 4, "dwaa": 5, "dwab": 6},
         "probes.harmonics": {"l1": 0, "l2": 1},
         "probes.axes": {"blender": 0, "gltf": 1},
+        "light_groups": {"together": 0, "one": 1, "apart": 2},
     }
     assert all(len(set(of_choice.values())) == len(of_choice) for of_choice in numbers.values())
     of_knobs = {path.rpartition(".")[2]: of_choice for path, of_choice in numbers.items()}

@@ -12,9 +12,9 @@ import numpy as np
 
 from ...errors import BakeError
 from ...output import atomic_path, check_writable
-from ..lightmap_images import lightmap_of_file
-from ..lightmap_meshes import write_uv_map
-from ..lightmap_writing import IMAGE, SCALE_OFFSET, UV_MAP
+from ..lightmap.images import lightmaps_by_file
+from ..lightmap.meshes import write_uv_map
+from ..lightmap.writing import IMAGE, SCALE_OFFSET, UV_MAP
 from ..temporary import Temporary
 from ..visibility import objects_of
 
@@ -53,7 +53,7 @@ def export_gltf(
       the object's scale and offset in it, so that it looks the image up as it is. The image is copied to the file's
       folder; the object's custom property `lightmap_image`, which goes along, is its name.
     - Of a mesh with light on vertices, that is a custom attribute, whose name the mesh's property `light_attribute`
-      tells, and no vertex color: engines would multiply base colors by it.
+      tells, and no vertex color: engines would multiply base colors by it. Light groups baked apart have their own.
     - Lamps have watts per steradian and square metre, as lightmaps have, and not lumens.
 
     Parameters
@@ -87,7 +87,7 @@ def export_gltf(
         except RuntimeError as error:
             raise BakeError(f"{path} was not exported: {str(error).strip()}") from error
     exported = Exported([obj.name for obj in mapped], [obj.name for obj in lit])
-    for name in dict.fromkeys(obj[IMAGE] for obj in mapped):
+    for name in dict.fromkeys(obj[key] for obj in mapped for key in _images_of(obj)):
         _put_beside(name, path.parent, exported)
     return exported
 
@@ -105,6 +105,7 @@ def _export(path: Path, file_format: str, options: dict[str, bool]) -> None:
         export_extras=True,
         export_texcoords=True,
         export_attributes=True,
+        export_active_vertex_color_when_no_material=False,
         export_import_convert_lighting_mode="COMPAT",
         use_renderable=True,
         **options,
@@ -115,9 +116,19 @@ def _has_lightmap(obj: "bpy.types.Object") -> bool:
     return IMAGE in obj and SCALE_OFFSET in obj and obj.get(UV_MAP) in obj.data.uv_layers
 
 
+def _images_of(obj: "bpy.types.Object") -> list[str]:
+    """Custom properties of an object that name lightmaps."""
+    return _with_groups(IMAGE, list(obj.keys()))
+
+
+def _with_groups(name: str, names: list[str]) -> list[str]:
+    """What has a name, and what holds light groups' light beside it, as `light_layers` has it."""
+    return [one for one in names if one == name or one.startswith(f"{name}.")]
+
+
 def _put_beside(name: str, folder: Path, exported: Exported) -> None:
     """Copy a lightmap's file to a folder, unless it is there."""
-    image = lightmap_of_file(name)
+    image = lightmaps_by_file().get(name)
     source = Path(bpy.path.abspath(image.filepath)) if image else folder / name
     if not source.is_file():
         exported.missing.append(name)
@@ -143,7 +154,9 @@ def _in_engines_terms(
                 obj.data = temporary.add(mesh.copy())
                 obj.data.name = mesh.name
                 if obj in lit:
-                    _as_custom_attribute(obj.data, attribute)
+                    for name in _with_groups(attribute, [one.name for one in obj.data.color_attributes]):
+                        _as_custom_attribute(obj.data, name)
+                    obj.data[LIGHT_ATTRIBUTE] = exported_name(attribute)
                 if obj in mapped:
                     _arrange(obj.data, obj[UV_MAP], np.array(obj[SCALE_OFFSET], np.float32))
             yield
@@ -164,7 +177,6 @@ def _as_custom_attribute(mesh: "bpy.types.Mesh", attribute: str) -> None:
         mesh.attributes.remove(stale)
     vectors = mesh.attributes.new(name, "FLOAT_VECTOR", domain)
     vectors.data.foreach_set("vector", np.ascontiguousarray(values[:, :3]).reshape(-1))
-    mesh[LIGHT_ATTRIBUTE] = name
 
 
 def _arrange(mesh: "bpy.types.Mesh", uv_map: str, scale_offset: np.ndarray) -> None:

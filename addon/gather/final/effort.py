@@ -1,7 +1,7 @@
 """How much is gathered, and where the next rays go."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -28,8 +28,8 @@ class Effort:
         False: every receiver is a record.
     share : float
         Of the receivers, or `NEVER_SPARED` if that is more: so many may be records before rays are short; 1: all.
-    besides : float, W/m²
-        Standard error that more rays do not lessen, and that counts for `noise` too.
+    besides : tuple of float, W/m²
+        Of each light: standard error that more rays do not lessen, and that counts for `noise` too.
     """
 
     n_rays: int
@@ -37,7 +37,7 @@ class Effort:
     deadline: float = np.inf
     interpolate: bool = True
     share: float = 1.0
-    besides: float = 0.0
+    besides: tuple[float, ...] = (0.0,)
 
     @property
     def tolerance(self) -> float:
@@ -54,7 +54,11 @@ class Effort:
     def variance_for(self, mean: float) -> float:
         """Mean variance that rays may leave in light of that mean: a quarter of it, however large the other error."""
         asked = (self.noise * mean) ** 2
-        return max(asked - self.besides**2, asked / 4)
+        return max(asked - self.besides[0] ** 2, asked / 4)
+
+    def of_light(self, i: int) -> "Effort":
+        """The effort for one of several lights."""
+        return self if len(self.besides) == 1 else replace(self, besides=self.besides[i : i + 1])
 
     @property
     def seconds_left(self) -> float:

@@ -29,15 +29,20 @@ class Gathered:
 
     Attributes
     ----------
-    light : Estimate
-        From surfaces; its standard error is by `Spread`.
+    lights : list of Estimate
+        From surfaces, of each light that the rays tell apart; standard errors are by `Spread`.
     n_records, n_rays : int
         Receivers that gathered, and rays that they sent.
     """
 
-    light: Estimate
+    lights: list[Estimate]
     n_records: int
     n_rays: int
+
+    @property
+    def light(self) -> Estimate:
+        """That of the first, or only, light."""
+        return self.lights[0]
 
 
 class FinalGather:
@@ -63,7 +68,7 @@ class FinalGather:
         self._receivers, self._effort, self._turns = receivers, effort, Turns(workers)
         most = effort.most_rays(len(receivers))
         self._maker = maker = RecordMaker(rays, receivers, max(1, effort.n_rays // 2), self._turns, most)
-        records = Records.none(receivers.directional)
+        records = Records.none(receivers.directional, maker.n_lights)
         if effort.interpolate:
             placed = place_records(receivers, extent, effort.tolerance, maker, tracer, self._turns)
             records, weights = look_up_all(placed, receivers, extent, maker, tracer, self._turns)
@@ -83,6 +88,12 @@ class FinalGather:
         weights, around = self.weights, self._around
         records = _add_rays(self.records, weights, around, self._maker, self._effort)
         self._turns.end(STAGE)
+        lights = [self._taken(of_light) for of_light in records.lights()]
+        return Gathered(lights, len(records), int(records.n_rays.sum()))
+
+    def _taken(self, records: Records) -> Estimate:
+        """What receivers take of the records of one light."""
+        weights, around = self.weights, self._around
         spread = Spread.of(records, around, self._maker.short)
         lowest = min(float(records.irradiance.min(initial=0)), 0.0)  # not 0 where lamps take light away
         irradiance = np.maximum(weights.apply(spread.blended(records.irradiance, around)), lowest).astype(np.float32)
@@ -90,8 +101,7 @@ class FinalGather:
         stderr = np.sqrt(spread.variance(records, weights)).astype(np.float32)
         gathered = np.zeros(len(irradiance), bool)
         gathered[records.receiver] = True
-        light = Estimate(irradiance, stderr, slope, gathered)
-        return Gathered(light, len(records), int(records.n_rays.sum()))
+        return Estimate(irradiance, stderr, slope, gathered)
 
 
 def _slope(records: Records, spread: Spread, around: Weights | None, weights: Weights) -> np.ndarray:
@@ -106,8 +116,7 @@ def _add_rays(
     """The records with more rays, in turns, until the effort is made."""
     harm = weights.square().column_sums(len(records))
     for turn in range(_MAX_TURNS):
-        spread = Spread.of(records, around, maker.short)
-        wanted = _wanted(effort, records, spread, harm, weights, maker, turn)
+        wanted = _wanted_by_all(effort, records, around, harm, weights, maker, turn)
         packets = np.minimum(wanted - records.n_rays, _MOST_MORE * records.n_rays) / maker.n_rays
         whole = np.floor(packets + 0.5)
         if effort.noise > 0 and not whole.any():
@@ -116,6 +125,25 @@ def _add_rays(
             break
         records = records.with_rays(maker.records(np.repeat(records.receiver, whole.astype(np.int64)), 0.0))
     return records
+
+
+def _wanted_by_all(
+    effort: Effort,
+    records: Records,
+    around: Weights | None,
+    harm: np.ndarray,
+    weights: Weights,
+    maker: RecordMaker,
+    turn: int,
+) -> np.ndarray:
+    """Rays that each record should have, (m,): each light gets as little noise as is asked for, or its part of them."""
+    lights = records.lights()
+    spreads = [Spread.of(of_light, around, maker.short) for of_light in lights]
+    wanted = [
+        _wanted(effort.of_light(i), of_light, spread, harm, weights, maker, turn)
+        for i, (of_light, spread) in enumerate(zip(lights, spreads, strict=True))
+    ]
+    return np.max(wanted, axis=0) if effort.noise > 0 else np.mean(wanted, axis=0)
 
 
 def _wanted(

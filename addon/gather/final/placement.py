@@ -56,7 +56,7 @@ def place_records(
     """
     position, normal, low = receivers.position, receivers.normal, receivers.position.min(axis=0)
     undecided, edge = np.arange(len(receivers)), _FIRST * extent
-    records, record_of = Records.none(receivers.directional), np.full(len(receivers), -1)
+    records, record_of = Records.none(receivers.directional, maker.n_lights), np.full(len(receivers), -1)
     record, alone = np.zeros(len(receivers), np.int64), np.zeros(len(receivers), bool)
     keys = cell_keys(position, normal, low, edge)
     for _ in range(_LEVELS):
@@ -112,14 +112,19 @@ def turn_length(extent: float, short: bool) -> float:
 
 def _close(records: Records, which: np.ndarray, edge: float, extent: float) -> np.ndarray:
     """Whether lit things are so close to some records that light may change within their cells, (w,) bool."""
-    value = records.irradiance.mean(axis=1)
-    lit = value[which] > _BLACK * value.mean()
+    values = [of_light.irradiance.mean(axis=1) for of_light in records.lights()]
+    lit = np.any([value[which] > _BLACK * value.mean() for value in values], axis=0)
     return lit & (edge > _SPACING * records.harmonic_distance[which]) & (edge > _CLOSEST * extent)
 
 
 def disagree(near: Neighbourhood, which: np.ndarray, tolerance: float, workers: Workers) -> np.ndarray:
-    """Which of some records are not what those around them say, or have none around them, (w,) bool."""
-    records, others = near.records, near.of_records(which, workers)
+    """Which of some records are not what those around them say, or have none around them, in any light, (w,) bool."""
+    others = near.of_records(which, workers)
+    return np.any([_differ(of_light, others, which, tolerance) for of_light in near.records.lights()], axis=0)
+
+
+def _differ(records: Records, others: Weights, which: np.ndarray, tolerance: float) -> np.ndarray:
+    """`disagree` of one light, by what `others` say of the records."""
     value = records.irradiance.mean(axis=1)
     off = np.abs(others.apply(value) - value[which])
     noise = np.sqrt(records.variance[which] + others.square().apply(records.variance))

@@ -20,6 +20,7 @@ _FEWEST, _MOST = 1 << 16, 1 << 18  # rays that fly together: of those that are f
 _CHUNKS = 8  # that rays are cut into where they may, so that all threads have work
 _LEAST_DISTANCE = np.float32(1e-6)  # m
 _RAY_BYTES = 600  # a ray takes, with what it meets
+_LIGHT_BYTES = 100  # it takes for each light more
 
 
 @dataclass(frozen=True)
@@ -33,14 +34,14 @@ class Records:
         World space, m.
     edge : (m,) float32, m
         Of the cell that the record stands for.
-    total : (m, batches, 3) float64, W/(m² sr)
-        Radiance that the rays of each batch met, summed.
+    total : (m, batches, 3 l) float64, W/(m² sr)
+        Radiance that the rays of each batch met, summed; of one light, or of several side by side (`lights`).
     n_rays : (m,) int
         Rays of all batches together.
     nearness : (m,) float64, 1/m
         Inverse distances of what the rays met, summed.
-    bend : (m, 3, 3) float64, W/(m² sr)
-        For each axis and colour: what the rays say of the slope, summed. (m, 0, 3) where nobody asks for it.
+    bend : (m, 3, 3 l) float64, W/(m² sr)
+        For each axis and colour: what the rays say of the slope, summed. (m, 0, 3 l) where nobody asks for it.
     """
 
     receiver: np.ndarray
@@ -56,12 +57,17 @@ class Records:
         return len(self.receiver)
 
     @staticmethod
-    def none(directional: bool = False) -> "Records":
+    def none(directional: bool = False, n_lights: int = 1) -> "Records":
         """No records."""
         nothing, whole = np.zeros(0, np.float32), np.zeros(0, np.int64)
         points = np.zeros((0, 3), np.float32)
-        total = np.zeros((0, N_BATCHES, 3))
-        return Records(whole, points, points, nothing, total, whole, np.zeros(0), _no_bend(0, directional))
+        total, bend = np.zeros((0, N_BATCHES, 3 * n_lights)), _no_bend(0, directional, n_lights)
+        return Records(whole, points, points, nothing, total, whole, np.zeros(0), bend)
+
+    def lights(self) -> "list[Records]":
+        """The records of each light by itself."""
+        columns = (slice(i, i + 3) for i in range(0, self.total.shape[2], 3))
+        return [replace(self, total=self.total[..., of], bend=self.bend[..., of]) for of in columns]
 
     @property
     def irradiance(self) -> np.ndarray:
@@ -131,6 +137,11 @@ class RecordMaker:
         self._n_sent, self._seconds = 0, 0.0
 
     @property
+    def n_lights(self) -> int:
+        """How many lights the rays tell apart."""
+        return self._rays.n_lights
+
+    @property
     def n_rays(self) -> int:
         """Rays that each record sends."""
         return self.rays_a_batch * N_BATCHES
@@ -166,15 +177,16 @@ class RecordMaker:
         n_together = int(np.clip(len(chosen) * self.n_rays // _CHUNKS, _FEWEST, _MOST))
         size, key = max(1, n_together // self.n_rays), (_GATHER, self._n_calls)
         self._n_calls += 1
-        at, n = self._receivers, len(chosen)
-        total, nearness, bend = np.zeros((n, N_BATCHES, 3)), np.zeros(n), _no_bend(n, at.directional)
+        at, n, n_lights = self._receivers, len(chosen), self.n_lights
+        total, nearness = np.zeros((n, N_BATCHES, 3 * n_lights)), np.zeros(n)
+        bend = _no_bend(n, at.directional, n_lights)
         # Neighbours are gathered together, whose rays meet the same surfaces: that is faster
         order = np.argsort(z_curve(at.position[chosen]), kind="stable") if n else np.zeros(0, int)
 
         def gather(chunk: slice, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             return self._gather(chosen[order[chunk]], random)
 
-        workers, bytes_ = self._turns.next(), self.n_rays * _RAY_BYTES
+        workers, bytes_ = self._turns.next(), self.n_rays * (_RAY_BYTES + (n_lights - 1) * _LIGHT_BYTES)
         for chunk, (sums, near, bent) in workers.chunks(STAGE, n, size, gather, key, row_bytes=bytes_):
             total[order[chunk]], nearness[order[chunk]], bend[order[chunk]] = sums, near, bent
         self._n_sent += n * self.n_rays
@@ -183,7 +195,7 @@ class RecordMaker:
         return Records(chosen, at.position[chosen], at.normal[chosen], edges, total, n_rays, nearness, bend)
 
     def _gather(self, chosen: np.ndarray, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Radiance summed over each batch's rays (r, batches, 3), which are stratified; nearness (r,) and bend."""
+        """Radiance summed over each batch's rays (r, batches, 3 l), which are stratified; nearness (r,) and bend."""
         n, at = self.n_rays, self._receivers
         origins, normals = np.repeat(rows(at.position, chosen), n, 0), np.repeat(rows(at.normal, chosen), n, 0)
         if at.directional:
@@ -192,15 +204,15 @@ class RecordMaker:
         else:
             directions, share = gather_directions(normals, self.rays_a_batch, random), np.ones(1, np.float32)
         met = self._rays.radiance_along(origins, directions, random)
-        batches = (share[:, None] * met.reflected).reshape(len(chosen), N_BATCHES, self.rays_a_batch, 3)
+        batches = (share[:, None] * met.reflected).reshape(len(chosen), N_BATCHES, self.rays_a_batch, -1)
         nearness = (share / np.maximum(met.hits.distance, _LEAST_DISTANCE)).reshape(-1, n)
-        bend = _no_bend(len(chosen), at.directional)
+        bend = _no_bend(len(chosen), at.directional, self.n_lights)
         if at.directional:
             slope = weight[:, None] * slope_of_light(directions, normals)
-            bend = slope.reshape(-1, n, 3).transpose(0, 2, 1) @ met.reflected.reshape(-1, n, 3)
+            bend = slope.reshape(-1, n, 3).transpose(0, 2, 1) @ met.reflected.reshape(len(chosen), n, -1)
         return batches.sum(axis=2, dtype=np.float64), nearness.sum(axis=1, dtype=np.float64), bend
 
 
-def _no_bend(n: int, directional: bool) -> np.ndarray:
+def _no_bend(n: int, directional: bool, n_lights: int) -> np.ndarray:
     """The bend of n records without rays, with or without rows."""
-    return np.zeros((n, 3 if directional else 0, 3))
+    return np.zeros((n, 3 if directional else 0, 3 * n_lights))

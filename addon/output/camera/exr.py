@@ -14,7 +14,26 @@ from .passes import CameraPass
 LAYER = "PhotonBake"
 """Prefix of all channels, as a view layer's name is of those that Blender writes."""
 
+GROUP_LAYER = "Indirect"
+"""Before the name of a light group: the layer with the part of Indirect that its light is."""
+
 DEPTH = f"{LAYER}.Depth.Z"
+
+
+FILE, SCENE = "PhotonBakeFile", "Scene"
+"""Attributes of the header: the .blend file's name, and the scene's."""
+
+
+def origin_of(path: Path) -> tuple[str, str] | None:
+    """The file and the scene that an image file says it is of; None where it says nothing of it."""
+    import OpenEXR
+
+    try:
+        with OpenEXR.File(str(path), header_only=True) as file:
+            header = dict(file.header())  # the file empties its own
+    except Exception:  # what it raises for other files is its library's affair
+        return None
+    return (str(header[FILE]), str(header[SCENE])) if FILE in header and SCENE in header else None
 
 
 @dataclass(frozen=True)
@@ -61,6 +80,7 @@ def channels(passes: CameraPass, frame: PictureFrame) -> dict[str, np.ndarray]:
         "Caustics": passes.caustics,
         "Glossy": passes.glossy,
         "Albedo": passes.albedo,
+        **{f"{GROUP_LAYER}_{name}": light for name, light in passes.apart.items()},
     }
     found = {f"{LAYER}.{name}.{c}": values[..., i] for name, values in coloured.items() for i, c in enumerate("RGB")}
     found |= {f"{LAYER}.Normal.{axis}": passes.normal[..., i] for i, axis in enumerate("XYZ")}

@@ -1,6 +1,7 @@
 """What a camera's pass holds."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -25,6 +26,8 @@ class CameraPass:
     depth : (height, width) float32, m
     error : (height, width) float32, W/(m² sr)
         Estimated standard error of `indirect`, its mean over colours.
+    apart : dict of str to (height, width, 3) float32, W/(m² sr)
+        The parts of `indirect` that are the light of light groups, by their names.
     """
 
     indirect_diffuse: np.ndarray
@@ -34,6 +37,18 @@ class CameraPass:
     normal: np.ndarray
     depth: np.ndarray
     error: np.ndarray
+    apart: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    @staticmethod
+    def together(parts: "Mapping[str, CameraPass]") -> "CameraPass":
+        """The pass of all light groups, from those of each, whose errors are independent."""
+        first = next(iter(parts.values()))
+        sums = {
+            name: np.sum([getattr(one, name) for one in parts.values()], axis=0)
+            for name in ("indirect_diffuse", "caustics", "glossy")
+        }
+        error = np.sqrt(np.sum([one.error**2 for one in parts.values()], axis=0))
+        return replace(first, **sums, error=error, apart={name: one.indirect for name, one in parts.items()})
 
     @property
     def indirect(self) -> np.ndarray:

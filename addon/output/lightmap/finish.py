@@ -1,5 +1,6 @@
 """Light at texels to finished images."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,6 +50,13 @@ class Finished:
     light: np.ndarray
     slope: np.ndarray | None
     normal: np.ndarray
+
+    @staticmethod
+    def together(parts: "Sequence[Finished]") -> "Finished":
+        """An image of all light, from those of its parts."""
+        slopes = [one.slope for one in parts if one.slope is not None]
+        light = np.sum([one.light for one in parts], axis=0)
+        return Finished(light, np.sum(slopes, axis=0) if slopes else None, parts[0].normal)
 
     @staticmethod
     def of(channels: np.ndarray, normal: np.ndarray) -> "Finished":

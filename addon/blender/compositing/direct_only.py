@@ -1,0 +1,108 @@
+"""Renders of direct light alone, to which a pass is added, and a switch that is off where renders have more."""
+
+from functools import reduce
+from typing import Any
+
+MARK = "photon_bake"
+"""Custom property of the nodes, trees and scenes that are ours."""
+
+_HELD = f"{MARK}_direct_only"
+_OLD_BOUNCES = f"{MARK}_max_bounces"  # of files that earlier versions saved
+_SETTINGS: dict[str, Any] = {
+    "cycles.max_bounces": 0,
+    "eevee.use_raytracing": True,
+    "eevee.use_fast_gi": True,
+    "eevee.fast_gi_method": "AMBIENT_OCCLUSION_ONLY",
+    "eevee.fast_gi_distance": 0.0,
+    "eevee.ray_tracing_options.trace_max_roughness": 0.0,
+}
+"""What keeps Cycles and EEVEE to direct light. Both are set, whichever renders now, as another may be chosen later.
+
+EEVEE's own rays are left no roughness to follow. Without them it would light all by the world as if nothing stood
+before it; with ambient occlusion alone it takes off what is hidden, and adds no bounce."""
+
+_EEVEE = 0
+"""Blender's number of its own engine, which is registered first in any case."""
+
+
+_WATCHED = {
+    "engine": "render.engine",
+    "bounces": "cycles.max_bounces",
+    "rays": "eevee.use_raytracing",
+    "method": "eevee.fast_gi_method",
+    "rough": "eevee.ray_tracing_options.trace_max_roughness",
+}
+"""What a switch looks at, by the names that it has for it."""
+
+
+def leave_out_indirect(scene: Any) -> None:
+    """Have either engine render direct light alone; `bring_back_indirect` sets all back."""
+    if _HELD in scene:
+        return
+    before = {path: _value(scene, path) for path in _SETTINGS}
+    held = {path: value for path, value in before.items() if value is not None}
+    if _OLD_BOUNCES in scene:
+        held["cycles.max_bounces"] = scene.pop(_OLD_BOUNCES)
+    scene[_HELD] = held
+    for path in held:
+        _set(scene, path, _SETTINGS[path])
+
+
+def bring_back_indirect(scene: Any) -> None:
+    """Set back what `leave_out_indirect` set, but for what somebody has set to something else since."""
+    if _OLD_BOUNCES in scene:
+        scene.cycles.max_bounces = scene.pop(_OLD_BOUNCES)
+    if _HELD not in scene:
+        return
+    for path, before in scene[_HELD].items():
+        if _value(scene, path) == _SETTINGS[path]:
+            _set(scene, path, type(_SETTINGS[path])(before))
+    del scene[_HELD]
+
+
+def light_probes(scene: Any) -> list[str]:
+    """Names of light probe volumes that EEVEE's renders take indirect light from, whatever the settings are."""
+    objects = (obj for obj in scene.objects if obj.type == "LIGHT_PROBE" and not obj.hide_render)
+    return [obj.name for obj in objects if obj.data.type == "VOLUME"]
+
+
+def switch_with_indirect(socket: Any, scene: Any) -> None:
+    """Have a driver set a factor to 0 where the scene's engine renders indirect light itself, and to 1 elsewhere.
+
+    A driver is evaluated wherever a compositor is, in renders on another machine too, and this one needs no script.
+    """
+    driver = socket.driver_add("default_value").driver
+    for name, path in _WATCHED.items():
+        if path != "render.engine" and _value(scene, path) is None:
+            continue
+        variable = driver.variables.new()
+        variable.name, target = name, variable.targets[0]
+        target.id_type, target.id, target.data_path = "SCENE", scene, path
+    names = driver.variables.keys()
+    of_eevee, of_others = "1", "bounces == 0" if "bounces" in names else "1"
+    if {"rays", "method", "rough"} <= set(names):
+        methods = scene.eevee.bl_rna.properties["fast_gi_method"].enum_items
+        of_eevee = f"rays == 0 or (method == {methods['AMBIENT_OCCLUSION_ONLY'].value} and rough <= 0)"
+    driver.type, driver.expression = "SCRIPTED", f"({of_eevee}) if engine == {_EEVEE} else ({of_others})"
+
+
+def remove_switch(socket: Any) -> None:
+    """Take the driver of a factor away, before its node goes."""
+    tree = socket.id_data
+    socket.driver_remove("default_value")
+    data = tree.animation_data
+    if data is not None and data.action is None and not data.drivers and not data.nla_tracks:
+        tree.animation_data_clear()
+
+
+def _value(scene: Any, path: str) -> Any:
+    """A setting of the scene; None where this Blender does not have it, as without its engine."""
+    owner: Any = scene
+    for name in path.split("."):
+        owner = getattr(owner, name, None)
+    return owner
+
+
+def _set(scene: Any, path: str, value: Any) -> None:
+    *parents, name = path.split(".")
+    setattr(reduce(getattr, parents, scene), name, value)

@@ -1,0 +1,55 @@
+"""Lightmap files as Blender's images."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import bpy
+
+from ...lightmap_settings import LightmapSettings
+
+OF = "photon_bake_lightmap"
+"""Custom property of the images that are lightmaps: the name of what they are of."""
+
+ENCODING, RANGE = "lightmap_encoding", "lightmap_range"
+"""Custom properties of the same images: the file's format, and the largest light of RGBM and RGBD."""
+
+_ENCODED = {"rgbm", "rgbd"}
+
+
+def lightmap_image(name: str) -> "bpy.types.Image | None":
+    """The image that is the lightmap of an object or an atlas."""
+    return next((image for image in bpy.data.images if image.get(OF) == name), None)
+
+
+def lightmaps_by_file() -> "dict[str, bpy.types.Image]":
+    """The images that are lightmaps, by the names of their files."""
+    return {Path(image.filepath).name: image for image in bpy.data.images if OF in image}
+
+
+def load_lightmaps(paths: Sequence[Path], names: Sequence[str], settings: LightmapSettings) -> None:
+    """Make images of files, linear; those of earlier bakes are used again, with all that refers to them."""
+    for path, name in zip(paths, names, strict=True):
+        _load(path, name, settings)
+
+
+def _load(path: Path, name: str, settings: LightmapSettings) -> None:
+    encoded = settings.file_format in _ENCODED
+    image = lightmap_image(name)
+    if image is None:
+        image = bpy.data.images.load(str(path), check_existing=False)
+        image.name = f"Photon Bake {name}"
+        image[OF] = name
+    elif image.packed_file is not None:
+        image.unpack(method="REMOVE")
+    image.source, image.filepath = "FILE", _from_blend_file(path)
+    image.colorspace_settings.name = "Non-Color" if encoded else "Linear Rec.709"
+    image.alpha_mode = "CHANNEL_PACKED" if encoded else "NONE"
+    image[ENCODING], image[RANGE] = settings.file_format, settings.value_range
+    image.reload()
+    image.use_fake_user = True  # nothing else may refer to it yet
+
+
+def _from_blend_file(path: Path) -> str:
+    """The path as seen from the saved file, if it lies in the same folder or below it."""
+    folder = Path(bpy.data.filepath).parent
+    return bpy.path.relpath(str(path)) if bpy.data.filepath and path.is_relative_to(folder) else str(path)

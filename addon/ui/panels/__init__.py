@@ -1,0 +1,41 @@
+"""The Photon Bake tab of the 3D View's sidebar, one file a panel; `added` is where other rooms' sections come in."""
+
+import bpy
+
+from . import entries
+from .bake import PHOTON_BAKE_PT_bake
+from .camera import PHOTON_BAKE_PT_camera
+from .light import PHOTON_BAKE_PT_light
+from .lightmaps import PHOTON_BAKE_PT_lightmaps
+from .presets import PHOTON_BAKE_PT_presets
+from .probes import PHOTON_BAKE_PT_probes
+from .sampling import PHOTON_BAKE_PT_sampling
+from .vertices import PHOTON_BAKE_PT_vertices
+from .views import PHOTON_BAKE_PT_debug_views
+
+CLASSES = (
+    PHOTON_BAKE_PT_presets,
+    PHOTON_BAKE_PT_bake,
+    PHOTON_BAKE_PT_vertices,
+    PHOTON_BAKE_PT_lightmaps,
+    PHOTON_BAKE_PT_camera,
+    PHOTON_BAKE_PT_probes,
+    PHOTON_BAKE_PT_sampling,
+    PHOTON_BAKE_PT_light,
+    PHOTON_BAKE_PT_debug_views,
+)
+"""In the order in which the tab shows them."""
+
+
+def register() -> None:
+    """Add the panels."""
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    entries.register()
+
+
+def unregister() -> None:
+    """Take them away again."""
+    entries.unregister()
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,25 @@
+"""The camera's pass: how it is sampled and written, and what is done with it."""
+
+from typing import Any
+
+import bpy
+
+from .added import draw_added
+from .tab import TargetSection, draw_knobs, settings_column
+
+
+class PHOTON_BAKE_PT_camera(TargetSection, bpy.types.Panel):
+    """How the camera's pass is sampled and written, and what is done with it."""
+
+    bl_label = "Camera"
+    target = "camera"
+
+    def draw(self, context: Any) -> None:
+        camera = context.scene.photon_bake.camera
+        column = settings_column(self.layout)
+        draw_knobs(column, camera, "folder", "file_name", "n_pixel_samples", "n_gloss_rays")
+        draw_knobs(column, camera, "pass_denoiser", "precision", "compression")
+        row = self.layout.row(align=True)
+        row.operator("photon_bake.add_pass", icon="NODE_COMPOSITING")
+        row.operator("photon_bake.remove_pass", text="", icon="X")
+        draw_added("camera", self.layout, context)

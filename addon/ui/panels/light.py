@@ -1,0 +1,22 @@
+"""Which light is baked."""
+
+from typing import Any
+
+import bpy
+
+from ..mixer_panel import draw_light_groups
+from .tab import Section, settings_column
+
+
+class PHOTON_BAKE_PT_light(Section, bpy.types.Panel):
+    """Which light is baked."""
+
+    bl_label = "Light"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Any) -> None:
+        properties = context.scene.photon_bake
+        column = settings_column(self.layout)
+        draw_light_groups(column, context)
+        column.prop(properties, "add_direct")
+        column.prop(properties, "open_side")

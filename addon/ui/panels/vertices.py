@@ -1,0 +1,24 @@
+"""Light on vertices: where it is written, and what is done with it."""
+
+from typing import Any
+
+import bpy
+
+from .added import draw_added
+from .tab import TargetSection, settings_column
+
+
+class PHOTON_BAKE_PT_vertices(TargetSection, bpy.types.Panel):
+    """Where light on vertices is written, and what is done with it."""
+
+    bl_label = "Vertices"
+    target = "vertex"
+
+    def draw(self, context: Any) -> None:
+        properties = context.scene.photon_bake
+        column = settings_column(self.layout)
+        column.prop(properties, "attribute")
+        row = column.row(align=True)
+        row.prop(properties, "bake_copies")
+        row.operator("photon_bake.remove_copies", text="", icon="X")
+        draw_added("vertices", self.layout, context)

@@ -1,0 +1,124 @@
+"""Refine: meshes get the vertices that their light needs, from the panel and from scripts."""
+
+from typing import Any
+
+import bpy
+
+from ..addon.blender.refinement import has_refined_copies, restore_meshes
+from ..addon.refinement import RefineOptions
+from ..addon.settings import BakeSettings, settings_for
+from ..addon.ui.debug_views import debug_views
+from ..addon.ui.outcomes import Outcome
+from ..addon.ui.state import bake_state, duration
+from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, Solver, selected_objects
+from .bake_job import BakeJob
+from .refine_target import WantedRefinement
+
+_DEFAULTS = RefineOptions()
+
+
+class PhotonBakeObjectName(bpy.types.PropertyGroup):
+    """The name of an object: its own property ``name`` is all it needs."""
+
+
+class PHOTON_BAKE_OT_refine(bpy.types.Operator):
+    """Split the edges of faces whose light is not linear between their vertices, as a draft bake finds it"""
+
+    bl_idname = "photon_bake.refine"
+    bl_label = "Refine Meshes"
+    bl_options = {"UNDO"}
+    _job: BakeJob | None = None
+
+    __annotations__ = {
+        "objects": bpy.props.CollectionProperty(
+            name="Objects",
+            description="Names of the objects; without any, the selected ones where Selected Only is on, else all",
+            type=PhotonBakeObjectName,
+            options={"HIDDEN", "SKIP_SAVE"},
+        ),
+        "tolerance": bpy.props.FloatProperty(
+            name="Tolerance",
+            description="Mean error of light within a face that is left, as a share of the light",
+            default=_DEFAULTS.tolerance,
+            min=1e-4,
+            max=10,
+            precision=3,
+        ),
+        "budget": bpy.props.IntProperty(
+            name="Budget",
+            description="Vertices that are added at most, in all meshes together",
+            default=_DEFAULTS.budget,
+            min=1,
+            max=10_000_000,
+        ),
+        "on_copy": bpy.props.BoolProperty(
+            name="On a Copy",
+            description="Give the objects refined copies of their meshes; Restore Meshes gives the meshes back",
+            default=False,
+        ),
+    }
+
+    # It runs as a bake does: to the end for scripts, in a thread of its own in a window
+    poll = PHOTON_BAKE_OT_bake_indirect.poll
+    execute = PHOTON_BAKE_OT_bake_indirect.execute
+    invoke = PHOTON_BAKE_OT_bake_indirect.invoke
+    modal = PHOTON_BAKE_OT_bake_indirect.modal
+    cancel = PHOTON_BAKE_OT_bake_indirect.cancel
+    _fail = PHOTON_BAKE_OT_bake_indirect._fail
+
+    def _prepare(self, context: Any) -> None:
+        properties = context.scene.photon_bake
+        progress = bake_state.start("final", ["refine"])
+        names = [one.name for one in self.objects] or None
+        if names is None and properties.selected_only:
+            names = selected_objects(context, False)
+        wanted = WantedRefinement(RefineOptions(self.tolerance, self.budget), self.on_copy)
+        self._job = BakeJob.prepare(context, [wanted], progress, names, properties.light_group)
+        self._solver = Solver(self._job, draft_of(properties.settings()), progress, debug_views.start())
+
+    def _finish(self) -> set[str]:
+        job, solved = self._job, self._solver.solved()
+        assert job is not None  # as it was solved
+        job.write(solved, self._solver.progress)
+        result = f"{said(solved.counts)} in {duration(bake_state.seconds)}"
+        bake_state.stop(Outcome(result=f"{result}: bake anew.", warnings=job.warnings))
+        for warning in job.warnings:
+            self.report({"WARNING"}, warning)
+        self.report({"INFO"}, f"{result}.")
+        return {"FINISHED"}
+
+
+def draft_of(settings: BakeSettings) -> BakeSettings:
+    """A draft with what of other settings has to do with which light there is."""
+    kept = ("max_bounces", "memory", "add_direct", "open_side", "seed", "n_threads")
+    return settings_for("draft", **{name: getattr(settings, name) for name in kept})
+
+
+def said(counts: dict[str, int]) -> str:
+    """What was refined, as people say it."""
+    meshes, vertices = counts["refined_meshes"], counts["added_vertices"]
+    if not meshes:
+        return "All meshes are fine enough"
+    return f"Refined {meshes} mesh{'es' if meshes != 1 else ''} by {vertices:,} vertices"
+
+
+class PHOTON_BAKE_OT_restore_meshes(bpy.types.Operator):
+    """Give objects the meshes back that refined copies stand for"""
+
+    bl_idname = "photon_bake.restore_meshes"
+    bl_label = "Restore Meshes"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        if bake_state.running:
+            cls.poll_message_set("A bake is running; wait for it or cancel it")
+            return False
+        if not has_refined_copies():
+            cls.poll_message_set("No object has a refined copy of its mesh")
+            return False
+        return True
+
+    def execute(self, context: Any) -> set[str]:
+        self.report({"INFO"}, f"Restored the meshes of {restore_meshes()} objects.")
+        return {"FINISHED"}
