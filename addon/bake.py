@@ -278,13 +278,16 @@ class Solution:
     def gather(self, receivers: Receivers) -> Irradiance:
         """The light at other receivers (at least one) on the same surfaces, by the same photons and cache.
 
+        The progress is not told of it, so it is for parts of a stage.
+
         Raises
         ------
         Cancelled
             If the bake's progress was cancelled.
         """
-        other = replace(self, receivers=receivers, mid_air=None)
-        other.__dict__["rays"] = self.rays
+        rays, quiet = self.rays, replace(self.workers, progress=self.workers.progress.quiet())
+        other = replace(self, receivers=receivers, mid_air=None, workers=quiet)
+        other.__dict__["rays"] = rays
         return other.irradiance()
 
     @cached_property

@@ -21,6 +21,31 @@ class Advice(str):
     """A warning about light that is as Cycles'."""
 
 
+class TooCoarse(Advice):
+    """Advice that objects have too few vertices to show their light.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of all of them.
+    """
+
+    names: tuple[str, ...]
+
+    def __new__(cls, names: "Iterable[str]") -> "TooCoarse":
+        every = tuple(names)
+        quoted = ", ".join(f"'{name}'" for name in every[:5]) + (", …" if len(every) > 5 else "")
+        if len(every) == 1:
+            sentence = f"Object {quoted} has too few vertices to show its light: refine its mesh."
+        else:
+            sentence = (
+                f"{len(every)} object(s) have too few vertices to show their light ({quoted}): refine their meshes."
+            )
+        made = super().__new__(cls, sentence)
+        made.names = every
+        return made
+
+
 class Missing(str):
     """A warning about a file that is missing: light is as Cycles' without it, and so not as the artist meant it."""
 

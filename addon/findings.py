@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from .errors import WarningKind, kind_of
+from .errors import TooCoarse, WarningKind, kind_of
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ _KNOWN: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     (r"makes a new mesh that shows no attribute", "new mesh by a modifier", ("bake_copies",)),
     (r"of its surface shows no light", "faces without light", ("bake_copies",)),
     (r"turns its back to the light", "back to the light", ("flip_normals", "open_side")),
-    (r"has too few vertices", "too few vertices", ("refine",)),
+    (r"ha(?:s|ve) too few vertices", "too few vertices", ("refine",)),
     (r"got no light, since", "changed during the bake", ("bake",)),
     (r"are not finite", "not finite", ()),
     (r"^Emissive faces of", "emits in a wall's plane", ()),
@@ -102,6 +102,9 @@ def _names_in(sentences: list[str]) -> tuple[str, ...]:
     """The names that come first in sentences about objects; and all names of a sentence that has a list of them."""
     found: list[str] = []
     for sentence in sentences:
+        if isinstance(sentence, TooCoarse):
+            found += sentence.names
+            continue
         names = re.findall(r"'([^']*)'", sentence)
         listed = re.search(r"object\(s\)|^Objects|is shared by|of objects ", sentence)
         found += names if listed else names[:1]

@@ -59,6 +59,10 @@ class Progress:
         """A progress whose stages are the part of this one's from `start` to `end`."""
         return _Part(self, start, end)
 
+    def quiet(self) -> "Progress":
+        """A progress that tells nobody of its stages, and is cancelled with this one."""
+        return _Quiet(self, 0.0, 1.0)
+
     @property
     def stage_seconds(self) -> dict[str, float]:
         """Seconds from the first update of each stage to the first of the next, in the stages' order."""
@@ -81,3 +85,10 @@ class _Part(Progress):
 
     def update(self, stage: str, fraction: float) -> None:
         self._whole.update(stage, self._start + (self._end - self._start) * fraction)
+
+
+class _Quiet(_Part):
+    """Stages of work that is a part of another stage."""
+
+    def update(self, stage: str, fraction: float) -> None:
+        self.check()

@@ -112,6 +112,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
     bl_label = "Bake Indirect"
     bl_options = {"REGISTER", "UNDO"}
     _job: BakeJob | None = None
+    _writes_files = True
 
     __annotations__ = {
         "copies": bpy.props.BoolProperty(
@@ -147,7 +148,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         """Bake in a thread of its own, so that the window stays awake."""
         if bpy.app.background:
             return self.execute(context)
-        if without_folder(context.scene.photon_bake):
+        if self._writes_files and without_folder(context.scene.photon_bake):
             bpy.ops.photon_bake.choose_folder("INVOKE_DEFAULT", copies=self.copies)
             return {"CANCELLED"}
         try:
@@ -281,7 +282,7 @@ def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
         wanted.append(WantedProbes(properties.probes.settings(), folder, scene))
     if "vertex" in properties.targets:
-        wanted.append(WantedVertices(properties.attribute, copies, groups))
+        wanted.append(WantedVertices(properties.attribute, copies, groups, properties.fit))
     if not wanted:
         raise BakeError("Nothing is chosen to bake to: choose Vertices, Lightmaps, Camera or Probes.")
     return wanted

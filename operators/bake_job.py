@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Protocol
@@ -18,7 +18,7 @@ from ..addon.inspector import Inspector
 from ..addon.output import check_space
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
-from ..addon.receivers import AttributeTarget, Receivers
+from ..addon.receivers import Receivers
 from ..addon.scene import Scene
 from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
@@ -27,7 +27,7 @@ from ..addon.ui.state import duration
 from .camera_target import CameraTarget
 from .describe import describe
 from .probe_target import ProbeFiles, ProbePoints
-from .vertex_target import WantedVertices
+from .vertex_target import VertexLight, WantedVertices
 from .written import Written
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ class Solved:
     Attributes
     ----------
     irradiance : Irradiance
-        Of all targets' receivers, one after the other.
+        Of all targets' receivers, one after the other; of vertices, as it is stored.
     products : list of Product
         One a target.
     """
@@ -294,7 +294,7 @@ class BakeJob:
         tracer = make_tracer(self.scene, self.warnings)
         points = [target.points(self.scene, tracer, workers, self.warnings) for target in self.targets]
         self.check_strict()
-        receivers = _joined([one.receivers for one in points])
+        receivers = Receivers.join([one.receivers for one in points])
         backs = OpenBacks.of(receivers, tracer, workers, settings.open_side)
         if settings.open_side:
             receivers = backs.added_to(receivers)
@@ -331,7 +331,11 @@ class BakeJob:
             for of_groups in of_targets
         ]
         self._warn_if_late(perf_counter() - started, settings.time)
-        return Solved(total, products)
+        shown = [
+            one.irradiance if isinstance(one, VertexLight) else part
+            for one, part in zip(products, _parts(points, total), strict=True)
+        ]
+        return Solved(Irradiance.join(shown, total.counts), products)
 
     def _warn_if_late(self, seconds: float, limit: float) -> None:
         """Say that more time was taken than was asked for: what every point needs at least depends on their number."""
@@ -404,9 +408,13 @@ class BakeJob:
 
 def _products(points: list[Points], light: "Irradiance", workers: Workers) -> list[Product]:
     """What targets make of the light of all their receivers."""
+    return [one.finish(part, workers) for one, part in zip(points, _parts(points, light), strict=True)]
+
+
+def _parts(points: list[Points], light: "Irradiance") -> "list[Irradiance]":
+    """The light of the receivers of each target."""
     ends = np.cumsum([len(one.receivers) for one in points])
-    parts = [light.where(slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
-    return [one.finish(part, workers) for one, part in zip(points, parts, strict=True)]
+    return [light.where(slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
 
 
 def _empty(group: str) -> Advice:
@@ -420,29 +428,7 @@ def _with_eyes(receivers: Receivers, points: "Sequence[Points]", settings: BakeS
         return receivers
     if not settings.needs_cache:
         raise BakeError("Probes look around with rays: choose Final Gather, or a Light Volume with Volume Rays.")
-    return _joined([receivers, *eyes] if len(receivers) else eyes)
-
-
-def _joined(parts: list[Receivers]) -> Receivers:
-    """All receivers, in order."""
-    if len(parts) == 1:
-        return parts[0]
-    targets: list[AttributeTarget] = []
-    first = 0
-    for part in parts:
-        for target in part.targets:
-            of_element = target.receiver_of_element
-            moved = np.where(of_element >= 0, of_element + np.int32(first), np.int32(-1))
-            targets.append(replace(target, receiver_of_element=moved))
-        first += len(part)
-    position, normal, footprint = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("position", "normal", "footprint")
-    )
-    takes = None
-    if any(part.takes_caustics is not None for part in parts):
-        ones = [np.ones(len(part), bool) if part.takes_caustics is None else part.takes_caustics for part in parts]
-        takes = np.concatenate(ones)
-    return Receivers(position, normal, footprint, tuple(targets), takes, any(part.directional for part in parts))
+    return Receivers.join([receivers, *eyes] if len(receivers) else eyes)
 
 
 def _turned_away(name: str) -> Advice:

@@ -18,6 +18,7 @@ from ..addon.blender.light_layers import group_names
 from ..addon.errors import BakeError, Cancelled
 from ..addon.output import Report, atomic_path, check_writable, hushed, peak_memory_mb
 from ..addon.progress import Progress
+from ..addon.refinement import RefineOptions
 from ..addon.ui.state import duration, shares_of
 from .bake_job import BakeJob, Wanted
 from .baked_light import shown_after_bake
@@ -27,6 +28,8 @@ from .console import ProgressLine, ctrl_c_cancels, say
 from .describe import describe
 from .lightmap_target import WantedLightmaps
 from .probe_target import WantedProbes
+from .refine import draft_of
+from .refine_target import WantedRefinement
 from .versions import versions
 from .vertex_target import WantedVertices
 
@@ -47,7 +50,7 @@ def run(arguments: list[str]) -> int:
         options = parse(arguments, bpy.data.filepath or unopened)
     except SystemExit as end:
         return int(end.code or 0)
-    shares = shares_of(options.settings.gather, options.targets)
+    shares = shares_of(options.settings.gather, [*options.targets, *(["refine"] if options.refine else [])])
     line = ProgressLine(sys.stderr, shares, len(options.frames or [0]))
     progress = Progress(line)
     report = _begin(options)
@@ -91,12 +94,21 @@ def _bake(options: Options, progress: Progress, report: Report, baked: Callable[
     failures: list[str] = []
     scene = bpy.context.scene
     current = scene.frame_current
+    meshes = {obj: obj.data for obj in bpy.data.objects if obj.type == "MESH"} if options.refine else {}
+    counts = {}
     try:
+        if options.refine is not None:
+            counts = _refine(options, options.refine, progress, report)
         for frame in options.frames or [current]:
             if frame != scene.frame_current:
                 scene.frame_set(frame)
             failures += _bake_frame(options, progress, report)
             baked()
+    except BaseException:
+        for obj, mesh in meshes.items():
+            if obj.data != mesh:
+                obj.data = mesh
+        raise
     finally:
         if scene.frame_current != current:
             scene.frame_set(current)
@@ -107,8 +119,20 @@ def _bake(options: Options, progress: Progress, report: Report, baked: Callable[
         failures += failure
         with suppress(Cancelled):  # too late: it is saved
             progress.update(SAVING, 1)
+    report.counts |= counts
     report.status = "failed" if failures else "done"
     return failures
+
+
+def _refine(options: Options, refine: RefineOptions, progress: Progress, report: Report) -> dict[str, int]:
+    """Give objects refined copies of their meshes; returns how many there are, and vertices in them."""
+    wanted = WantedRefinement(refine, on_copy=True)
+    with hushed(1):
+        job = BakeJob.prepare(bpy.context, [wanted], progress, options.objects, options.light_group)
+    solved = job.solve(draft_of(options.settings), progress)
+    job.write(solved, progress)
+    report.warnings = job.warnings
+    return {name: solved.counts[name] for name in ("refined_meshes", "added_vertices")}
 
 
 def _bake_frame(options: Options, progress: Progress, report: Report) -> list[str]:
@@ -161,7 +185,7 @@ def _wanted(options: Options) -> list[Wanted]:
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
         wanted.append(WantedProbes(options.probes, options.probe_output, scene))
     if "vertex" in options.targets:
-        wanted.append(WantedVertices(options.attribute, options.copies, groups))
+        wanted.append(WantedVertices(options.attribute, options.copies, groups, options.fit))
     return wanted
 
 

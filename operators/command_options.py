@@ -13,6 +13,7 @@ from ..addon.errors import BakeError
 from ..addon.knobs import meaning_of
 from ..addon.lightmap_settings import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
 from ..addon.probe_settings import ProbeSettings
+from ..addon.refinement import BUDGET, TOLERANCE, RefineOptions
 from ..addon.settings import CHOICES, BakeSettings, Quality, settings_for
 from ..addon.ui.properties import CHOICE_MEANINGS
 from .camera_options import OF_CAMERAS, add_camera_options, camera_settings, pass_folder
@@ -74,6 +75,10 @@ class Options:
     attribute : str
     copies : bool
         Whether objects whose mesh cannot hold their light get copies.
+    refine : RefineOptions or None
+        None: meshes stay as they are.
+    fit : bool
+        Whether vertices are fitted to the light over their faces.
     light_group : str
         Whose light is baked alone; empty for all light.
     light_groups : bool
@@ -110,6 +115,8 @@ class Options:
     objects: list[str] | None
     attribute: str
     copies: bool
+    refine: RefineOptions | None
+    fit: bool
     light_group: str
     light_groups: bool
     targets: list[str]
@@ -159,6 +166,12 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
             parser.error(f"{option} is for probes: give --target probes too")
     if given.copies and "vertex" not in targets:
         parser.error("--copies is for light on vertices: give --target vertex too")
+    if given.refine is not None and "vertex" not in targets:
+        parser.error("--refine is for light on vertices: give --target vertex too")
+    if given.refine_budget is not None and given.refine is None:
+        parser.error("--refine-budget is for refined meshes: give --refine too")
+    if not given.fit and "vertex" not in targets:
+        parser.error("--no-fit is for light on vertices: give --target vertex too")
     if given.output is not None and targets == ["vertex"]:
         parser.error("--output is for files: give --target lightmap, camera or probes too")
     if targets != ["vertex"] and given.output is None and not loaded_file:
@@ -174,6 +187,9 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         lightmaps = LightmapSettings(**_given(given, [*_LIGHTMAP_KNOBS])) if "lightmap" in targets else None
         camera = camera_settings(given) if "camera" in targets else None
         probes = probe_settings(given) if "probes" in targets else None
+        refine = None
+        if given.refine is not None:
+            refine = RefineOptions(given.refine, given.refine_budget or BUDGET)
     except BakeError as error:
         parser.error(str(error))
     if settings.gather == "photon_volumes" and targets != ["camera"]:
@@ -187,6 +203,8 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         objects=given.objects or None,
         attribute=given.attribute,
         copies=given.copies,
+        refine=refine,
+        fit=given.fit,
         light_group=given.light_group or "",
         light_groups=given.light_groups,
         targets=targets,
@@ -228,6 +246,15 @@ def _parser() -> ArgumentParser:
     add("--attribute", type=_name, default="Indirect", metavar="NAME", help="colour attribute; default %(default)s")
     meaning = "give objects whose mesh cannot hold their light copies with meshes of their own"
     add("--copies", action="store_true", help=meaning)
+    meaning = (
+        "first give objects refined copies of their meshes, on which light is linear between vertices up to this error "
+        f"as a share of the light; default {TOLERANCE:g}"
+    )
+    add("--refine", type=float, nargs="?", const=TOLERANCE, metavar="TOLERANCE", help=meaning)
+    meaning = f"vertices that --refine adds at most; default {BUDGET}"
+    add("--refine-budget", type=int, metavar="N", help=meaning)
+    meaning = "store the light at the vertices themselves, not the values that show the light over the faces best"
+    add("--no-fit", dest="fit", action="store_false", help=meaning)
     add("--light-group", type=_name, metavar="NAME", help="bake the light of one light group alone")
     meaning = "bake the light of each light group apart too, by one solve, for the light mixer"
     add("--light-groups", action="store_true", help=meaning)

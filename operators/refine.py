@@ -10,7 +10,7 @@ from ..addon.settings import BakeSettings, settings_for
 from ..addon.ui.debug_views import debug_views
 from ..addon.ui.outcomes import Outcome
 from ..addon.ui.state import bake_state, duration
-from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, Solver, selected_objects
+from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, Solver
 from .bake_job import BakeJob
 from .refine_target import WantedRefinement
 
@@ -32,7 +32,7 @@ class PHOTON_BAKE_OT_refine(bpy.types.Operator):
     __annotations__ = {
         "objects": bpy.props.CollectionProperty(
             name="Objects",
-            description="Names of the objects; without any, the selected ones where Selected Only is on, else all",
+            description="Names of the objects; without any, the selected ones, or where none is selected all",
             type=PhotonBakeObjectName,
             options={"HIDDEN", "SKIP_SAVE"},
         ),
@@ -41,7 +41,7 @@ class PHOTON_BAKE_OT_refine(bpy.types.Operator):
             description="Mean error of light within a face that is left, as a share of the light",
             default=_DEFAULTS.tolerance,
             min=1e-4,
-            max=10,
+            max=1,
             precision=3,
         ),
         "budget": bpy.props.IntProperty(
@@ -63,15 +63,16 @@ class PHOTON_BAKE_OT_refine(bpy.types.Operator):
     execute = PHOTON_BAKE_OT_bake_indirect.execute
     invoke = PHOTON_BAKE_OT_bake_indirect.invoke
     modal = PHOTON_BAKE_OT_bake_indirect.modal
+    _writes_files = False
     cancel = PHOTON_BAKE_OT_bake_indirect.cancel
     _fail = PHOTON_BAKE_OT_bake_indirect._fail
 
     def _prepare(self, context: Any) -> None:
         properties = context.scene.photon_bake
-        progress = bake_state.start("final", ["refine"])
+        progress = bake_state.start("final", ["refine"], context.scene.session_uid)
         names = [one.name for one in self.objects] or None
-        if names is None and properties.selected_only:
-            names = selected_objects(context, False)
+        if names is None:
+            names = [obj.name for obj in context.selected_objects if obj.type == "MESH"] or None
         wanted = WantedRefinement(RefineOptions(self.tolerance, self.budget), self.on_copy)
         self._job = BakeJob.prepare(context, [wanted], progress, names, properties.light_group)
         self._solver = Solver(self._job, draft_of(properties.settings()), progress, debug_views.start())

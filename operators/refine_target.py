@@ -1,5 +1,6 @@
 """Meshes that are refined until a draft's light is linear between their vertices, as a target of a bake."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -115,6 +116,11 @@ class Refined:
     refinement: Refinement
     target: RefineTarget
     progress: Progress
+
+    @staticmethod
+    def together(apart: "Mapping[str, Refined]") -> "Refined":
+        """See `Product.together`: meshes are refined for all light."""
+        raise NotImplementedError
 
     @property
     def files(self) -> list[Path]:

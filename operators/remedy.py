@@ -150,8 +150,7 @@ def _flip_normals(context: Any, objects: "list[bpy.types.Object]") -> None:
 
 
 def _refine(context: Any, objects: "list[bpy.types.Object]") -> None:
-    with _selected(context, objects):
-        bpy.ops.photon_bake.refine("INVOKE_DEFAULT")
+    bpy.ops.photon_bake.refine("INVOKE_DEFAULT", objects=[{"name": obj.name} for obj in objects])
 
 
 def _make_uv_map(context: Any, objects: Any) -> None:

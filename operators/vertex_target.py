@@ -12,6 +12,7 @@ from ..addon.blender.as_read import AsRead
 from ..addon.blender.baked_copies import write_light
 from ..addon.blender.color_attribute import light_takers
 from ..addon.blender.light_layers import attribute_of
+from ..addon.blender.refinement import WideFaces
 from ..addon.blender.shown_meshes import (
     CopyMesh,
     check_copied,
@@ -22,11 +23,11 @@ from ..addon.blender.shown_meshes import (
 )
 from ..addon.blender.vertex_meshes import check_target
 from ..addon.blender.warn import Warnings
-from ..addon.errors import Advice
+from ..addon.errors import TooCoarse
 from ..addon.findings import counted
 from ..addon.parallel import Workers
 from ..addon.progress import Progress
-from ..addon.receivers import ReceiverMesh, Receivers, vertex_receivers
+from ..addon.receivers import ReceiverMesh, Receivers, ShownFaces, face_samples, vertex_receivers
 from ..addon.scene import Scene
 from ..addon.tracers import Tracer
 from .written import Written
@@ -34,6 +35,8 @@ from .written import Written
 if TYPE_CHECKING:
     from ..addon.bake import Solution
     from ..addon.gather import Irradiance
+    from ..addon.output.vertex_light import VertexSamples
+    from ..addon.refinement import FaceSamples
 
 
 @dataclass(frozen=True)
@@ -47,11 +50,14 @@ class WantedVertices:
         Whether objects whose mesh cannot hold their light get copies with meshes of their own.
     groups : tuple of str
         Light groups that may get attributes of their own; empty where all light is baked together.
+    fit : bool
+        Whether values are those that show the light over the faces best, or the light at the vertices themselves.
     """
 
     attribute: str = "Indirect"
     copies: bool = False
     groups: tuple[str, ...] = ()
+    fit: bool = True
 
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -72,7 +78,8 @@ class WantedVertices:
         meshes = receiver_meshes(objects, depsgraph, warnings, names is not None, progress=progress)
         if names is None:
             warn_of_shared_light(shown_meshes(depsgraph), Warnings(warnings))
-        return VertexTarget(meshes, [], self.attribute, _as_read(objects, meshes))
+        read, wide = _as_read(objects, meshes), WideFaces.of(objects, meshes, depsgraph)
+        return VertexTarget(meshes, [], self.attribute, read, wide, self.fit)
 
     def _with_copies(
         self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -94,7 +101,8 @@ class WantedVertices:
         meshes += receiver_meshes(others, depsgraph, warnings, names is not None, progress=progress)
         owners = [obj for obj in objects if obj in copied or obj in flawed]
         copies = read_copies(owners, depsgraph, Warnings(warnings), names is not None)
-        return VertexTarget(meshes, copies, self.attribute, _as_read([*replaceable, *others], meshes))
+        wide, meanwhile = WideFaces.of(own, meshes, depsgraph), _as_read([*replaceable, *others], meshes)
+        return VertexTarget(meshes, copies, self.attribute, meanwhile, wide, self.fit)
 
 
 def _as_read(objects: list[Any], meshes: list[ReceiverMesh]) -> list[AsRead]:
@@ -105,14 +113,16 @@ def _as_read(objects: list[Any], meshes: list[ReceiverMesh]) -> list[AsRead]:
 
 @dataclass(frozen=True)
 class VertexTarget:
-    """Meshes whose vertices or corners get light, those that get copies with it, the name of the attribute, and the
-    objects of the meshes.
+    """Meshes whose vertices or corners get light, those that get copies with it, the name of the attribute, the objects
+    of the meshes, the widest faces of them, and whether light is fitted to faces.
     """
 
     meshes: list[ReceiverMesh]
     copies: list[CopyMesh]
     attribute: str
     meanwhile: list[AsRead]
+    wide: WideFaces
+    fit: bool = True
 
     @property
     def object_names(self) -> list[str]:
@@ -125,34 +135,90 @@ class VertexTarget:
 
     def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "VertexPoints":
         """See `Target.points`."""
-        receivers = vertex_receivers([*self.meshes, *(copy.mesh for copy in self.copies)])
-        warnings += too_coarse(receivers)
-        return VertexPoints(receivers, self)
+        meshes = [*self.meshes, *(copy.mesh for copy in self.copies)]
+        vertices = vertex_receivers(meshes, all_shown=self.fit)
+        faces = ShownFaces.of(meshes, vertices.targets)
+        if not self.fit or not len(faces):
+            return VertexPoints(vertices, vertices, None, self, warnings)
+        return VertexPoints.fitted(vertices, faces, self, tracer, workers, warnings)
 
 
 @dataclass(frozen=True)
 class VertexPoints:
-    """Receivers at vertices."""
+    """Receivers at vertices, and of light that is fitted to faces, samples of these after them.
+
+    Attributes
+    ----------
+    receivers, vertices : Receivers
+        All, and those at vertices.
+    samples : VertexSamples or None
+    target : VertexTarget
+    """
 
     receivers: Receivers
+    vertices: Receivers
+    samples: "VertexSamples | None"
     target: VertexTarget
+    warnings: list[str]
+    beside: "FaceSamples | None" = None
+
+    @staticmethod
+    def fitted(
+        vertices: Receivers,
+        faces: ShownFaces,
+        target: VertexTarget,
+        tracer: Tracer,
+        workers: Workers,
+        warnings: list[str],
+    ) -> "VertexPoints":
+        """Of vertices, with samples of the faces between them."""
+        from ..addon.output.vertex_light import VertexSamples
+        from ..addon.photons import region_of
+
+        extent = 2 * region_of(vertices.position).radius
+        samples, hidden = face_samples(faces, vertices, extent, tracer, workers)
+        receivers = Receivers.join([vertices, samples.receivers(faces, vertices.targets)])
+        names = [one.object_name for one in vertices.targets]
+        return VertexPoints(receivers, vertices, VertexSamples(faces, samples, hidden, names), target, warnings)
 
     def lit_by(self, solution: "Solution", workers: Workers) -> "VertexPoints":
-        """See `Points.lit_by`: nothing is."""
-        return self
+        """See `Points.lit_by`: by points between vertices, unless samples of the faces tell of these."""
+        return self if self.samples else replace(self, beside=self.target.wide.lit_by(solution, workers.seed))
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "VertexLight":
         """See `Points.finish`."""
-        return VertexLight(self.receivers, irradiance, self.target)
+        from ..addon.output.vertex_light import finish_vertices
+
+        light, residuals, n_samples = irradiance, dict[str, float](), 0
+        if self.samples is not None:
+            finished = finish_vertices(irradiance, self.samples, workers)
+            light, residuals, n_samples = finished.irradiance, finished.residuals, len(self.samples.samples)
+        names = too_coarse(residuals) if self.samples else self.target.wide.coarse(self.beside, self.vertices, light)
+        if names:
+            self.warnings.append(TooCoarse(names))
+        return VertexLight(self.vertices, light, self.target, residuals, n_samples)
 
 
 @dataclass(frozen=True)
 class VertexLight:
-    """Light of vertices, and that of light groups apart."""
+    """Light of vertices, and that of light groups apart.
+
+    Attributes
+    ----------
+    face_residuals : dict of str to float
+        Of each object that light was fitted to: how far it is from linear between the vertices, root mean square over
+        the faces as a share of its mean. Where that is much, the mesh is too coarse to show its light.
+    n_samples : int
+        Of faces.
+    apart : dict of str to VertexLight
+        Of each light group.
+    """
 
     receivers: Receivers
     irradiance: "Irradiance"
     target: VertexTarget
+    face_residuals: dict[str, float] = field(default_factory=dict)
+    n_samples: int = 0
     apart: "Mapping[str, VertexLight]" = field(default_factory=dict)
 
     @staticmethod
@@ -169,7 +235,8 @@ class VertexLight:
 
     @property
     def counts(self) -> dict[str, int]:
-        return {"baked_copies": len(self.target.copies)} if self.target.copies else {}
+        counts = {"baked_copies": len(self.target.copies), "face_samples": self.n_samples}
+        return {name: n for name, n in counts.items() if n}
 
     def concerns(self) -> list[str]:
         """See `Product.concerns`."""
@@ -182,20 +249,12 @@ class VertexLight:
         at = self.receivers, target.copies, target.attribute, target.meanwhile
         apart = {attribute_of(target.attribute, name): light.irradiance.value for name, light in self.apart.items()}
         warnings = write_light(self.irradiance.value, *at, apart)
-        return Written(
-            places=[f"{target.attribute} on {counted(len(target.object_names), 'object')}"], warnings=warnings
-        )
+        places = [f"{target.attribute} on {counted(len(target.object_names), 'object')}"]
+        return Written(places=places, warnings=warnings)
 
 
-def too_coarse(receivers: Receivers) -> list[str]:
-    """Warnings of objects with faces wider than all the rest: light within such a face is not seen by its vertices."""
-    from ..addon.photons import region_of
+def too_coarse(residuals: "Mapping[str, float]") -> list[str]:
+    """Names of objects whose light is not linear between their vertices, those of the largest residuals first."""
+    from ..addon.refinement import COARSE
 
-    if len(receivers) == 0:
-        return []
-    widest = region_of(receivers.position).radius
-    return [
-        Advice(f"Object '{target.object_name}' has too few vertices for its size to show light: subdivide it.")
-        for target in receivers.targets
-        if (receivers.footprint[target.receiver_of_element[target.receiver_of_element >= 0]] > widest).any()
-    ]
+    return sorted((name for name, residual in residuals.items() if residual > COARSE), key=lambda name: -residuals[name])

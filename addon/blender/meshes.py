@@ -121,12 +121,8 @@ def count_triangles(mesh: "bpy.types.Mesh") -> int:
 
 def read_mesh(mesh: "bpy.types.Mesh") -> LocalMesh:
     """The triangles of an evaluated mesh that has faces."""
-    mesh.calc_loop_triangles()
-    n = len(mesh.loop_triangles)
-    # Into another type Blender would copy value by value, a hundred times as slowly: "loops" are unsigned.
-    corners = np.empty((n, 3), np.uint32)
-    mesh.loop_triangles.foreach_get("loops", corners.ravel())
-    corners = corners.view(np.int32)
+    corners = triangle_corners(mesh)
+    n = len(corners)
     vertices = attribute(mesh, "position", "vector", (len(mesh.vertices), 3), np.float32)
     triangles = _corner_vertices(mesh).take(corners)
     normals, normal_of_corner = _read_normals(mesh, triangles, corners)
@@ -136,6 +132,15 @@ def read_mesh(mesh: "bpy.types.Mesh") -> LocalMesh:
         vertices, triangles = vertices[used], (np.cumsum(used, dtype=np.int32) - 1).take(triangles)
         normals, normal_of_corner = (normals[used], triangles) if per_vertex else (normals, normal_of_corner)
     return LocalMesh(vertices, triangles, normals, normal_of_corner, corners, _read_slots(mesh, n), UVMaps(mesh))
+
+
+def triangle_corners(mesh: "bpy.types.Mesh") -> np.ndarray:
+    """The corners of the triangles that renders cut an evaluated mesh's faces into, (t, 3) int32."""
+    mesh.calc_loop_triangles()
+    # Into another type Blender would copy value by value, a hundred times as slowly: "loops" are unsigned.
+    corners = np.empty((len(mesh.loop_triangles), 3), np.uint32)
+    mesh.loop_triangles.foreach_get("loops", corners.ravel())
+    return corners.view(np.int32)
 
 
 def attribute(mesh: "bpy.types.Mesh", name: str, prop: str, shape: tuple[int, ...], dtype: type) -> np.ndarray:

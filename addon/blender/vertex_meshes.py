@@ -22,7 +22,7 @@ from ..errors import BakeError
 from ..progress import Progress
 from ..receivers import IN_PLACE, AttributeMap, ReceiverMesh, joined, unreached_share
 from .color_attribute import check_editable
-from .meshes import attribute, corner_vertex, evaluated_mesh
+from .meshes import attribute, corner_vertex, evaluated_mesh, triangle_corners
 from .modifiers import COPIES_FACES, active_modifiers, keeps_vertices_first, may_change_elements
 from .probes import attribute_maps
 from .transforms import place_normals, to_world
@@ -140,6 +140,7 @@ def _receiver_parts(
         normals=place_normals(normals, matrix),
         corner_vertex=corner_vertex(mesh),
         corner_face=_corner_face(mesh),
+        triangles=triangle_corners(evaluated) if _same_faces(mesh, evaluated) else None,
     )
     return {obj: own}
 
@@ -160,6 +161,7 @@ def evaluated_receiver_mesh(
         normals=place_normals(_read_normals(evaluated.vertex_normals if smooth else evaluated.corner_normals), matrix),
         corner_vertex=corner_vertex(evaluated),
         corner_face=_corner_face(evaluated),
+        triangles=triangle_corners(evaluated),
     )
 
 
@@ -286,9 +288,14 @@ def _corners_come_first(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh") -> 
     if len(evaluated.loops) < n:
         return False
     # Split edges give corners new vertices, but leave the corners where they were.
-    if len(evaluated.loops) == n and len(evaluated.polygons) == len(mesh.polygons):
+    if _same_faces(mesh, evaluated):
         return True
     return np.array_equal(corner_vertex(evaluated)[:n], corner_vertex(mesh))
+
+
+def _same_faces(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh") -> bool:
+    """Whether an evaluated mesh that has a mesh's vertices first has its very faces."""
+    return len(evaluated.loops) == len(mesh.loops) and len(evaluated.polygons) == len(mesh.polygons)
 
 
 def _original_corner_normals(obj: "bpy.types.Object", positions: np.ndarray) -> np.ndarray:

@@ -111,6 +111,18 @@ class Irradiance:
             gathered=first.gathered,
         )
 
+    @staticmethod
+    def join(parts: "list[Irradiance]", counts: dict[str, int]) -> "Irradiance":
+        """The light of all receivers of several parts, in order, with the counts of all; without slopes."""
+        value, stderr = (np.concatenate([getattr(part, name) for part in parts]) for name in ("value", "stderr"))
+        passes = {name: np.concatenate([part.passes[name] for part in parts]) for name in parts[0].passes}
+        gathered = None
+        if any(part.gathered is not None for part in parts):
+            gathered = np.concatenate(
+                [np.ones(len(p.value), bool) if p.gathered is None else p.gathered for p in parts]
+            )
+        return Irradiance(value, stderr, passes, {**counts, "receivers": len(value)}, gathered=gathered)
+
     @property
     def interpolated(self) -> bool:
         """Whether most receivers took their light from others, so that noise is no finer than what light shows."""

@@ -4,6 +4,7 @@ from .attribute_map import AttributeMap, unreached_share
 from .camera import Camera, SeenSurface, seen_surface
 from .camera_points import CameraPoints, camera_points, diffuse_colors
 from .charts import Charts, LightmapMesh
+from .face_samples import FaceSamples, ShownFaces, face_samples
 from .lenses import Equirectangular, Fisheye, Lens, Orthographic, Perspective
 from .lightmap import Texels, texel_receivers
 from .pixel_filter import PixelFilter
@@ -20,6 +21,7 @@ __all__ = [
     "CameraPoints",
     "Charts",
     "Equirectangular",
+    "FaceSamples",
     "Fisheye",
     "Lens",
     "LightmapMesh",
@@ -32,9 +34,11 @@ __all__ = [
     "Receivers",
     "Seams",
     "SeenSurface",
+    "ShownFaces",
     "Texels",
     "camera_points",
     "diffuse_colors",
+    "face_samples",
     "grid_in_box",
     "joined",
     "seen_surface",

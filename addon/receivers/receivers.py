@@ -1,6 +1,6 @@
 """Points that want light."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -89,6 +89,28 @@ class Receivers:
 
     def __len__(self) -> int:
         return len(self.position)
+
+    @staticmethod
+    def join(parts: "list[Receivers]") -> "Receivers":
+        """All receivers, in order."""
+        if len(parts) == 1:
+            return parts[0]
+        targets: list[AttributeTarget] = []
+        first = 0
+        for part in parts:
+            for target in part.targets:
+                of_element = target.receiver_of_element
+                moved = np.where(of_element >= 0, of_element + np.int32(first), np.int32(-1))
+                targets.append(replace(target, receiver_of_element=moved))
+            first += len(part)
+        position, normal, footprint = (
+            np.concatenate([getattr(part, name) for part in parts]) for name in ("position", "normal", "footprint")
+        )
+        takes = None
+        if any(part.takes_caustics is not None for part in parts):
+            ones = [np.ones(len(part), bool) if part.takes_caustics is None else part.takes_caustics for part in parts]
+            takes = np.concatenate(ones)
+        return Receivers(position, normal, footprint, tuple(targets), takes, any(part.directional for part in parts))
 
     def where(self, chosen: np.ndarray) -> "Receivers":
         """The receivers that a mask or an index array chooses, for no targets and no camera."""

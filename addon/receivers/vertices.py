@@ -50,6 +50,9 @@ class ReceiverMesh:
         Face of each corner, ascending.
     map : AttributeMap or None
         Where modifiers change the elements: this is the evaluated mesh then, and the map leads back to the stored one.
+    triangles : (t, 3) int32 or None
+        Corners of the triangles that renders cut the faces into; None: what renders show is not these faces, but others
+        between vertices that lie here.
     """
 
     object_name: str
@@ -60,6 +63,7 @@ class ReceiverMesh:
     corner_vertex: np.ndarray
     corner_face: np.ndarray
     map: AttributeMap | None = None
+    triangles: np.ndarray | None = None
 
     @property
     def corner_normals(self) -> np.ndarray:
@@ -101,20 +105,32 @@ def joined(parts: list[ReceiverMesh]) -> ReceiverMesh:
         corner_vertex=np.concatenate([part.corner_vertex + first for part, first in zip(parts, vertex, strict=True)]),
         corner_face=np.concatenate([part.corner_face + first for part, first in zip(parts, face, strict=True)]),
         map=together,
+        triangles=_joined_triangles([part.triangles for part in parts], corner),
     )
 
 
-def vertex_receivers(meshes: list[ReceiverMesh]) -> Receivers:
+def _joined_triangles(parts: list[np.ndarray | None], first: np.ndarray) -> np.ndarray | None:
+    """Triangles of all parts, whose corners are numbered on from `first`; None if a part has none."""
+    there = [part + np.int32(start) for part, start in zip(parts, first, strict=True) if part is not None]
+    return np.concatenate(there) if len(there) == len(parts) else None
+
+
+def vertex_receivers(meshes: list[ReceiverMesh], all_shown: bool = False) -> Receivers:
     """Receivers of several meshes: one a vertex, or one for each set of a vertex's corners that share a normal.
 
     Corners of coplanar or smoothly joined faces share a receiver. Each is pulled towards the middle of its faces by
     `CORNER_PULL` or `NUDGE`, but never below its tangent plane, and lifted along its normal by `LIFT`.
+
+    Parameters
+    ----------
+    all_shown : bool
+        Whether all corners that show stored values get one, even if fewer decide on them.
     """
     parts, targets, start = [], [], 0
     for mesh in meshes:
         receiver_of_element, *arrays = _of_mesh(mesh)
         if mesh.map is not None:
-            receiver_of_element, used = _reached(receiver_of_element, mesh)
+            receiver_of_element, used = _reached(receiver_of_element, mesh, all_shown)
             arrays = [values[used] for values in arrays]
         position, normal, footprint = arrays
         moved = np.where(receiver_of_element >= 0, receiver_of_element + start, -1).astype(np.int32)
@@ -146,15 +162,16 @@ def _of_mesh(mesh: ReceiverMesh) -> tuple[np.ndarray, np.ndarray, np.ndarray, np
     return receiver_of_element, position.astype(np.float32), normal.astype(np.float32), reach.astype(np.float32)
 
 
-def _reached(receiver_of_element: np.ndarray, mesh: ReceiverMesh) -> tuple[np.ndarray, np.ndarray]:
+def _reached(receiver_of_element: np.ndarray, mesh: ReceiverMesh, all_shown: bool) -> tuple[np.ndarray, np.ndarray]:
     """The receiver of each corner that decides on stored values (−1: none), and which of the receivers these are.
 
-    All that show stored values do, unless there are more of them than of these, and each shows its own light.
+    All that show stored values do, unless there are more of them than of these, and each shows its own light; or, if
+    that is asked for, all.
     """
     assert mesh.map is not None
     of_corner = receiver_of_element if mesh.domain == "CORNER" else receiver_of_element[mesh.corner_vertex]
     decides = mesh.map.reached
-    if mesh.map.misplaced < IN_PLACE and len(np.unique(of_corner[decides])) > len(mesh.map.stand_in):
+    if not all_shown and mesh.map.misplaced < IN_PLACE and len(np.unique(of_corner[decides])) > len(mesh.map.stand_in):
         decides &= np.isin(of_corner, of_corner[mesh.map.decisive()])
     used, of_deciding = np.unique(of_corner[decides], return_inverse=True)
     receiver = np.full(len(of_corner), -1, np.int32)

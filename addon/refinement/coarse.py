@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..receivers import Receivers
-from .samples import LEAST_LIGHT, Light, Samples, mean_by, on_objects
+from .samples import LEAST_LIGHT, Samples, mean_by, on_objects
 from .triangles import Placed, Triangles
 
 WIDEST = 16
@@ -49,9 +49,9 @@ class FaceSamples:
         owner = self.triangles.owner[self.samples.triangle]
         return on_objects([self.samples.receivers(self.triangles)], [owner], self.meshes)
 
-    def lit(self, light: Light) -> "FaceSamples":
-        """The same points with their light."""
-        return replace(self, samples=self.samples.lit(*light(self.receivers)))
+    def lit(self, light: np.ndarray, stderr: np.ndarray) -> "FaceSamples":
+        """The same points with their light (s, 3), W/m², and its standard error (s,)."""
+        return replace(self, samples=self.samples.lit(light, stderr))
 
     def coarse(self, corner_light: np.ndarray, corner_stderr: np.ndarray, mean: float) -> list[str]:
         """Names of objects that are too coarse for their light, those of most error first.

@@ -88,10 +88,12 @@ class Samples:
         least : float, W/m²
             Light that errors are compared to where there is less.
         """
-        off = np.abs(self.light - np.einsum("sc,scd->sd", self.weight, corner_light[self.triangle])).mean(axis=1)
+        said = np.einsum("sc,scd->sd", self.weight, corner_light[self.triangle])
+        off = np.abs(self.light - said).mean(axis=1)
         of_corners = ((self.weight * corner_stderr[self.triangle]) ** 2).sum(axis=1)
         noise = np.sqrt(self.stderr**2 + of_corners)
-        return np.maximum(off - noise, 0) / np.maximum(self.light.mean(axis=1), max(least, 1e-30))
+        light = np.maximum(self.light.mean(axis=1), said.mean(axis=1))
+        return np.maximum(off - noise, 0) / np.maximum(light, max(least, 1e-30))
 
 
 def corner_receivers(triangles: Triangles, rows: np.ndarray) -> tuple[Receivers, np.ndarray]:

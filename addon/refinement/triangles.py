@@ -120,8 +120,8 @@ class Triangles:
         a, b, c = (self.point[row, (side + k) % 3] for k in range(3))
         pairs, new_point = _pairs(a, b, len(self.position))
         ends = self.vertex[pairs]
-        vertex_pairs, new_vertex = _pairs(ends[:, 0], ends[:, 1], len(self.weld))
-        _, new_weld = _pairs(*self.weld[vertex_pairs].T, int(self.weld.max()) + 1)
+        vertex_pairs, new_vertex = _pairs(*_columns(ends), len(self.weld))
+        _, new_weld = _pairs(*_columns(self.weld[vertex_pairs]), int(self.weld.max()) + 1)
         middle = (new_point + len(self.position)).astype(np.int32)
         na, nb, nc = (self.normal[row, (side + k) % 3] for k in range(3))
         nm = na + nb
@@ -144,7 +144,7 @@ class Triangles:
 
 @dataclass(frozen=True)
 class Split:
-    """Triangles after k of them were split: the first halves in their places (a, m, c), the others (m, b, c) at the end.
+    """Triangles after k were split: the first halves (a, m, c) in their places, the others (m, b, c) at the end.
 
     Attributes
     ----------
@@ -216,7 +216,7 @@ class Edges:
         va, vb = triangles.vertex[a], triangles.vertex[b]
         vertex_pairs, real = _pairs(va, vb, len(triangles.weld))
         n_welds = int(triangles.weld.max(initial=0)) + 1
-        pairs, edge_of_real = _pairs(*triangles.weld[vertex_pairs].T, n_welds)
+        pairs, edge_of_real = _pairs(*_columns(triangles.weld[vertex_pairs]), n_welds)
         edge, n = edge_of_real[real], len(pairs)
         of_edge = np.zeros(n, length.dtype)
         np.maximum.at(of_edge, edge, length)
@@ -239,3 +239,7 @@ def _pairs(a: np.ndarray, b: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray
     key = np.minimum(a, b).astype(np.int64) * n + np.maximum(a, b)
     pairs, of_pair = np.unique(key, return_inverse=True)
     return np.stack(np.divmod(pairs, n), axis=1).astype(np.int32), of_pair.reshape(-1)
+
+
+def _columns(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return pairs[:, 0], pairs[:, 1]

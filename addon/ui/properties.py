@@ -282,6 +282,12 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
         "light_groups_chosen": bpy.props.IntProperty(min=0, max=2, options={"HIDDEN"}),
         "mixer": bpy.props.CollectionProperty(type=PhotonBakeLightLayer, name="Light Mixer"),
         "shown": bpy.props.PointerProperty(type=PhotonBakeShownProperties, name="Baked Light"),
+        "fit": bpy.props.BoolProperty(
+            name="Fit to Faces",
+            description="Give vertices the values that show the light over their faces best, rather than the light at "
+            "the vertices themselves",
+            default=True,
+        ),
     }
 
     def settings(self) -> BakeSettings:

@@ -50,6 +50,9 @@ STAGE_SHARES: dict[Gather, dict[str, float]] = {
 LIGHTMAP_SHARES = {"Unwrapping": 1, "Placing texels": 1, "Denoising": 2, "Finishing lightmaps": 1}
 """The same for what lightmaps add to it."""
 
+VERTEX_SHARES = {"Fitting vertices": 0.5}
+"""The same for what vertices add to it."""
+
 CAMERA_SHARES = {
     "Looking through the camera": 2,
     "Following gloss": 2,
@@ -168,6 +171,7 @@ def shares_of(gather: Gather, targets: Collection[str]) -> dict[str, float]:
     """The stages' shares of a bake to some targets."""
     shares = dict(STAGE_SHARES[gather])
     parts: dict[str, Mapping[str, float]] = {
+        "vertex": VERTEX_SHARES,
         "lightmap": LIGHTMAP_SHARES,
         "camera": CAMERA_SHARES,
         "probes": PROBE_SHARES,

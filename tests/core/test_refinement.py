@@ -127,7 +127,9 @@ def test_edges_in_one_place_are_split_together():
     weld = np.unique(position, axis=0, return_inverse=True)[1].reshape(-1).astype(np.int32)
     corner, polygon = np.concatenate([left.corner, right.corner + 4]), np.array([0, 0, 1, 1], np.int32)
     mesh = Placed("Both", "Both", position, corner, np.concatenate([left.normal, right.normal]), polygon, weld)
-    refinement = refine([mesh], light_of(lambda p: bump(p + [2.5, 0, 0])), RefineOptions(0.01, 200), 0, Progress())
+    refinement = refine(
+        [mesh], light_of(lambda p: bump(p + np.array([2.5, 0, 0]))), RefineOptions(0.01, 200), 0, Progress()
+    )
     position, _ = carried_out(mesh, refinement)
     on_seam = position[np.abs(position[:, 0]) < 1e-6]
     assert len(on_seam) > 6
@@ -160,7 +162,8 @@ def test_numbers_out_of_range_are_refused(options):
 def test_wide_triangles_are_said_to_be_too_coarse():
     meshes = [square("Lit"), square("Plain", "Plain", at=(50, 0, 0))]
     light = light_of(wide_bump)
-    samples = FaceSamples.of(meshes, 0).lit(light)
+    samples = FaceSamples.of(meshes, 0)
+    samples = samples.lit(*light(samples.receivers))
     triangles = Triangles.of(meshes)
     corners = np.repeat(wide_bump(triangles.position[triangles.point.ravel()])[:, None], 3, axis=1)
     names = samples.coarse(corners.reshape(-1, 3, 3), np.zeros((len(triangles), 3)), 0.6)

@@ -82,6 +82,16 @@ def test_noise_time_and_memory_are_in_the_report(tmp_path):
     assert read["relative_noise"] <= 0.05 and read["counts"]["gather_rays"] > 0
 
 
+def test_light_is_fitted_to_faces_or_not(tmp_path):
+    counts = []
+    for options in ([], ["--no-fit"]):
+        assert run([*QUICK, *options, "--report", str(tmp_path / "r.json")]) == 0
+        counts.append(json.loads((tmp_path / "r.json").read_text())["counts"])
+    fitted, sampled = counts
+    assert fitted["face_samples"] > 0 and "face_samples" not in sampled
+    assert fitted["receivers"] == sampled["receivers"], "both are the vertices that get light"
+
+
 @pytest.mark.parametrize("gather", ["final", "density", "light_volume"])
 def test_cube_maps_trace(gather, tmp_path, capfd):
     report = tmp_path / "r.json"
@@ -151,6 +161,7 @@ def test_copies(tmp_path):
         (["--objects", ","], "names"),
         (["--save"], "--save FILE.blend"),
         (["--copies", "--target", "lightmap", "--output", "maps"], "--target vertex"),
+        (["--no-fit", "--target", "lightmap", "--output", "maps"], "--target vertex"),
     ],
 )
 def test_bad_usage(arguments, says, capfd):

@@ -1,14 +1,24 @@
 """Refine: what of meshes survives, and how scripts and the command ask for it."""
 
+import json
+
 import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.blender.refinement import split_meshes
+from photon_bake.addon.errors import BakeError
+from photon_bake.addon.findings import grouped
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.refinement import Refinement
 from photon_bake.addon.ui.state import bake_state
+from photon_bake.operators.bake_job import BakeJob
+from photon_bake.operators.command_line import run
 
 from .scenes import add_cube, add_lamp, add_material, add_mesh, add_plane
+
+
+def last_warnings():
+    return bake_state.outcome_of(bpy.context.scene.session_uid).warnings
 
 
 def column(values, name, width):
@@ -105,8 +115,7 @@ def test_the_floor_beside_a_cube_is_refined_in_one_undo_step(room):
     assert refine("Floor", budget=200) == {"FINISHED"}
     floor = bpy.data.objects["Floor"].data
     assert 40 < len(floor.vertices) <= 204 and len(bpy.data.objects["Box"].data.vertices) == 8
-    position = column(floor.vertices, "co", 3)[4:]
-    assert np.mean(np.abs(position[:, :2]).max(axis=1) < 2.5) > 0.5  # where the cube's light is
+    assert np.mean(column(floor.vertices, "co", 3)[4:, 0] > 0.5) > 0.6  # in front of the cube's lit side
     assert "Refined 1 mesh by" in bake_state.result
     assert column(floor.uv_layers[0].uv, "vector", 2).min() >= 0
 
@@ -124,7 +133,54 @@ def test_modifiers_that_would_change_the_shape_are_named(room):
     ):
         refine("Box")
     assert refine(budget=20) == {"FINISHED"}
-    assert any("Left out: Object 'Box'" in warning for warning in bake_state.warnings)
+    assert any("Left out: Object 'Box'" in warning for warning in last_warnings())
+
+
+def test_what_a_bake_finds_too_coarse_has_a_remedy(room):
+    room.n_photons, room.n_cache_elements = 20_000, 2_000
+    bpy.ops.photon_bake.bake_indirect()
+    (found,) = [one for one in grouped(last_warnings()) if "refine" in one.remedies]
+    assert (found.names, found.line) == (("Floor",), "Floor: too few vertices")
+    refine("Floor", budget=400)
+    bpy.ops.photon_bake.bake_indirect()
+    assert not any("Floor" in one.names for one in grouped(last_warnings()) if "refine" in one.remedies)
+
+
+COMMAND = ["--quality", "draft", "--photons", "5000", "--objects", "Floor"]
+
+
+def test_the_command_refines_copies_and_saves_them(room, tmp_path, capfd):
+    blend, report = tmp_path / "baked.blend", tmp_path / "report.json"
+    options = ["--refine", "0.02", "--refine-budget", "50", "--save", str(blend), "--report", str(report)]
+    assert run([*COMMAND, *options]) == 0
+    counts = json.loads(report.read_text())["counts"]
+    assert counts["refined_meshes"] == 1 and 20 < counts["added_vertices"] <= 50
+    bpy.ops.wm.open_mainfile(filepath=str(blend))
+    floor = bpy.data.objects["Floor"].data
+    assert floor.name == "Floor (Refined)" and "Indirect" in floor.attributes
+    assert len(floor.vertices) == 4 + counts["added_vertices"] and len(bpy.data.meshes["Floor"].vertices) == 4
+    assert run([*COMMAND, "--refine", "1", "--save"]) == 0  # again, on what is fine enough
+    assert [mesh.name for mesh in bpy.data.meshes if mesh.users] == ["Box", "Floor", "Floor (Refined)"]
+
+
+def test_the_command_leaves_meshes_where_the_bake_fails(room, monkeypatch):
+    monkeypatch.setattr(BakeJob, "check_strict", lambda self: (_ for _ in ()).throw(BakeError("No.")))
+    before = bpy.data.objects["Floor"].data
+    monkeypatch.setattr(BakeJob, "solve", BakeJob.solve)
+    assert run([*COMMAND, "--refine", "--refine-budget", "20"]) == 1
+    assert bpy.data.objects["Floor"].data == before
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--refine", "--target", "lightmap", "--output", "x"], "--refine is for light on vertices"),
+        (["--refine-budget", "50"], "give --refine too"),
+        (["--refine", "-1"], "choose a number from 0.0001 to 1"),
+    ],
+)
+def test_bad_usage_of_the_command_is_refused(room, options, said, capfd):
+    assert run(options) == 2 and said in capfd.readouterr().err
 
 
 def test_a_cancelled_refinement_changes_nothing(room, monkeypatch):

@@ -44,7 +44,7 @@ def split_meshes(
             if len(refinement.ends[name]):
                 part = progress.part(done / n, (done := done + len(refinement.ends[name])) / n)
                 ready.append((mesh, _split(mesh, refinement.ends[name], refinement.cut[name], part)))
-        return [_put(mesh, bm, on_copy and _OF not in mesh) for mesh, bm in ready]
+        return [_put(mesh, bm, on_copy) for mesh, bm in ready]
     finally:
         for _, bm in ready:
             bm.free()
@@ -132,7 +132,8 @@ def _put(mesh: "bpy.types.Mesh", bm: Any, on_copy: bool) -> "bpy.types.Mesh":
         target.normals_split_custom_set(values)
     target.update()
     if on_copy:
-        target.name, target[_OF] = mesh.name + _SUFFIX, mesh
+        target[_OF] = target.get(_OF) or mesh  # a copy is of an earlier copy's original
+        target.rename(target[_OF].name + _SUFFIX, mode="ALWAYS")
         for obj in _users(mesh):
             obj.data = target
     return target

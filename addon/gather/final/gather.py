@@ -10,10 +10,11 @@ from ...tracers import Tracer
 from ..gather_rays import GatherRays
 from ..irradiance import Estimate
 from .effort import Effort, rays_for_budget, rays_for_noise
-from .placement import look_up_all, place_records, turn_length
+from .placement import look_around, look_up_all, place_records, turn_length
 from .records import STAGE, RecordMaker, Records
-from .spread import Spread
-from .weights import Neighbourhood, Weights
+from .refinement import refined
+from .spread import Arms, Around, Spread
+from .weights import Weights
 
 _MAX_TURNS = 24
 _MOST_MORE = 3.0  # times the rays that a record has, in one turn: what is known of its noise is not known well
@@ -72,98 +73,84 @@ class FinalGather:
         if effort.interpolate:
             placed = place_records(receivers, extent, effort.tolerance, maker, tracer, self._turns)
             records, weights = look_up_all(placed, receivers, extent, maker, tracer, self._turns)
-        all_gather = not effort.interpolate or (_FEW * len(receivers) <= len(records) and not maker.short)
-        if all_gather:
+        if not effort.interpolate or (_FEW * len(receivers) <= len(records) and not maker.short):
             others = np.setdiff1d(np.arange(len(receivers)), records.receiver)
             records = records.joined(maker.records(others, extent))
             weights = Weights.identity(records.receiver)
-        self._around: Weights | None = None
-        if not all_gather or maker.short:
-            near = Neighbourhood(records, turn_length(extent, maker.short), tracer)
-            self._around = near.of_records(np.arange(len(records)), self._turns.next())
+            alike = records.with_edge(np.arange(len(records)), extent)
+            length = turn_length(extent, maker.short)
+            around = look_around(alike, np.arange(len(records)), length, tracer, self._turns)
+        else:
+            length = turn_length(extent, maker.short)
+            at = receivers, placed, records, weights, effort.tolerance, length
+            records, weights, around = refined(*at, maker, tracer, self._turns)
         self.records, self.weights = records, weights
+        self._arms = Arms.of(weights, receivers.position, records)
+        blends = effort.interpolate or maker.short
+        self._around = Around(around, Arms.of(around, records.position, records), blends, maker.short)
 
     def finish(self) -> Gathered:
         """What the receivers gathered, after rays were added as the effort says."""
-        weights, around = self.weights, self._around
-        records = _add_rays(self.records, weights, around, self._maker, self._effort)
+        records = self._with_rays()
         self._turns.end(STAGE)
         lights = [self._taken(of_light) for of_light in records.lights()]
         return Gathered(lights, len(records), int(records.n_rays.sum()))
 
     def _taken(self, records: Records) -> Estimate:
         """What receivers take of the records of one light."""
-        weights, around = self.weights, self._around
-        spread = Spread.of(records, around, self._maker.short)
+        weights, spread = self.weights, Spread.of(records, self._around)
         lowest = min(float(records.irradiance.min(initial=0)), 0.0)  # not 0 where lamps take light away
-        irradiance = np.maximum(weights.apply(spread.blended(records.irradiance, around)), lowest).astype(np.float32)
-        slope = _slope(records, spread, around, weights) if self._receivers.directional else None
-        stderr = np.sqrt(spread.variance(records, weights)).astype(np.float32)
+        irradiance = np.maximum(weights.apply(spread.blended(records.irradiance)), lowest).astype(np.float32)
+        slope = _slope(records, spread, weights) if self._receivers.directional else None
+        stderr = np.sqrt(spread.variance(records, weights, self._arms)).astype(np.float32)
         gathered = np.zeros(len(irradiance), bool)
         gathered[records.receiver] = True
         return Estimate(irradiance, stderr, slope, gathered)
 
+    def _with_rays(self) -> Records:
+        """The records with more rays, in turns, until the effort is made."""
+        records, maker, effort = self.records, self._maker, self._effort
+        harm = self.weights.square().column_sums(len(records))
+        for turn in range(_MAX_TURNS):
+            wanted = self._wanted_by_all(records, harm, turn)
+            packets = np.minimum(wanted - records.n_rays, _MOST_MORE * records.n_rays) / maker.n_rays
+            whole = np.floor(packets + 0.5)
+            if effort.noise > 0 and not whole.any():
+                whole = np.ceil(packets)
+            if not whole.any():
+                break
+            records = records.with_rays(maker.records(np.repeat(records.receiver, whole.astype(np.int64)), 0.0))
+        return records
 
-def _slope(records: Records, spread: Spread, around: Weights | None, weights: Weights) -> np.ndarray:
+    def _wanted_by_all(self, records: Records, harm: np.ndarray, turn: int) -> np.ndarray:
+        """Rays that each record should have, (m,): for each light as little noise as asked, or its part."""
+        lights, effort = records.lights(), self._effort
+        wanted = [self._wanted(of_light, effort.of_light(i), harm, turn) for i, of_light in enumerate(lights)]
+        return np.max(wanted, axis=0) if effort.noise > 0 else np.mean(wanted, axis=0)
+
+    def _wanted(self, records: Records, effort: Effort, harm: np.ndarray, turn: int) -> np.ndarray:
+        """Rays that each record should have for one light, (m,)."""
+        maker, weights, spread = self._maker, self.weights, Spread.of(records, self._around)
+        seconds = effort.seconds_left
+        if seconds < _LEAST_SECONDS:
+            return records.n_rays
+        if effort.noise > 0:
+            mean = float(weights.apply(records.irradiance).mean())
+            now, asked = float(spread.variance(records, weights, self._arms).mean()), effort.variance_for(mean)
+            if now <= asked:
+                return records.n_rays
+            of_rays = float((harm * spread.expected / records.n_rays).sum())
+            return rays_for_noise(spread.expected, harm, records.n_rays, of_rays * max(asked / now, _LEAST_STEP))
+        if seconds < np.inf:
+            return rays_for_budget(spread.expected, harm, records.n_rays, maker.rate * _TIME_SHARE * seconds)
+        if turn == 0:
+            as_many = float(records.n_rays.sum())
+            budget = maker.left if maker.short else min(as_many, maker.left)
+            return rays_for_budget(spread.expected, harm, records.n_rays, budget)
+        return records.n_rays
+
+
+def _slope(records: Records, spread: Spread, weights: Weights) -> np.ndarray:
     """What receivers take of the records' slopes, (n, 3, 3) float32: as of their irradiance, axis by axis."""
     axes = np.moveaxis(records.slope, 1, 0)
-    return np.stack([weights.apply(spread.blended(axis, around)).astype(np.float32) for axis in axes], axis=1)
-
-
-def _add_rays(
-    records: Records, weights: Weights, around: Weights | None, maker: RecordMaker, effort: Effort
-) -> Records:
-    """The records with more rays, in turns, until the effort is made."""
-    harm = weights.square().column_sums(len(records))
-    for turn in range(_MAX_TURNS):
-        wanted = _wanted_by_all(effort, records, around, harm, weights, maker, turn)
-        packets = np.minimum(wanted - records.n_rays, _MOST_MORE * records.n_rays) / maker.n_rays
-        whole = np.floor(packets + 0.5)
-        if effort.noise > 0 and not whole.any():
-            whole = np.ceil(packets)
-        if not whole.any():
-            break
-        records = records.with_rays(maker.records(np.repeat(records.receiver, whole.astype(np.int64)), 0.0))
-    return records
-
-
-def _wanted_by_all(
-    effort: Effort,
-    records: Records,
-    around: Weights | None,
-    harm: np.ndarray,
-    weights: Weights,
-    maker: RecordMaker,
-    turn: int,
-) -> np.ndarray:
-    """Rays that each record should have, (m,): each light gets as little noise as is asked for, or its part of them."""
-    lights = records.lights()
-    spreads = [Spread.of(of_light, around, maker.short) for of_light in lights]
-    wanted = [
-        _wanted(effort.of_light(i), of_light, spread, harm, weights, maker, turn)
-        for i, (of_light, spread) in enumerate(zip(lights, spreads, strict=True))
-    ]
-    return np.max(wanted, axis=0) if effort.noise > 0 else np.mean(wanted, axis=0)
-
-
-def _wanted(
-    effort: Effort, records: Records, spread: Spread, harm: np.ndarray, weights: Weights, maker: RecordMaker, turn: int
-) -> np.ndarray:
-    """Rays that each record should have, (m,)."""
-    seconds = effort.seconds_left
-    if seconds < _LEAST_SECONDS:
-        return records.n_rays
-    if effort.noise > 0:
-        mean = float(weights.apply(records.irradiance).mean())
-        now, asked = float(spread.variance(records, weights).mean()), effort.variance_for(mean)
-        if now <= asked:
-            return records.n_rays
-        of_rays = float((harm * spread.expected / records.n_rays).sum())
-        return rays_for_noise(spread.expected, harm, records.n_rays, of_rays * max(asked / now, _LEAST_STEP))
-    if seconds < np.inf:
-        return rays_for_budget(spread.expected, harm, records.n_rays, maker.rate * _TIME_SHARE * seconds)
-    if turn == 0:
-        as_many = float(records.n_rays.sum())
-        budget = maker.left if maker.short else min(as_many, maker.left)
-        return rays_for_budget(spread.expected, harm, records.n_rays, budget)
-    return records.n_rays
+    return np.stack([weights.apply(spread.blended(axis)).astype(np.float32) for axis in axes], axis=1)

@@ -145,7 +145,7 @@ def look_up_all(
     weights = Weights.of_one(placed.record)
     others = np.flatnonzero(~placed.alone) if maker.short else np.arange(len(position))
     near = Neighbourhood(records, turn_length(extent, maker.short), tracer)
-    weights = _with_rows(weights, others, near.of_points(position[others], normal[others], turns.next()))
+    weights = with_rows(weights, others, near.of_points(position[others], normal[others], turns.next()))
     for edge in (_STRAY * extent, 0.0):
         stray = np.flatnonzero(~weights.supported)
         keys = np.arange(len(stray))
@@ -156,13 +156,27 @@ def look_up_all(
             made = maker.records(chosen, edge or 1e-6 * extent)
             near = Neighbourhood(made, extent, tracer, lift=0.0)
             found = near.of_points(position[stray], normal[stray], turns.next())
-            weights = _with_rows(weights, stray, Weights(found.record + np.int32(len(records)), found.weight))
+            weights = with_rows(weights, stray, Weights(found.record + np.int32(len(records)), found.weight))
             records = records.joined(made)
     stray = np.flatnonzero(~weights.supported)
-    return records, _with_rows(weights, stray, Weights.of_one(placed.record[stray]))
+    return records, with_rows(weights, stray, Weights.of_one(placed.record[stray]))
 
 
-def _with_rows(weights: Weights, rows: np.ndarray, new: Weights) -> Weights:
+def look_around(records: Records, which: np.ndarray, length: float, tracer: Tracer, turns: Turns) -> Weights:
+    """What the others say of some records; those in narrow gaps, who see none as receivers do, look straight at them.
+
+    Parameters
+    ----------
+    length : float, m
+        See `turn_length`.
+    """
+    weights = Neighbourhood(records, length, tracer).of_records(which, turns.next())
+    lonely = np.flatnonzero(~weights.supported)
+    straight = Neighbourhood(records, length, tracer, lift=0.0).of_records(which[lonely], turns.next())
+    return with_rows(weights, lonely, straight)
+
+
+def with_rows(weights: Weights, rows: np.ndarray, new: Weights) -> Weights:
     """Weights with other rows, which may have another number of columns."""
     n = max(new.record.shape[1], weights.record.shape[1])
     record, weight = (np.pad(a, ((0, 0), (0, n - a.shape[1]))) for a in (weights.record, weights.weight))

@@ -21,4 +21,5 @@ class PHOTON_BAKE_PT_vertices(TargetSection, bpy.types.Panel):
         row = column.row(align=True)
         row.prop(properties, "bake_copies")
         row.operator("photon_bake.remove_copies", text="", icon="X")
+        column.prop(properties, "fit")
         draw_added("vertices", self.layout, context)

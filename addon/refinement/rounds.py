@@ -42,8 +42,8 @@ class RefineOptions:
     budget: int = BUDGET
 
     def __post_init__(self) -> None:
-        if not 1e-4 <= self.tolerance <= 10:
-            raise BakeError(f"tolerance is {self.tolerance:g}; choose a number from 0.0001 to 10.")
+        if not 1e-4 <= self.tolerance <= 1:
+            raise BakeError(f"tolerance is {self.tolerance:g}; choose a number from 0.0001 to 1.")
         if not 1 <= self.budget <= 10_000_000:
             raise BakeError(f"budget is {self.budget}; choose a number from 1 to 10,000,000.")
 

@@ -1,0 +1,72 @@
+"""Whether meshes are too coarse for the light that a bake finds, by points in their widest faces."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...errors import BakeError
+from ...receivers import ReceiverMesh, Receivers
+from ...refinement import WIDEST, FaceSamples, Placed
+from .reading import check_refinable, placed
+
+if TYPE_CHECKING:
+    import bpy
+
+    from ...bake import Solution
+    from ...gather import Irradiance
+
+
+@dataclass(frozen=True)
+class WideFaces:
+    """The widest triangles of the objects whose meshes can be refined.
+
+    Attributes
+    ----------
+    meshes : list of Placed
+        With those triangles alone.
+    corners : list of (t, 3) int
+        Elements of the meshes' light at the triangles' corners: vertices, or corners.
+    target : list of int
+        Which of the receivers' targets is each mesh's.
+    """
+
+    meshes: list[Placed]
+    corners: list[np.ndarray]
+    target: list[int]
+
+    @staticmethod
+    def of(
+        objects: "list[bpy.types.Object]", meshes: list[ReceiverMesh], depsgraph: "bpy.types.Depsgraph"
+    ) -> "WideFaces":
+        """Those of objects with meshes that receivers are at, in these meshes' order."""
+        by_name, wide = {obj.name: obj for obj in objects}, WideFaces([], [], [])
+        for i, mesh in enumerate(meshes):
+            obj = by_name.get(mesh.object_name)
+            if obj is None or mesh.map is not None:
+                continue
+            try:
+                check_refinable(obj, depsgraph)
+            except BakeError:
+                continue
+            at, loops = placed(obj, mesh, WIDEST)
+            wide.meshes.append(at)
+            wide.corners.append(at.corner if mesh.domain == "POINT" else loops)
+            wide.target.append(i)
+        return wide
+
+    def lit_by(self, solution: "Solution", seed: int) -> FaceSamples | None:
+        """Points in these triangles, with the light of a solution; None without any."""
+        samples = FaceSamples.of(self.meshes, seed)
+        if samples is None:
+            return None
+        found = solution.gather(samples.receivers)
+        return samples.lit(found.value, found.stderr)
+
+    def coarse(self, samples: FaceSamples | None, receivers: Receivers, light: "Irradiance") -> list[str]:
+        """Names of the objects whose light at receivers does not tell the light of points between them."""
+        if samples is None or not len(light.value):
+            return []
+        of_targets = [receivers.targets[i].receiver_of_element for i in self.target]
+        at = np.concatenate([of[corner] for of, corner in zip(of_targets, self.corners, strict=True)])
+        return samples.coarse(light.value[at], light.stderr[at], float(light.value.mean(dtype=np.float64)))

@@ -1,0 +1,84 @@
+"""More records where receivers are unsure of what they take, as near contacts and beyond the last record of a face."""
+
+import numpy as np
+
+from ...parallel import Turns
+from ...receivers import Receivers
+from ...tracers import Tracer
+from .cells import cell_keys, middles
+from .placement import Placed, look_around, with_rows
+from .records import RecordMaker, Records
+from .spread import Arms, Around, Spread
+from .weights import Neighbourhood, Weights
+
+_DARK = 0.25  # of the mean irradiance: what is darker is held to be as bright
+_UNSURE = 1.0  # tolerances that what light changes between records may be off by
+
+
+def refined(
+    receivers: Receivers,
+    placed: Placed,
+    records: Records,
+    weights: Weights,
+    tolerance: float,
+    length: float,
+    maker: RecordMaker,
+    tracer: Tracer,
+    turns: Turns,
+) -> tuple[Records, Weights, Weights]:
+    """Records, weights of the receivers and what others say of the records, with records added.
+
+    Where what light changes between the records is off by more than `tolerance`, a share of the irradiance, one
+    receiver of each cell of half the edge becomes a record.
+
+    Parameters
+    ----------
+    length : float, m
+        See `turn_length`.
+    """
+    around = look_around(records, np.arange(len(records)), length, tracer, turns)
+    if maker.short or len(records) == 0:
+        return records, weights, around
+    chosen, edges = _wanted(receivers, placed, records, weights, around, tolerance)
+    if len(chosen) == 0 or len(chosen) > maker.room:
+        return records, weights, around
+    n_before, cells = len(records), np.unique(placed.record[chosen])
+    for edge in np.unique(edges):
+        records = records.joined(maker.records(chosen[edges == edge], float(edge)))
+    k = np.flatnonzero(np.isin(placed.record, cells))
+    near = Neighbourhood(records, length, tracer)
+    found = near.of_points(receivers.position[k], receivers.normal[k], turns.next())
+    seen = found.supported
+    weights = with_rows(weights, k[seen], Weights(found.record[seen], found.weight[seen]))
+    anew, pad = np.concatenate([cells, np.arange(n_before, len(records))]), ((0, len(records) - n_before), (0, 0))
+    around = Weights(np.pad(around.record, pad), np.pad(around.weight, pad))
+    return records, weights, with_rows(around, anew, look_around(records, anew, length, tracer, turns))
+
+
+def _wanted(
+    receivers: Receivers, placed: Placed, records: Records, weights: Weights, around: Weights, tolerance: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Receivers that are to become records, and the edges of their cells, m."""
+    position = receivers.position
+    of_records, of_receivers = Arms.of(around, records.position, records), Arms.of(weights, position, records)
+    lights = records.lights()
+    unsure = np.any(
+        [_unsure(one, weights, Around(around, of_records), of_receivers, tolerance) for one in lights], axis=0
+    )
+    unsure[records.receiver] = False
+    k = np.flatnonzero(unsure)
+    edge = records.edge[placed.record[k]] / 2
+    chosen, edges = [np.zeros(0, np.int64)], [np.zeros(0, np.float32)]
+    for one in np.unique(edge):
+        of_edge = k[edge == one]
+        keys = cell_keys(position[of_edge], receivers.normal[of_edge], position.min(axis=0), one)
+        chosen.append(of_edge[middles(keys, position[of_edge])[0]])
+        edges.append(np.full(len(chosen[-1]), one, np.float32))
+    return np.concatenate(chosen), np.concatenate(edges)
+
+
+def _unsure(records: Records, weights: Weights, around: Around, arms: Arms, tolerance: float) -> np.ndarray:
+    """Receivers for which light may change too much between their records of one light, (n,) bool."""
+    bias2, value = Spread.of(records, around).bias2_of(weights, arms), records.irradiance.mean(axis=1)
+    level = np.maximum(weights.mean().apply(value), _DARK * value.mean())
+    return bias2 > (_UNSURE * tolerance * level) ** 2
