@@ -20,7 +20,7 @@ python_of = $(shell $(BIN)/python -c 'import sys; print("%d.%d" % sys.version_in
 # pytest's status 5, no tests, is fine where ARGS choose among them.
 none_chosen = { [ $$? -eq 5 ] && [ -n "$(ARGS)" ]; }
 
-.PHONY: help env bake test test-long lint types test-core test-host bench zip format clean
+.PHONY: help env bake test test-web test-long lint types test-core test-host bench zip format clean
 help:
 	@echo 'make bake                    bake the demo scene and render it: build/demo.png'
 	@echo 'make bake SCENE=x.blend ARGS="--quality high --save y.blend --report r.json"'
@@ -29,6 +29,7 @@ help:
 	@echo '                             statuses 1, 2 and 130 call $(BIN)/python tools/blender_stand_in.py -b x.blend -c photon_bake …'
 	@echo 'make test                    lint, types, core tests, host tests; ARGS="-k name" goes to pytest'
 	@echo 'make test-long               the tests that it leaves out, since they are slow and rarely break'
+	@echo 'make test-web                glTF with baked light in three.js, against Cycles: needs node and a Chromium'
 	@echo 'make bench                   speed; ARGS go to tests/bench/run.py'
 	@echo 'make zip                     the extension for every Blender and platform, into dist/; ARGS="--platform linux-x64"'
 	@echo 'make lint, format, clean     ruff; ruff, changing files; removes build/, dist/ and caches (not $(VENV))'
@@ -66,6 +67,15 @@ test: lint types test-core test-host
 # pyproject.toml leaves out the tests that are marked so.
 test-long: override ARGS := -m long $(ARGS)
 test-long: test-core test-host
+
+# Without a lock file, which would hold addresses of registries; package.json has whole versions.
+tests/web/node_modules: tests/web/package.json
+	@command -v npm >/dev/null || { echo 'There is no npm: install Node.js.' >&2; exit 1; }
+	@cd tests/web && npm install --silent --no-package-lock --no-audit --no-fund && touch node_modules
+
+test-web: env tests/web/node_modules
+	@$(call say,'Web tests: three.js in Chromium')
+	@$(BIN)/python -m pytest tests/host/test_threejs.py -m '' $(ARGS)
 
 lint: env
 	@$(call say,'Lint: ruff')

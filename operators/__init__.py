@@ -4,7 +4,7 @@ import bpy
 
 from ..addon.blender import render_graph
 from ..addon.ui.state import bake_state
-from . import baked_light, command_line
+from . import baked_light, command_line, export_gltf
 from .add_preset import PHOTON_BAKE_OT_add_preset
 from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, stop_watched
 from .cancel import PHOTON_BAKE_OT_cancel
@@ -42,6 +42,7 @@ def register() -> None:
     """Add the operators and the command."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
+    export_gltf.register()
     command_line.register()
 
 
@@ -51,6 +52,7 @@ def unregister() -> None:
     bake_state.cancel()  # one that a script runs
     bake_state.stop()
     command_line.unregister()
+    export_gltf.unregister()
     render_graph.unregister()
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -7,9 +7,9 @@ import numpy as np
 
 from ..errors import Advice, BakeError
 from ..probe_settings import ProbeSettings
-from ..receivers import ProbeGrid, ProbePlaces, grid_in_box
+from ..receivers import ProbeGrid, ProbePlaces, grid_in_box, without_surroundings
 from .visibility import objects_of, shown_objects
-from .warn import Warnings
+from .warn import Warnings, listed
 
 _OF_VOLUME = np.array([[2, 0, 0, -1], [0, 2, 0, -1], [0, 0, 2, -1], [0, 0, 0, 1]], np.float64)
 """From a texture's coordinates to those of a light probe volume, which reaches from −1 to 1."""
@@ -112,12 +112,19 @@ def _filling(
     warnings: Warnings,
 ) -> ProbePlaces:
     """Probes in the box around objects."""
-    corners = [
-        np.array(obj.evaluated_get(depsgraph).bound_box) @ matrix[:3, :3].T + matrix[:3, 3]
-        for obj in objects
-        for matrix in (_matrix(depsgraph, obj),)
-    ]
-    low, high = np.concatenate(corners).min(axis=0), np.concatenate(corners).max(axis=0)
+    bounds = np.array([obj.evaluated_get(depsgraph).bound_box for obj in objects], np.float64)  # (objects, 8, 3)
+    matrices = np.array([_matrix(depsgraph, obj) for obj in objects])
+    corners = bounds @ matrices[:, :3, :3].swapaxes(1, 2) + matrices[:, None, :3, 3]
+    keep = without_surroundings(corners.min(axis=1), corners.max(axis=1))
+    left_out = [f"'{obj.name}'" for obj, kept in zip(objects, keep, strict=True) if not kept]
+    if left_out:
+        warnings.add(
+            Advice(
+                f"Probes do not fill all of {listed(left_out)}, which is far wider than the rest: "
+                "add a light probe volume to have them elsewhere."
+            )
+        )
+    low, high = corners[keep].min(axis=(0, 1)), corners[keep].max(axis=(0, 1))
     grid = grid_in_box(name, tuple(low), tuple(high), settings.spacing, settings.max_probes)
     _warn_of_spacing(name, high - low, grid.counts, settings, warnings)
     return ProbePlaces((grid,), (), np.zeros((0, 3), np.float32))

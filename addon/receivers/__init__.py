@@ -8,7 +8,7 @@ from .face_samples import FaceSamples, ShownFaces, face_samples
 from .lenses import Equirectangular, Fisheye, Lens, Orthographic, Perspective
 from .lightmap import Texels, texel_receivers
 from .pixel_filter import PixelFilter
-from .probes import ProbeGrid, ProbePlaces, grid_in_box
+from .probes import ProbeGrid, ProbePlaces, grid_in_box, without_surroundings
 from .receivers import AttributeTarget, Receivers
 from .seams import Seams
 from .vertices import IN_PLACE, ReceiverMesh, joined, vertex_receivers
@@ -45,4 +45,5 @@ __all__ = [
     "texel_receivers",
     "unreached_share",
     "vertex_receivers",
+    "without_surroundings",
 ]

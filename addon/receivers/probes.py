@@ -10,6 +10,9 @@ from .receivers import Receivers
 _SIDES = np.concatenate([np.eye(3), -np.eye(3)]).astype(np.float32)
 _FOOTPRINT = 1e-3  # m: a probe is a point
 
+WIDER = 3.0
+_LEAST_INSIDE = 2  # boxes that there are in what is filled
+
 
 @dataclass(frozen=True)
 class ProbeGrid:
@@ -83,6 +86,24 @@ def grid_in_box(name: str, low: Sequence[float], high: Sequence[float], spacing:
     matrix = np.diag([*np.maximum(size, 1e-6), 1.0])
     matrix[:3, 3] = low_
     return ProbeGrid(name, matrix, (int(counts[0]), int(counts[1]), int(counts[2])))
+
+
+def without_surroundings(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Which boxes (n, 3) to (n, 3) are not the wide surroundings of the others, as ground and skies are, (n,) bool.
+
+    Boxes join from the smallest to the largest. Where one of the largest tenth makes what holds them all `WIDER` times
+    as wide, it and those that are larger are left out.
+    """
+    n = len(low)
+    order = np.argsort(np.linalg.norm(high - low, axis=1), kind="stable")
+    lows, highs = np.minimum.accumulate(low[order]), np.maximum.accumulate(high[order])
+    width = np.linalg.norm(highs - lows, axis=1)
+    first = max(n - max(n // 10, 1), _LEAST_INSIDE)
+    wide = first + np.flatnonzero(width[first:] > WIDER * width[first - 1 : -1]) if n > first else np.zeros(0, int)
+    keep = np.ones(n, bool)
+    if len(wide):
+        keep[order[wide[0] :]] = False
+    return keep
 
 
 def _counts(size: np.ndarray, spacing: float) -> np.ndarray:

@@ -9,7 +9,7 @@ from photon_bake.addon.gather.probe_light import N_SH, SIDES, caustics_at_probes
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import Flights
 from photon_bake.addon.probe_bake import probe_light
-from photon_bake.addon.receivers import ProbePlaces, grid_in_box
+from photon_bake.addon.receivers import ProbePlaces, grid_in_box, without_surroundings
 from photon_bake.addon.sampling.spherical_harmonics import (
     Y0,
     Y1,
@@ -181,6 +181,17 @@ def test_grid_lies_in_the_middle_of_texels():
     )
     assert grid_in_box("Flat", (0, 0, 0), (4, 2, 0), 1.0, 1000).counts == (4, 2, 1)
     assert 50 < grid_in_box("Fine", (0, 0, 0), (4, 2, 1), 0.01, 100).n_probes <= 100
+
+
+def test_wide_ground_is_not_filled():
+    """A plane of 200 m under a house is left out, the walls of a room around its furniture are not."""
+    random = np.random.default_rng(4)
+    low = random.uniform(-4, 4, (30, 3))
+    high = low + 1
+    for half, kept in ((100, False), (6, True)):
+        lows, highs = np.vstack([low, [3 * [-half]]]), np.vstack([high, [3 * [half]]])
+        assert without_surroundings(lows, highs).tolist() == [*30 * [True], kept]
+    assert without_surroundings(low[:1], high[:1]).all() and without_surroundings(low[:2], high[:2] + 99).all()
 
 
 def test_a_world_that_is_an_image():
