@@ -197,7 +197,7 @@ def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
     if "lightmap" in properties.targets:
         folder = _folder(properties.lightmap.folder, "the lightmaps have")
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
-        wanted.append(WantedLightmaps(properties.lightmap.settings(), folder, scene))
+        wanted.append(WantedLightmaps(properties.lightmap.settings(), folder, scene, copies=copies))
     if "camera" in properties.targets:
         folder = _folder(properties.camera.folder, "the camera's pass has")
         wanted.append(WantedCamera(properties.camera.settings(), folder))

@@ -25,7 +25,6 @@ from ..addon.tracers import Tracer
 from ..addon.ui.state import duration
 from .camera_target import CameraTarget
 from .describe import describe
-from .vertex_target import WantedVertices
 from .written import Written
 
 if TYPE_CHECKING:
@@ -216,7 +215,7 @@ class BakeJob:
             for_camera = any(isinstance(target, CameraTarget) for target in targets)
             return targets, read_scene(depsgraph, warnings, light_group, for_camera, progress)
 
-        copies = any(isinstance(one, WantedVertices) and one.copies for one in wanted)
+        copies = any(getattr(one, "copies", False) for one in wanted)
         with originals_shown() if copies else nullcontext():
             targets, reading = in_render_graph(context.scene, context.view_layer, read)
         scene = reading.scene(context.scene)

@@ -140,7 +140,7 @@ def _wanted(options: Options) -> list[Wanted]:
     wanted: list[Wanted] = []
     if options.lightmaps is not None:
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
-        wanted.append(WantedLightmaps(options.lightmaps, options.output, scene, options.preview))
+        wanted.append(WantedLightmaps(options.lightmaps, options.output, scene, options.preview, options.copies))
     if options.camera is not None:
         wanted.append(WantedCamera(options.camera, options.camera_output))
     if "vertex" in options.targets:

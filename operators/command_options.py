@@ -137,8 +137,8 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
     for option, name in OF_CAMERAS.items():
         if getattr(given, name) is not None and "camera" not in targets:
             parser.error(f"{option} is for a camera's pass: give --target camera too")
-    if given.copies and "vertex" not in targets:
-        parser.error("--copies is for light on vertices: give --target vertex too")
+    if given.copies and targets == ["camera"]:
+        parser.error("--copies is for light on objects: give --target vertex or lightmap too")
     if given.output is not None and targets == ["vertex"]:
         parser.error("--output is for lightmaps and a camera's pass: give --target lightmap or camera too")
     if targets != ["vertex"] and given.output is None and not loaded_file:
