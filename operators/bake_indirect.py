@@ -44,7 +44,7 @@ class Solver(Thread):
 
     def solved(self) -> Solved:
         """What came out; raises what went wrong."""
-        if self._solved is None:
+        if self._solved is None or self.progress.cancelled:
             raise self._error or Cancelled
         return self._solved
 
@@ -139,7 +139,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         redraw_view3d(context, "UI")
-        if self._watch.alive:
+        if self._watch.alive and not self._solver.progress.cancelled:  # its thread ends by itself, and leaves nothing
             return {"PASS_THROUGH"}
         self._watch.end(context.window_manager)
         try:

@@ -16,7 +16,7 @@ from ..addon.blender.baked_copies import originals_shown
 from ..addon.errors import Advice, BakeError, Cancelled, refuse_differences
 from ..addon.inspector import Inspector
 from ..addon.output import check_space
-from ..addon.parallel import Workers
+from ..addon.parallel import Workers, aside
 from ..addon.progress import Progress
 from ..addon.receivers import AttributeTarget, Receivers
 from ..addon.scene import Scene
@@ -253,7 +253,13 @@ class BakeJob:
         return list(dict.fromkeys(name for target in self.targets for name in target.object_names))
 
     def solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None = None) -> Solved:
-        """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it."""
+        """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it.
+
+        It ends soon after it is cancelled, whatever is being done.
+        """
+        return aside(lambda: self._solve(settings, progress, inspector), progress.check)
+
+    def _solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None) -> Solved:
         from ..addon.bake import no_light, solve  # here, as Blender's start should not wait for SciPy
         from ..addon.gather import OpenBacks
 

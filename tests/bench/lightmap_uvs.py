@@ -74,7 +74,7 @@ def balls():
     number = np.arange((n + 1) ** 2, dtype=np.int32).reshape(n + 1, n + 1)
     squares = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=2).reshape(-1, 4)
     start = np.arange(len(squares), dtype=np.int32)[:, None] * 4
-    triangles = np.concatenate([start + (0, 1, 2), start + (0, 2, 3)])
+    triangles = np.concatenate([start + np.array(half) for half in ((0, 1, 2), (0, 2, 3))])
     for k in range(N_OBJECTS):
         radius = SIZES[k % len(SIZES)] / 2 * (1 + 0.15 * np.sin(3 * turn + k) * np.sin(rise) ** 3)
         place = radius[..., None] * np.stack(

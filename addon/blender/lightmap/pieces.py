@@ -3,7 +3,9 @@
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
+from ...parallel import aside
 from ...progress import Progress
 from ...receivers.uv_maps import Packed, Piece, PiecesAt, pack, unwrapped
 from .subjects import LeftOut, Subjects
@@ -40,7 +42,7 @@ class Pieces:
         for i, (name, faces) in enumerate(subjects.faces.items()):
             progress.update(_STAGE, i / len(subjects.faces))
             if faces.area > 0:
-                of_mesh[name] = unwrapped(faces, progress.check)
+                of_mesh[name] = aside(partial(unwrapped, faces, progress.check), progress.check)
                 continue
             for one in subjects.all:
                 if one.mesh_name == name:

@@ -60,13 +60,31 @@ class Faces:
         cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
         return np.stack([np.bincount(self.face_of_triangle, column, len(self)) for column in cross.T], axis=1)
 
-    def neighbours(self) -> tuple[np.ndarray, np.ndarray]:
-        """Pairs of faces that share an edge, the vertices of one place being one, (p,) int32 each."""
+    @cached_property
+    def edges(self) -> np.ndarray:
+        """For each corner a number of the edge that it begins, (c,) int64; −1 for those without a length.
+
+        Vertices in one place are one.
+        """
         vertex = self._joined_vertices()
         a, b = vertex[self.corner_vertex], vertex[self.corner_vertex[self.following]]
-        edge = np.minimum(a, b).astype(np.int64) * (len(vertex) + 1) + np.maximum(a, b)
+        return np.where(a == b, -1, np.minimum(a, b).astype(np.int64) * (len(vertex) + 1) + np.maximum(a, b))
+
+    def border(self, part: np.ndarray) -> np.ndarray:
+        """Which corners begin an edge that no other face of their part (f,) shares, (c,) bool; all, where none does."""
+        order = np.lexsort([part[self.face_of_corner], self.edges])
+        edge, of = self.edges[order], part[self.face_of_corner][order]
+        follows = np.append(False, (edge[1:] == edge[:-1]) & (of[1:] == of[:-1]) & (edge[1:] >= 0))
+        shared = np.empty(len(order), bool)
+        shared[order] = follows | np.append(follows[1:], False)
+        of_corner = part[self.face_of_corner]
+        return ~shared | (np.bincount(of_corner, ~shared)[of_corner] == 0)
+
+    def neighbours(self) -> tuple[np.ndarray, np.ndarray]:
+        """Pairs of faces that share an edge, (p,) int32 each."""
+        edge = self.edges
         order = np.argsort(edge, kind="stable")
-        same = (edge[order[1:]] == edge[order[:-1]]) & (a != b)[order[1:]]
+        same = (edge[order[1:]] == edge[order[:-1]]) & (edge[order[1:]] >= 0)
         first, second = self.face_of_corner[order[:-1][same]], self.face_of_corner[order[1:][same]]
         return first, second
 

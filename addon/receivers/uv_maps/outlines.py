@@ -112,22 +112,24 @@ class Outlines:
 
 @dataclass(frozen=True)
 class _Charts:
-    """The charts of pieces, n in all, with the corners of all their faces in a row, c.
+    """The charts of pieces, n in all, with the corners of all their faces in a row, c, and the edges of borders, e.
 
     Attributes
     ----------
     n : int
     turns : (n,) bool
     place : (c, 2) float64, texels
-    chart, following : (c,) int64
-        Of each corner its chart, and the next one of its face.
+    chart : (c,) int64
+        Of each corner.
+    edges : (e, 2) int64
+        Corners.
     """
 
     n: int
     turns: np.ndarray
     place: np.ndarray
     chart: np.ndarray
-    following: np.ndarray
+    edges: np.ndarray
 
     @staticmethod
     def of(pieces: "Sequence[Piece]", density: float, check: Callable[[], None]) -> "_Charts":
@@ -135,32 +137,33 @@ class _Charts:
         for piece in pieces:
             check()
             used, number = np.unique(piece.chart, return_inverse=True)
-            following = piece.following.astype(np.int64) + n_corners
+            edges = piece.edges.astype(np.int64) + n_corners
             turns.append(np.full(len(used), piece.turns))
-            columns.append((piece.uv.astype(np.float64) * density, number.reshape(-1) + n, following))
+            columns.append((piece.uv.astype(np.float64) * density, number.reshape(-1) + n, edges))
             n, n_corners = n + len(used), n_corners + len(piece.uv)
         return _Charts(n, np.concatenate(turns), *map(np.concatenate, zip(*columns, strict=True)))
 
 
 def _turned(charts: _Charts, check: Callable[[], None]) -> np.ndarray:
     """Places (c, 2) with each chart turned so that its box is small: along its longest edge, or nearly the best."""
-    place, chart = charts.place, charts.chart
-    way = place[charts.following] - place
-    by_chart = np.lexsort([(way * way).sum(axis=1), chart])
+    chart = charts.chart[charts.edges[:, 0]]
+    start, end = charts.place[charts.edges[:, 0]], charts.place[charts.edges[:, 1]]
+    length = ((end - start) ** 2).sum(axis=1)
+    by_chart = np.lexsort([length, chart])
     starts = np.searchsorted(chart[by_chart], np.arange(charts.n))
-    longest = way[by_chart[np.append(starts[1:], len(chart)) - 1]]
+    longest = (end - start)[by_chart[np.append(starts[1:], len(chart)) - 1]]
     along = np.arctan2(longest[:, 1], longest[:, 0])
     best, smallest = np.zeros(charts.n), np.full(charts.n, np.inf)
     for step in range(_ANGLES):
         check()
         angle = along + step * np.pi / 2 / _ANGLES
-        x, y = _rotated(place, -angle[chart])
+        x, y = _rotated(start, -angle[chart])
         box = [np.maximum.reduceat(a[by_chart], starts) - np.minimum.reduceat(a[by_chart], starts) for a in (x, y)]
         area = box[0] * box[1] * (_STRAIGHT if step == 0 else 1)
         better = area < smallest
         best[better], smallest[better] = angle[better], area[better]
     best[~charts.turns] = 0
-    return np.stack(_rotated(place, -best[chart]), axis=1)
+    return np.stack(_rotated(charts.place, -best[charts.chart]), axis=1)
 
 
 def _rotated(place: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -194,10 +197,10 @@ def _profiles(
     check: Callable[[], None],
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lowest block that edges with `ring` texels around them take in each column of their box, and the first above."""
-    edge_chart = charts.chart
+    edge_chart = charts.chart[charts.edges[:, 0]]
     chart_of_column = np.repeat(np.arange(len(size)), size[:, 0])
     low, high = size[chart_of_column, 1].copy(), np.zeros(int(first[-1]), np.int64)
-    a, b = place, place[charts.following]
+    a, b = place[charts.edges[:, 0]], place[charts.edges[:, 1]]
     swap = a[:, 0] > b[:, 0]
     a, b = np.where(swap[:, None], b, a), np.where(swap[:, None], a, b)
     from_column = np.floor((a[:, 0] + _LEAST - ring) / BLOCK).astype(np.int64)

@@ -31,8 +31,8 @@ class Piece:
     uv : (c, 2) float32, m
         Of the corners, each in its chart.
     chart : (c,) int32
-    following : (c,) int32
-        The next corner of the face.
+    edges : (e, 2) int32
+        Corners at the ends of the charts' borders.
     area : float, m²
         Of all faces, as they are laid flat.
     turns : bool
@@ -41,7 +41,7 @@ class Piece:
 
     uv: np.ndarray
     chart: np.ndarray
-    following: np.ndarray
+    edges: np.ndarray
     area: float
     turns: bool = True
 
@@ -49,7 +49,8 @@ class Piece:
     def rectangle(width: float, height: float) -> "Piece":
         """A rectangle that stays upright, m; its corners are 0 0, 1 0, 1 1 and 0 1."""
         uv = np.array([(0, 0), (width, 0), (width, height), (0, height)], np.float32)
-        return Piece(uv, np.zeros(4, np.int32), np.array([1, 2, 3, 0], np.int32), width * height, turns=False)
+        edges = np.array([(0, 1), (1, 2), (2, 3), (3, 0)], np.int32)
+        return Piece(uv, np.zeros(4, np.int32), edges, width * height, turns=False)
 
 
 @dataclass(frozen=True)

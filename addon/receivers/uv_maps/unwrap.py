@@ -70,7 +70,9 @@ def unwrapped(faces: Faces, check: Callable[[], None] = lambda: None) -> Piece:
         chart = _components_of(chart * 2 + part, first, second)
     uv = seen.uv * np.float32(_middle_ratio(faces, seen))
     area = float(areas(uv[faces.triangles]).sum())
-    return Piece(uv, chart[faces.face_of_corner], faces.following, area)
+    border = np.flatnonzero(faces.border(chart))
+    edges = np.stack([border, faces.following[border]], axis=1).astype(np.int32)
+    return Piece(uv, chart[faces.face_of_corner], edges, area)
 
 
 def _components_of(part: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
