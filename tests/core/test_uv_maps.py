@@ -143,6 +143,11 @@ def test_an_image_of_a_size_is_filled_or_refused():
     assert fill(lambda _: pieces, 16, 1) is None  # 30 charts of a block or more
 
 
+def test_a_line_fits_into_an_image_of_a_size():
+    """A surface almost without area is as long as the image, whatever the density its area would ask for."""
+    assert fill(lambda _: [Piece.rectangle(10.0, 1e-7)], 64, 1).density > 3
+
+
 def test_the_same_comes_out_again():
     first, second = (pack([unwrapped(spiral(5, 150))], 24, 1).uv[0] for _ in range(2))
     assert np.array_equal(first, second)

@@ -324,3 +324,16 @@ def test_a_mesh_without_area_leaves_its_object_out(empty_scene):
     warnings = []
     layout, _ = laid_out(warnings)
     assert [place.object_name for place in layout.places] == ["Floor"] and "'Flat' have no area" in warnings[0]
+
+
+def test_an_object_in_edit_mode_is_mapped(empty_scene):
+    add_plane("Floor", size=3.0)
+    cube = add_cube()
+    cube.modifiers.new("Solidify", "SOLIDIFY")
+    bpy.context.view_layer.objects.active = cube
+    cube.select_set(True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    warnings = []
+    layout, meshes = laid_out(warnings, copies=True)
+    assert sorted(place.object_name for place in layout.places) == ["Cube", "Floor"] and not warnings
+    assert min(np.ptp(mesh.uv, axis=(0, 1)).min() for mesh in meshes) > 0.4

@@ -4,13 +4,15 @@ import bpy
 import numpy as np
 
 from ...receivers.uv_maps import Faces
-from ..meshes import attribute, corner_vertex, read_mesh
+from ..meshes import read_mesh
 
 
 def faces_of(mesh: "bpy.types.Mesh", linear: np.ndarray) -> Faces:
     """The faces of a mesh that stands in the world by a (3, 3) matrix; vertices that are nowhere lie at the origin."""
-    positions = attribute(mesh, "position", "vector", (len(mesh.vertices), 3), np.float32)
+    positions, corners = np.empty((len(mesh.vertices), 3), np.float32), np.empty(len(mesh.loops), np.int32)
+    mesh.vertices.foreach_get("co", positions.reshape(-1))  # edit mode hides attributes
+    mesh.loops.foreach_get("vertex_index", corners)
     n_corners = np.empty(len(mesh.polygons), np.int32)
     mesh.polygons.foreach_get("loop_total", n_corners)
     placed = np.nan_to_num((positions @ linear.T).astype(np.float32), posinf=0.0, neginf=0.0)
-    return Faces(placed, corner_vertex(mesh), n_corners, read_mesh(mesh).corners)
+    return Faces(placed, corners, n_corners, read_mesh(mesh).corners)

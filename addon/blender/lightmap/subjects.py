@@ -156,7 +156,7 @@ def copied_subjects(
     subjects, faces = [], {}
     for owner, index, instance in meshes_of(owners, depsgraph):
         progress.check()
-        mesh, matrix = instance.object.data, np.array(instance.matrix_world, np.float64)
+        mesh, matrix = evaluated_mesh(instance.object, depsgraph), np.array(instance.matrix_world, np.float64)
         name = f"{owner.name} (Baked)" + (f" {index + 1}" if index else "")
         image = owner.name + (f" {index + 1}" if index else "")
         try:

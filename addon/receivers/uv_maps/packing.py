@@ -114,8 +114,10 @@ def pack(
 
 def fill(pieces_at: PiecesAt, size: int, ring: int, check: Check = lambda: None) -> Packed | None:
     """Lay the pieces that there are at a density into an image of `size` texels a side, at the largest that fits."""
-    area = sum(piece.area for piece in pieces_at(0.0))
-    highest = size / sqrt(area) if area > 0 else 1.0
+    there = pieces_at(0.0)
+    area = sum(piece.area for piece in there)
+    longest = max((float(np.ptp(piece.uv, axis=0).max(initial=0)) for piece in there if len(piece.uv)), default=0.0)
+    highest = size / max(sqrt(area), longest / sqrt(2)) if longest > 0 else 1.0
     density, lowest, best = 0.9 * highest, 0.0, None
     for _ in range(_TRIES):
         packed = pack(pieces_at(density), density, ring, size, check)
