@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from threading import Event, Thread
 from typing import TypeVar
 
 import numpy as np
@@ -14,6 +15,9 @@ from .sampling.streams import stream
 
 A = TypeVar("A")
 B = TypeVar("B")
+
+_LOOK = 0.05
+"""Seconds between two looks at whether a bake was cancelled."""
 
 
 @dataclass(frozen=True)
@@ -137,6 +141,27 @@ def ordered_map(function: Callable[[A], B], items: Iterable[A], n_threads: int =
         finally:
             for future in pending:
                 future.cancel()
+
+
+def aside(function: Callable[[], B], check: Callable[[], None]) -> B:
+    """What a function returns that runs on a thread of its own, while this one looks whether the bake was cancelled.
+
+    Then `check` raises its exception within a tenth of a second, and the thread, of which nothing is wanted any more,
+    ends by itself when it looks next. It may touch nothing that others change.
+    """
+    done, result = Event(), Future[B]()
+
+    def work() -> None:
+        try:
+            result.set_result(function())
+        except BaseException as error:
+            result.set_exception(error)
+        done.set()
+
+    Thread(target=work, name="Photon Bake (work)").start()
+    while not done.wait(_LOOK):
+        check()
+    return result.result()
 
 
 def slices(n: int, size: int) -> Iterator[slice]:

@@ -54,7 +54,7 @@ class Solver(Thread):
 
     def solved(self) -> Solved:
         """What came out; raises what went wrong."""
-        if self._solved is None:
+        if self._solved is None or self.progress.cancelled:
             raise self._error or Cancelled
         return self._solved
 
@@ -169,7 +169,7 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
             return {"PASS_THROUGH"}
         redraw_panels(context)
         show_progress(context)
-        if self._watch.alive:
+        if self._watch.alive and not self._solver.progress.cancelled:  # its thread ends by itself, and leaves nothing
             return {"PASS_THROUGH"}
         self._watch.end(context.window_manager)
         hide_progress(context)
@@ -274,7 +274,7 @@ def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
     if "lightmap" in properties.targets:
         folder = path_of(properties.lightmap.folder, "the lightmaps have")
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
-        wanted.append(WantedLightmaps(properties.lightmap.settings(), folder, scene, groups=groups))
+        wanted.append(WantedLightmaps(properties.lightmap.settings(), folder, scene, None, groups, copies))
     if "camera" in properties.targets:
         folder = path_of(properties.camera.folder, "the camera's pass has")
         wanted.append(WantedCamera(properties.camera.settings(), folder, groups))

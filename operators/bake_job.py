@@ -16,7 +16,7 @@ from ..addon.blender.baked_copies import originals_shown
 from ..addon.errors import Advice, BakeError, Cancelled, refuse_differences
 from ..addon.inspector import Inspector
 from ..addon.output import check_space
-from ..addon.parallel import Workers
+from ..addon.parallel import Workers, aside
 from ..addon.progress import Progress
 from ..addon.receivers import Receivers
 from ..addon.scene import Scene
@@ -27,7 +27,7 @@ from ..addon.ui.state import duration
 from .camera_target import CameraTarget
 from .describe import describe
 from .probe_target import ProbeFiles, ProbePoints
-from .vertex_target import VertexLight, WantedVertices
+from .vertex_target import VertexLight
 from .written import Written
 
 if TYPE_CHECKING:
@@ -244,7 +244,7 @@ class BakeJob:
             for_camera = any(isinstance(target, CameraTarget) for target in targets)
             return targets, read_scene(depsgraph, warnings, light_group, for_camera, progress)
 
-        copies = any(isinstance(one, WantedVertices) and one.copies for one in wanted)
+        copies = any(getattr(one, "copies", False) for one in wanted)
         with originals_shown() if copies else nullcontext():
             targets, reading = in_render_graph(context.scene, context.view_layer, read)
         scene = reading.scene(context.scene)
@@ -284,7 +284,13 @@ class BakeJob:
         return list(dict.fromkeys(name for target in self.targets for name in target.object_names))
 
     def solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None = None) -> Solved:
-        """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it."""
+        """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it.
+
+        It ends soon after it is cancelled, whatever is being done.
+        """
+        return aside(lambda: self._solve(settings, progress, inspector), progress.check)
+
+    def _solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None) -> Solved:
         from ..addon.bake import irradiances, no_light, solve_apart  # here: Blender's start is not to wait for SciPy
         from ..addon.gather import Irradiance, OpenBacks
         from ..addon.photons import Photons

@@ -178,7 +178,8 @@ def _wanted(options: Options) -> list[Wanted]:
     groups = group_names(bpy.context.view_layer, attribute) if options.light_groups else ()
     if options.lightmaps is not None:
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
-        wanted.append(WantedLightmaps(options.lightmaps, options.output, scene, options.preview, groups=groups))
+        of_lightmaps = options.preview, groups, options.copies
+        wanted.append(WantedLightmaps(options.lightmaps, options.output, scene, *of_lightmaps))
     if options.camera is not None:
         wanted.append(WantedCamera(options.camera, options.camera_output, groups))
     if options.probes is not None:

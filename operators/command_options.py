@@ -164,8 +164,8 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
     for option, name in OF_PROBES.items():
         if getattr(given, name) is not None and "probes" not in targets:
             parser.error(f"{option} is for probes: give --target probes too")
-    if given.copies and "vertex" not in targets:
-        parser.error("--copies is for light on vertices: give --target vertex too")
+    if given.copies and not {"vertex", "lightmap"} & set(targets):
+        parser.error("--copies is for light on objects: give --target vertex or lightmap too")
     if given.refine is not None and "vertex" not in targets:
         parser.error("--refine is for light on vertices: give --target vertex too")
     if given.refine_budget is not None and given.refine is None:

@@ -1,20 +1,19 @@
 """Light at texels, as lightmaps."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..addon.blender import bake_objects
 from ..addon.blender.as_read import AsRead, still_there
+from ..addon.blender.baked_copies import MadeMesh, drop_meshes, make_meshes, place_copies
 from ..addon.blender.light_layers import write_lightmap_layers
-from ..addon.blender.lightmap.checks import check_uv
-from ..addon.blender.lightmap.layout import Layout, lay_out
-from ..addon.blender.lightmap.meshes import check_lightmap_object, lightmap_meshes
+from ..addon.blender.lightmap.layout import Layout
+from ..addon.blender.lightmap.reading import LightmapReading
+from ..addon.blender.lightmap.subjects import Subject
 from ..addon.blender.lightmap.writing import write_lightmaps
 from ..addon.errors import BakeError
 from ..addon.findings import counted
@@ -55,6 +54,10 @@ class WantedLightmaps:
         A PNG with all of them to look at.
     groups : tuple of str
         Light groups that may get images of their own; empty where all light is baked together.
+    copies : bool
+        Whether objects whose mesh cannot hold their light get copies with meshes of their own.
+    density_of : mapping
+        Factors of texels a metre, by objects' names; 1 for others.
     """
 
     settings: LightmapSettings
@@ -62,23 +65,22 @@ class WantedLightmaps:
     scene: str
     preview: Path | None = None
     groups: tuple[str, ...] = ()
+    copies: bool = False
+    density_of: Mapping[str, float] = field(default_factory=dict)
 
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
     ) -> "LightmapTarget":
         """See `Wanted.read`."""
-        settings = self.settings
-        check = partial(check_lightmap_object, uv_map=settings.uv_map)
-        objects = bake_objects(depsgraph, names, warnings, check)
-        layout = lay_out(objects, depsgraph, settings, warnings, progress)
-        paths = self._paths(layout)
-        _check_paths([path for of_image in paths for path in of_image.values()], self.folder)
+        reading = LightmapReading(depsgraph, self.settings, self.copies, self.density_of, warnings, progress)
+        found = reading.objects(names)
+        paths = self._paths(found.layout)
+        _check_paths(found.layout.names, paths, self.folder)
         if self.preview is not None:
             check_writable(self.preview)
-        meshes = lightmap_meshes(objects, depsgraph, layout, progress)
-        check_uv(meshes, layout.sizes, layout.uv_map, progress)
-        meanwhile = [AsRead.of(obj) for obj in objects]
-        return LightmapTarget(meshes, layout, settings, paths, self.preview, meanwhile)
+        return LightmapTarget(
+            found.meshes, found.layout, self.settings, paths, self.preview, found.meanwhile, found.subjects
+        )
 
     def _paths(self, layout: Layout) -> list[dict[str, Path]]:
         """The files of each lightmap, by what is in them."""
@@ -95,20 +97,29 @@ def _of_group(kind: str, group: str) -> str:
     return f"{kind}.{group}"
 
 
-def _check_paths(paths: list[Path], folder: Path) -> None:
-    """Find out before the work whether the files can be written after it."""
-    twice = {str(path).lower() for path in paths}
-    if len(twice) < len(paths):
-        raise BakeError("Objects have names that differ only in signs no file name may hold: rename one of them.")
+def _check_paths(names: Sequence[str], paths_of: Sequence[Mapping[str, Path]], folder: Path) -> None:
+    """Find out before the work whether the files of lightmaps of some names can be written after it."""
+    owners: dict[str, str] = {}
+    for name, paths in zip(names, paths_of, strict=True):
+        other = owners.setdefault(str(next(iter(paths.values()))).lower(), name)
+        if other is not name:
+            raise BakeError(
+                f"The names of objects '{other}' and '{name}' differ only in signs no file name may hold: rename one "
+                "of them, or have their lightmaps in one image (Atlas: Shared)."
+            )
     if folder.exists() and not folder.is_dir():
         raise BakeError(f"{folder} is a file; give a folder for the lightmaps.")
-    for path in paths:
-        check_place(path)
+    for paths in paths_of:
+        for path in paths.values():
+            check_place(path)
 
 
 @dataclass(frozen=True)
 class LightmapTarget:
-    """Objects that get lightmaps: their meshes in the images, each image's files by kind, and a picture of all."""
+    """Objects that get lightmaps: their meshes in the images, each image's files by kind, and a picture of all.
+
+    `meanwhile` is of those `subjects` that get no copy.
+    """
 
     meshes: list[LightmapMesh]
     layout: Layout
@@ -116,10 +127,11 @@ class LightmapTarget:
     paths: list[dict[str, Path]]
     preview: Path | None
     meanwhile: list[AsRead]
+    subjects: list[Subject]
 
     @property
     def object_names(self) -> list[str]:
-        return [place.object_name for place in self.layout.places]
+        return list(dict.fromkeys(place.object_name for place in self.layout.places))
 
     @property
     def sizes(self) -> dict[Path, int]:
@@ -210,8 +222,37 @@ class Lightmaps:
 
     def write(self) -> Written:
         """See `Product.write`."""
-        objects, warnings = still_there(self.target.meanwhile)
-        images = sorted({place.image for place, obj in zip(self.target.layout.places, objects, strict=True) if obj})
+        own, warnings = still_there(self.target.meanwhile)
+        subjects, remaining = self.target.subjects, iter(own)
+        wanted = {one.copy: one.corner_vertex for one in subjects if one.copy and one.corner_vertex is not None}
+        made, changed = make_meshes(wanted)
+        try:
+            there = [made.get(one.copy) if one.copy else next(remaining) for one in subjects]
+            written, paths = self._write_images(there, [*warnings, *changed])
+        except BaseException:
+            drop_meshes(made.values())
+            raise
+        layout, settings, objects = self.target.layout, self.target.settings, self._with_copies(there, paths)
+        n_objects = sum(place.image in paths for place in layout.places)
+        written.places.append(f"{counted(len(paths), 'lightmap')} on {counted(n_objects, 'object')}")
+        written.warnings += write_lightmaps(layout, objects, paths, settings)
+        of_images = [(image, self.target.paths[image]) for image in paths]
+        groups = {name: {image: of[_of_group(KIND, name)] for image, of in of_images} for name in self.apart}
+        write_lightmap_layers(layout, objects, groups, settings)
+        return written
+
+    def _with_copies(self, there: list[Any], paths: Mapping[int, Path]) -> list[Any]:
+        """The objects of all places, None for those without; where a mesh for a copy was made, it gets its place."""
+        images = [place.image for place in self.target.layout.places]
+        new = [isinstance(one, MadeMesh) for one in there]
+        taken = [one for one, image, is_new in zip(there, images, new, strict=True) if is_new and image in paths]
+        drop_meshes([one for one, is_new in zip(there, new, strict=True) if is_new and one not in taken])
+        copies = dict(zip(map(id, taken), place_copies(taken), strict=True))
+        return [copies.get(id(one)) if is_new else one for one, is_new in zip(there, new, strict=True)]
+
+    def _write_images(self, there: list[Any], warnings: list[str]) -> tuple[Written, dict[int, Path]]:
+        """Write the images of the places where something is, and their paths."""
+        images = sorted({place.image for place, one in zip(self.target.layout.places, there, strict=True) if one})
         if not images:
             raise BakeError(warnings[0])
         written, paths = Written(warnings=warnings), {}
@@ -228,14 +269,7 @@ class Lightmaps:
         if not paths:
             raise BakeError(written.failures[0])
         self._write_preview(written)
-        n_objects = sum(place.image in paths for place in self.target.layout.places)
-        written.places.append(f"{counted(len(paths), 'lightmap')} on {counted(n_objects, 'object')}")
-        written.warnings += write_lightmaps(self.target.layout, objects, paths, self.target.settings)
-        of_groups = {
-            name: {image: self.target.paths[image][_of_group(KIND, name)] for image in paths} for name in self.apart
-        }
-        write_lightmap_layers(self.target.layout, objects, of_groups, self.target.settings)
-        return written
+        return written, paths
 
     def _write_preview(self, written: Written) -> None:
         from ..addon.output.lightmap import contact_sheet
@@ -276,7 +310,9 @@ class Lightmaps:
     @property
     def counts(self) -> dict[str, int]:
         texels = sum(height * width for height, width in self.target.layout.sizes)
-        return {"lightmaps": len(self.finished), "lightmap_texels": texels, "covered_texels": self.n_covered}
+        counts = {"lightmaps": len(self.finished), "lightmap_texels": texels, "covered_texels": self.n_covered}
+        n_copies = sum(one.copy is not None for one in self.target.subjects)
+        return counts | ({"baked_copies": n_copies} if n_copies else {})
 
 
 def _by_kind(finished: "Finished") -> "dict[str, np.ndarray]":

@@ -47,12 +47,11 @@ class Target:
 
 
 OPENEXR = "openexr==3.5.3"
-XATLAS = "xatlas==0.0.11"  # none for Python 3.14, where Blender packs charts itself
 OIDN = ("pyoidn==2.5.1.0", "cffi==2.1.1", "pycparser==3.12")
 EVERYWHERE = ("linux-x64", "windows-x64", "macos-arm64")  # embreex 4 has no wheels for Intel Macs
 TARGETS = (
-    Target("3.11", "4.5.0", "5.0.0", ("embreex==4.4.0.post1", "scipy==1.17.1", OPENEXR, XATLAS), EVERYWHERE),
-    Target("3.13", "5.2.0", None, ("embreex==4.4.0.post1", "scipy==1.18.1", OPENEXR, XATLAS), EVERYWHERE),
+    Target("3.11", "4.5.0", "5.0.0", ("embreex==4.4.0.post1", "scipy==1.17.1", OPENEXR), EVERYWHERE),
+    Target("3.13", "5.2.0", None, ("embreex==4.4.0.post1", "scipy==1.18.1", OPENEXR), EVERYWHERE),
     # Debian builds Blender 5.2 for its own Python.
     Target("3.14", "5.2.0", None, ("embreex==4.4.0.post1", "scipy==1.18.1", OPENEXR), ("linux-x64",)),
 )

@@ -5,7 +5,7 @@ show each as one evaluated mesh or several. A copy has such a mesh as its own, w
 the original in renders. `remove_copies` takes all copies away and shows the originals as before.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from math import pi
@@ -27,6 +27,9 @@ _ORIGINAL = "photon_bake_original"
 
 _HIDE_RENDER = "photon_bake_hide_render"
 """Custom property of an original: whether it was hidden in renders before."""
+
+_INDEX = "photon_bake_index"
+"""Custom property of a copy: which of the meshes that the original shows it has."""
 
 _LOOKS = (
     *("color", "pass_index", "display_type", "is_holdout", "is_shadow_catcher", "lightgroup"),
@@ -73,7 +76,7 @@ def write_light(
     """
     targets = receivers.targets
     n_own = len(targets) - len(copies)
-    made, warnings = _make_meshes(copies)
+    made, warnings = make_meshes({(copy.owner, copy.index): copy.mesh.corner_vertex for copy in copies})
     lights = {**(apart or {}), attribute_name: irradiance_value}  # the last one becomes the active color
     try:
         if n_own or not made:
@@ -81,36 +84,76 @@ def write_light(
             for name, values in lights.items():
                 warnings += write_color_attribute(values, own, name, meanwhile)
     except BaseException:
-        bpy.data.batch_remove([one.mesh for one in made.values()])
+        drop_meshes(made.values())
         raise
     for copy, target in zip(copies, targets[n_own:], strict=True):
         for name, values in lights.items() if (copy.owner, copy.index) in made else ():
             colors = np.asarray(values, np.float32) / np.float32(pi)
             rgba = np.insert(target.values(colors), 3, 1, axis=1)
             write_color(made[copy.owner, copy.index].mesh, name, target.domain, rgba)
-    _place_copies(list(made.values()))
+    place_copies(list(made.values()))
     return warnings
 
 
 @dataclass(frozen=True)
-class _Made:
-    """A mesh for a copy of what `owner` shows, and where it stands, a 4 × 4 matrix."""
+class MadeMesh:
+    """A new mesh for a copy of mesh `index` that `owner` shows, and where it stands, a 4 × 4 matrix."""
 
     owner: "bpy.types.Object"
+    index: int
     mesh: "bpy.types.Mesh"
     matrix: Any
 
 
-def _place_copies(made: list[_Made]) -> None:
-    """Put new meshes into the scene in the place of the originals."""
+def place_copies(made: list[MadeMesh]) -> "list[bpy.types.Object]":
+    """Put new meshes into the scene in the place of the originals and of earlier copies; returns the new objects.
+
+    What other light an earlier copy has is kept where its faces are the same.
+    """
     owners = list(dict.fromkeys(one.owner for one in made))
-    _remove([copy for copy in _copies() if copy[_ORIGINAL] in owners])
+    earlier = [copy for copy in _copies() if copy[_ORIGINAL] in owners]
+    by_place = {(copy[_ORIGINAL], copy.get(_INDEX)): copy for copy in earlier}
+    placed = []
     for one in made:
-        _collection(_home(one.owner)[0]).objects.link(_new_copy(one.owner, one.mesh, one.matrix))
+        obj = _new_copy(one)
+        before = by_place.get((one.owner, one.index))
+        if before is not None and np.array_equal(corner_vertex(before.data), corner_vertex(one.mesh)):
+            _keep_light(obj, before)
+        _collection(_home(one.owner)[0]).objects.link(obj)
+        placed.append(obj)
+    _remove(earlier)
+    for obj, one in zip(placed, made, strict=True):
+        obj.name = obj.data.name = one.owner.name + _SUFFIX
     for owner in owners:
         if _HIDE_RENDER not in owner:
             owner[_HIDE_RENDER] = owner.hide_render
         owner.hide_render = True
+    return placed
+
+
+def drop_meshes(made: Collection[MadeMesh]) -> None:
+    """Take new meshes away that get no place."""
+    bpy.data.batch_remove([one.mesh for one in made])
+
+
+def _keep_light(obj: "bpy.types.Object", before: "bpy.types.Object") -> None:
+    """Give a new copy the colors, UV maps and custom properties that an earlier one has beside its own."""
+    mesh = obj.data
+    for layer in before.data.uv_layers:
+        if layer.name not in mesh.uv_layers:
+            uv = np.empty(2 * len(mesh.loops), np.float32)
+            layer.uv.foreach_get("vector", uv)
+            new = mesh.uv_layers.new(name=layer.name, do_init=False)
+            if new is not None:  # there may be no more than eight
+                new.uv.foreach_set("vector", uv)
+    for color in before.data.color_attributes:
+        if color.name not in mesh.attributes:
+            values = np.empty(4 * len(color.data), np.float32)
+            color.data.foreach_get("color", values)
+            mesh.color_attributes.new(color.name, color.data_type, color.domain).data.foreach_set("color", values)
+    for name, value in before.items():
+        if name not in obj and not hasattr(value, "to_dict"):
+            obj[name] = value
 
 
 def _home(obj: "bpy.types.Object") -> "tuple[bpy.types.Scene, bpy.types.ViewLayer]":
@@ -122,26 +165,33 @@ def _home(obj: "bpy.types.Object") -> "tuple[bpy.types.Scene, bpy.types.ViewLaye
     return scene, view_layer
 
 
-def _make_meshes(copies: list[CopyMesh]) -> tuple[dict[tuple[str, int], _Made], list[str]]:
-    """New meshes for copies by owner and index, and sentences about owners that show others now and get none."""
-    wanted = {(copy.owner, copy.index): copy.mesh for copy in copies}
+def make_meshes(
+    wanted: Mapping[tuple[str, int], np.ndarray],
+) -> tuple[dict[tuple[str, int], MadeMesh], list[str]]:
+    """New meshes for copies, and sentences about owners that show others now and get none.
+
+    Parameters
+    ----------
+    wanted : mapping
+        By owner and index the vertex of each corner, (c,) int32, that the mesh had when it was read.
+    """
     owners = {name: bpy.data.objects.get((name, None)) for name, _ in wanted}
     there = [owner for owner in owners.values() if owner is not None]
-    made: dict[tuple[str, int], _Made] = {}
+    made: dict[tuple[str, int], MadeMesh] = {}
 
     def make(depsgraph: "bpy.types.Depsgraph") -> None:
         for owner, index, instance in meshes_of(there, depsgraph):
             place, obj = (owner.name, index), instance.object
-            if place in wanted and np.array_equal(corner_vertex(obj.data), wanted[place].corner_vertex):
+            if place in wanted and np.array_equal(corner_vertex(obj.data), wanted[place]):
                 mesh = _new_mesh(owner, instance, depsgraph)
                 _take_object_materials(mesh, obj)
-                made[place] = _Made(owner, mesh, instance.matrix_world.copy())
+                made[place] = MadeMesh(owner, index, mesh, instance.matrix_world.copy())
 
     if there:
         with originals_shown():
             in_render_graph(*_home(there[0]), make)
     changed = {owner for owner, index in wanted if (owner, index) not in made}
-    bpy.data.batch_remove([made.pop(place).mesh for place in list(made) if place[0] in changed])
+    drop_meshes([made.pop(place) for place in list(made) if place[0] in changed])
     return made, [
         f"Object '{name}' got no light, since its mesh was changed during the bake: bake again."
         for name in sorted(changed)
@@ -159,12 +209,11 @@ def _new_mesh(owner: "bpy.types.Object", instance: Any, depsgraph: "bpy.types.De
     return mesh
 
 
-def _new_copy(owner: "bpy.types.Object", mesh: "bpy.types.Mesh", matrix: Any) -> "bpy.types.Object":
-    mesh.name = owner.name + _SUFFIX
-    obj = bpy.data.objects.new(owner.name + _SUFFIX, mesh)
-    _take_looks(obj, owner)
-    obj[_ORIGINAL] = owner
-    _place(obj, matrix)
+def _new_copy(made: MadeMesh) -> "bpy.types.Object":
+    obj = bpy.data.objects.new(made.owner.name + _SUFFIX, made.mesh)
+    _take_looks(obj, made.owner)
+    obj[_ORIGINAL], obj[_INDEX] = made.owner, made.index
+    _place(obj, made.matrix)
     return obj
 
 

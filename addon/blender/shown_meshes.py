@@ -136,17 +136,17 @@ def check_copied(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> N
 
 
 def copyable(
-    shown: "dict[bpy.types.Object, Shown]", names: list[str] | None, warn: Warnings
+    shown: "dict[bpy.types.Object, Shown]", names: list[str] | None, warn: Warnings, shared: bool = True
 ) -> "list[bpy.types.Object]":
     """Those objects, of some names or all, that can have light of their own in copies alone.
 
-    They are not meshes, show instances, share their mesh, or have one that is linked from another file.
+    They are not meshes, show instances, have a mesh that is linked from another file, or if `shared` share theirs.
     """
     shown = {obj: what for obj, what in shown.items() if what.n_meshes and (names is None or obj.name in names)}
     users = Counter(obj.data for obj in shown if obj.type == "MESH")
     chosen = []
     for obj, what in shown.items():
-        if obj.type == "MESH" and not what.instances and users[obj.data] < 2 and obj.data.is_editable:
+        if obj.type == "MESH" and not what.instances and (users[obj.data] < 2 or not shared) and obj.data.is_editable:
             continue
         if what.n_meshes > MAX_COPIES:
             warn.add(

@@ -89,8 +89,8 @@ class Charts:
         a, b = order[:-1][follows], order[1:][follows]  # the two sides of an edge, as triangle · 3 + corner
         smooth = _smooth(normals, corner, a, b)
         check()
-        chart = _components(n, a // 3, b // 3)
-        patch = _components(n, a[smooth] // 3, b[smooth] // 3)
+        chart = components(n, a // 3, b // 3)
+        patch = components(n, a[smooth] // 3, b[smooth] // 3)
         border = np.stack(np.divmod(np.flatnonzero(count[edge] == 1), 3), axis=1).astype(np.int32)
         return Charts(mesh, image, positions, normals, uv, chart, patch, border)
 
@@ -129,7 +129,7 @@ def _smooth(normals: np.ndarray, corner: np.ndarray, a: np.ndarray, b: np.ndarra
     return (dot(a_low, b_low) > _SMOOTH) & (dot(a_high, b_high) > _SMOOTH)
 
 
-def _components(n: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def components(n: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Number of the connected set of each of n things, a pair (a, b) being connected, (n,) int32."""
     # Here, since Blender's start imports this room and should not wait for SciPy
     from scipy.sparse import coo_array

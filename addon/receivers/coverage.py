@@ -12,7 +12,7 @@ from ..parallel import Workers, slices
 
 _CHUNK = 1 << 16  # pairs of a triangle and a texel
 _PAIR_BYTES = 800  # a pair takes while it is cut
-_LEAST_WAY = 1e-3  # texels from a triangle's edges, along rows
+_LEAST_WAY = 1e-3  # texels from a triangle's edges along rows, and from its ends across
 _LEAST = 1e-12  # texels: area of an overlap that rounding alone makes
 
 
@@ -105,8 +105,8 @@ def middles_in(corners: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         In texels, as in `texels_of`, and inside of the image.
     """
     a, b = corners, corners[:, [1, 2, 0]]
-    low = np.ceil(corners[..., 1].min(axis=1) - 0.5).astype(np.int64)
-    high = np.floor(corners[..., 1].max(axis=1) - 0.5).astype(np.int64)
+    low = np.ceil(corners[..., 1].min(axis=1) + _LEAST_WAY - 0.5).astype(np.int64)
+    high = np.floor(corners[..., 1].max(axis=1) - _LEAST_WAY - 0.5).astype(np.int64)
     for triangle, step in unrolled(np.maximum(high - low + 1, 0)):
         row = low[triangle] + step
         rise = (b[triangle] - a[triangle])[..., 1]

@@ -47,7 +47,7 @@ STAGE_SHARES: dict[Gather, dict[str, float]] = {
 }
 """How long each stage of a bake lasts beside the others in a typical scene; short ones are left out."""
 
-LIGHTMAP_SHARES = {"Unwrapping": 1, "Placing texels": 1, "Denoising": 2, "Finishing lightmaps": 1}
+LIGHTMAP_SHARES = {"Unwrapping": 1, "Packing": 1, "Placing texels": 1, "Denoising": 2, "Finishing lightmaps": 1}
 """The same for what lightmaps add to it."""
 
 VERTEX_SHARES = {"Fitting vertices": 0.5}

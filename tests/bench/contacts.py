@@ -23,8 +23,8 @@ from lightmaps import bilinear
 from own_scenes import OWN_SCENES, build
 from photon_bake.addon.bake import solve
 from photon_bake.addon.blender import bake_objects
-from photon_bake.addon.blender.lightmap_charts import areas
 from photon_bake.addon.blender.lightmap.meshes import check_lightmap_object
+from photon_bake.addon.blender.lightmap_charts import areas
 from photon_bake.addon.gather import Effort, FinalGather
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.output.lightmap import FinishOptions, finish_lightmaps

@@ -27,8 +27,8 @@ from lightmap_uvs import left_out
 from lightmaps import under
 from own_scenes import OWN_SCENES
 from photon_bake.addon.bake import bake
-from photon_bake.addon.blender.lightmap.layout import lay_out
 from photon_bake.addon.blender.lightmap.meshes import write_uv_map
+from photon_bake.addon.blender.lightmap.reading import LightmapReading
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.progress import Progress
@@ -104,7 +104,8 @@ def make_lightmap(scene, n_texels):
     meshes = [obj for obj in bpy.context.view_layer.objects if obj.type == "MESH" and obj != probes]
     obj = _joined([obj for obj in meshes if not left_out(scene, obj)])
     side = round(np.sqrt(n_texels / USUAL_USE))
-    layout = lay_out([obj], bpy.context.evaluated_depsgraph_get(), LightmapSettings(size=side), [], Progress())
+    graph = bpy.context.evaluated_depsgraph_get()
+    layout = LightmapReading(graph, LightmapSettings(size=side)).objects([obj.name]).layout
     write_uv_map(obj.data, UV_MAP, layout.made[obj.data.name])
     obj.data.uv_layers.active = obj.data.uv_layers[UV_MAP]
     corners, uv = _triangles(obj.data)

@@ -20,13 +20,13 @@ from lightmap_uvs import left_out
 from mathutils.bvhtree import BVHTree
 from photon_bake.addon.bake import bake
 from photon_bake.addon.blender import bake_objects
-from photon_bake.addon.blender.lightmap.charts import areas
 from photon_bake.addon.blender.lightmap.meshes import check_lightmap_object
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.output.lightmap.borders import REAL_JUMP
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.receivers import Receivers
+from photon_bake.addon.receivers.uv_maps import areas
 from photon_bake.addon.settings import settings_for
 from photon_bake.operators.bake_job import BakeJob, make_tracer
 from photon_bake.operators.lightmap_target import WantedLightmaps

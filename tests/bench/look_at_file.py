@@ -1,6 +1,6 @@
 """What the trial on public files wants to know of one, in a process of its own; see public_files.py.
 
-look_at_file.py shown FILE ANSWER.json            the mesh objects with faces that renders show
+look_at_file.py shown FILE ANSWER.json            the mesh objects with faces that renders show, and the area of all
 look_at_file.py cycles FILE ANSWER.json           how long Cycles' bake of them takes, with 16 samples
 look_at_file.py picture FILE PICTURE.png BAKED    Cycles' picture beside that of the baked file
 """
@@ -26,9 +26,11 @@ class Counter(bpy.types.RenderEngine):
     bl_label = "Counter"
     bl_use_preview = False
     meshes: list[str] = []
+    area = 0.0  # m², of all faces, those of instances too
 
     def render(self, depsgraph):
         """Keep the mesh objects with faces, each once, that are objects of the view layer."""
+        Counter.area = sum(map(area_of, depsgraph.object_instances))
         in_layer = {obj.original.name for obj in depsgraph.view_layer.objects}
         Counter.meshes = sorted(
             {
@@ -43,6 +45,18 @@ class Counter(bpy.types.RenderEngine):
                 and np.linalg.matrix_rank(np.array(instance.matrix_world)[:3, :3]) > 1  # at zero scale there is no area
             }
         )
+
+
+def area_of(instance):
+    """The area of an instance's faces, m², as if it were scaled alike along all axes."""
+    obj = instance.object
+    if not instance.show_self or obj.type != "MESH" or not len(obj.data.polygons):
+        return 0.0
+    areas = np.empty(len(obj.data.polygons), np.float32)
+    obj.data.polygons.foreach_get("area", areas)
+    return float(np.nan_to_num(areas, posinf=0.0).sum(dtype=float)) * abs(instance.matrix_world.determinant()) ** (
+        2 / 3
+    )
 
 
 def shown():
@@ -146,7 +160,7 @@ def main(what, file, answer, baked=None):
         picture(answer, baked)
         return
     names = shown()
-    said = {"version": version, "shown": names}
+    said = {"version": version, "shown": names, "area": Counter.area}
     if what == "cycles":
         said = cycles_bake(names)
     Path(answer).write_text(json.dumps(said))

@@ -4,6 +4,7 @@
     python tests/bench/public_files.py FOLDER --only room            those whose repository or path has "room" in it
     python tests/bench/public_files.py FOLDER --pictures build/files Cycles' picture of each beside one of its bake
     python tests/bench/public_files.py A.blend B.blend               any other files
+    python tests/bench/public_files.py FOLDER --lightmaps            the same with lightmaps, and their table
 
 FOLDER holds a clone of each repository of the list, as OWNER/NAME. The files were chosen by what they hold (five mesh
 objects and two materials at least; rooms, levels and assets first, then files with missing images, objects left in edit
@@ -14,6 +15,9 @@ is saved over it. Where a mesh gets no light, the file is baked once more, with 
 Blender, by a render of its own, which mesh objects with faces renders show. Where the bake took over 60 s, a third one
 bakes the same meshes by Cycles with 16 samples. Results are kept in a JSON file as they come, so that a trial goes on
 where it was stopped; --anew forgets them. The table goes to docs/public_files.md.
+
+With --lightmaps the light goes to lightmaps in shared images, at the density at which all surfaces together have
+100,000 texels, and the table to docs/public_lightmaps.md.
 """
 
 import argparse
@@ -29,9 +33,11 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 LIST = HERE / "public_files.tsv"
 TABLE = ROOT / "docs" / "public_files.md"
+LIGHTMAP_TABLE = ROOT / "docs" / "public_lightmaps.md"
 STAND_IN = ROOT / "tools" / "blender_stand_in.py"
 LOOK = HERE / "look_at_file.py"
 
+N_TEXELS = 100_000  # of a file's lightmaps, about
 LONG = 60  # s, over which Cycles' own bake is asked how long it takes
 TIMED_OUT = "timed out"
 HEAD = [
@@ -66,7 +72,7 @@ def main():
     rows = [results[f"{repository}/{path}"] for repository, path, _ in files]
     print(summary(rows))
     if options.table:
-        Path(options.table).write_text(page(rows))
+        Path(options.table).write_text((lightmap_page if options.lightmaps else page)(rows))
 
 
 def parse():
@@ -74,13 +80,18 @@ def parse():
     parser.add_argument("files", nargs="+", metavar="FOLDER|FILE", help="where the clones are, or .blend files")
     parser.add_argument("--only", default="", metavar="TEXT", help="files of the list with this in their name")
     parser.add_argument("--limit", type=float, default=240, metavar="SECONDS", help="for one bake; default %(default)s")
-    parser.add_argument("--results", default=str(ROOT / "build" / "public_files.json"), metavar="FILE.json")
+    parser.add_argument("--lightmaps", action="store_true", help="bake lightmaps")
+    parser.add_argument(
+        "--results", metavar="FILE.json", help="default build/public_files.json or public_lightmaps.json"
+    )
     parser.add_argument("--anew", action="store_true", help="forget earlier results")
     parser.add_argument("--pictures", metavar="DIR", help="render each file and its bake, small")
     parser.add_argument("--table", metavar="FILE.md", help=f"the page; for the whole list default {TABLE.name}")
     options = parser.parse_args()
     whole = not options.only and all(Path(file).is_dir() for file in options.files)
-    options.table = options.table or (TABLE if whole else None)
+    kind = "lightmaps" if options.lightmaps else "files"
+    options.results = options.results or str(ROOT / "build" / f"public_{kind}.json")
+    options.table = options.table or ((LIGHTMAP_TABLE if options.lightmaps else TABLE) if whole else None)
     return options
 
 
@@ -103,17 +114,26 @@ def trial(file, options):
         found = look("shown", file, folder, options.limit)
         names = found.pop("shown", ())
         found["n_shown"] = len(names)
-        result = found | bake(file, Path(folder), options, names)
+        targets = lightmap_arguments(folder, found.get("area")) if options.lightmaps else []
+        result = found | bake(file, Path(folder), options, names, targets)
         if result.get("unlit"):
-            result = found | bake(file, Path(folder), options, names, copies=True)
-        if result["seconds"] > LONG or result["status"] == TIMED_OUT:
+            result["without_copies"] = [len(result["unlit"]), result["seconds"]]
+            result = result | bake(file, Path(folder), options, names, [*targets, "--copies"])
+        if (result["seconds"] > LONG or result["status"] == TIMED_OUT) and not options.lightmaps:
             result |= look("cycles", file, folder, 2 * options.limit)
     return result
 
 
-def bake(file, folder, options, names, copies=False):
+def lightmap_arguments(folder, area):
+    """What asks for lightmaps of surfaces of some area, m²."""
+    density = min(max((N_TEXELS / area) ** 0.5, 0.01), 4096) if area else 4.0
+    return ["--target", "lightmap", "--atlas", "shared", "--density", f"{density:.4g}", "--output", f"{folder}/maps"]
+
+
+def bake(file, folder, options, names, targets=()):
     """Bake a file by the command; what its report says, its end, and which of the meshes of some names got no light."""
-    report, arguments = folder / "report.json", ["--copies"] if copies else []
+    report, arguments = folder / "report.json", [*targets]
+    report.unlink(missing_ok=True)
     if options.pictures:
         saved = folder / "baked.blend"
         arguments += ["--direct", "--save", saved]
@@ -136,8 +156,12 @@ def bake(file, folder, options, names, copies=False):
         "unlit": sorted(set(names) - set(said["objects"])) if done.returncode == 0 else [],
         "copies": said["counts"].get("baked_copies", 0),
         "receivers": said["counts"].get("receivers", 0),
+        "lightmaps": said["counts"].get("lightmaps", 0),
+        "texels": said["counts"].get("lightmap_texels", 0),
+        "covered": said["counts"].get("covered_texels", 0),
         "triangles": said["counts"].get("triangles", 0),
         "read_seconds": said["stage_seconds"].get("Reading the scene"),
+        "map_seconds": said["stage_seconds"].get("Unwrapping", 0) + said["stage_seconds"].get("Packing", 0),
         "bake_seconds": said["total_seconds"],
         "memory_mb": said["peak_memory_mb"],
         "traceback": done.stderr if "Traceback" in done.stderr else "",
@@ -239,6 +263,48 @@ def table_row(row):
         figure(row.get("cpu_seconds")),
         figure(row.get("cycles_seconds")),
         f"{row['memory_mb']:.0f}" if row.get("memory_mb") else "",
+        outcome(row),
+    ]
+    return "| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |"
+
+
+LIGHTMAP_HEAD = ["Repository", "File", "Meshes", "Mapped", "Images", "Texels", "Use", "Maps, s", "All, s", ""]
+
+
+def lightmap_page(rows):
+    """The trial of lightmaps as a page of the docs."""
+    whole, ended = sum(map(is_whole, rows)), sum(row["status"] == 0 for row in rows)
+    frozen = sum(row["status"] == TIMED_OUT for row in rows)
+    lines = [
+        "# Lightmaps of files by other people",
+        "",
+        f"Of {len(rows)} files {ended} end with status 0, {whole} of them with a lightmap for every mesh that renders "
+        f"show; {frozen} did not end in time. Made by `python tests/bench/public_files.py FOLDER --lightmaps`: baked "
+        f"at draft by the command into shared images, with about {N_TEXELS:,} texels a file, each in a process of its "
+        "own. The files are those of [the trial on vertices](public_files.md). *Meshes* are the mesh objects with "
+        "faces that a render shows; where one got no lightmap, as its modifiers copy faces, the file was baked again "
+        "with Bake Copies, which alone stands in the table. *Use* is the share of texels that charts cover, *Maps* the "
+        "seconds of making and packing UV maps, *All* the whole command with Blender's start, by the clock.",
+        "",
+        "| " + " | ".join(LIGHTMAP_HEAD) + " |",
+        "|" + "|".join(["---"] * 2 + ["--:"] * 7 + ["---"]) + "|",
+    ]
+    return "\n".join([*lines, *map(lightmap_row, rows)]) + "\n"
+
+
+def lightmap_row(row):
+    """A result as a row of the table of lightmaps."""
+    texels = row.get("texels", 0)
+    cells = [
+        row["repository"],
+        row["path"],
+        str(row.get("n_shown", "")),
+        str(row["n_shown"] - len(row["unlit"]) if row["status"] == 0 else 0),
+        str(row.get("lightmaps", "")),
+        f"{texels:,}",
+        f"{row['covered'] / texels:.0%}" if texels else "",
+        figure(row.get("map_seconds")),
+        figure(row.get("seconds")),
         outcome(row),
     ]
     return "| " + " | ".join(cell.replace("|", r"\|") for cell in cells) + " |"

@@ -3,16 +3,12 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import bake_objects
-from photon_bake.addon.blender.lightmap import packing
-from photon_bake.addon.blender.lightmap.checks import check_uv, overlapping
-from photon_bake.addon.blender.lightmap.layout import lay_out
-from photon_bake.addon.blender.lightmap.meshes import check_lightmap_object, lightmap_meshes
+from photon_bake.addon.blender.lightmap.checks import overlapping
+from photon_bake.addon.blender.lightmap.reading import LightmapReading
 from photon_bake.addon.blender.meshes import count_triangles
 from photon_bake.addon.errors import BakeError
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.parallel import Workers
-from photon_bake.addon.progress import Progress
 from photon_bake.addon.receivers import Charts
 from photon_bake.addon.receivers.coverage import texels_of
 from scipy.ndimage import maximum_filter, minimum_filter
@@ -20,18 +16,15 @@ from scipy.ndimage import maximum_filter, minimum_filter
 from .scenes import CUBE_FACES, add_cube, add_mesh, add_plane, in_graph
 
 
-def laid_out(warnings=None, **settings):
-    """The layout of all mesh objects, and their meshes in it."""
-    chosen = LightmapSettings(**settings)
+def laid_out(warnings=None, copies=False, density_of=None, **settings):
+    """The layout of all objects, and their meshes in it."""
+    chosen, warnings = LightmapSettings(**settings), [] if warnings is None else warnings
 
     def read(graph):
-        objects = bake_objects(graph, None, [], lambda obj, graph: check_lightmap_object(obj, graph, chosen.uv_map))
-        layout = lay_out(objects, graph, chosen, [] if warnings is None else warnings, Progress())
-        meshes = lightmap_meshes(objects, graph, layout)
-        check_uv(meshes, layout.sizes, layout.uv_map)
-        return layout, meshes
+        return LightmapReading(graph, chosen, copies, density_of or {}, warnings).objects(None)
 
-    return in_graph(read)
+    found = in_graph(read)
+    return found.layout, found.meshes
 
 
 def densities(layout, meshes):
@@ -56,19 +49,9 @@ def charts_on(layout, meshes, image=0):
     return found
 
 
-@pytest.fixture(params=["xatlas", "Blender"])
-def packer(request, monkeypatch):
-    """Both ways to pack."""
-    if request.param == "xatlas":
-        pytest.importorskip("xatlas")
-    else:
-        monkeypatch.setattr(packing, "has_xatlas", lambda: False)
-    return request.param
-
-
 @pytest.mark.parametrize("atlas", ["per_object", "shared"])
 @pytest.mark.parametrize("padding", [0, 1])
-def test_charts_have_the_density_and_stay_apart(empty_scene, packer, atlas, padding):
+def test_charts_have_the_density_and_stay_apart(empty_scene, atlas, padding):
     add_plane(size=3.0)
     add_cube().scale = (1.0, 0.5, 2.0)
     bpy.ops.mesh.primitive_monkey_add()
@@ -78,7 +61,7 @@ def test_charts_have_the_density_and_stay_apart(empty_scene, packer, atlas, padd
     assert np.median(densities(layout, meshes)) == pytest.approx(20, rel=0.25)
     for image in range(len(layout.sizes)):
         on = charts_on(layout, meshes, image)
-        around = 1 + 2 * (2 << padding) if packer == "xatlas" else 3  # two rings of 2^padding texels, or one texel
+        around = 1 + 2 * (2 << padding)  # two rings of 2^padding texels
         low, high = minimum_filter(np.where(on < 0, 10**6, on), around), maximum_filter(on, around)
         assert (on >= 0).any() and not ((on >= 0) & ((low < on) | (high > on))).any()
         triangles = np.concatenate([mesh.uv for mesh in meshes if mesh.image == image])
@@ -95,7 +78,7 @@ def test_a_size_is_filled(empty_scene, atlas):
         assert (charts_on(layout, meshes, image) >= 0).mean() > 0.5
 
 
-def test_objects_that_share_a_mesh_get_places_of_their_own(empty_scene, packer):
+def test_objects_that_share_a_mesh_get_places_of_their_own(empty_scene):
     cube = add_cube()
     for i in range(3):
         twin = bpy.data.objects.new(f"Twin {i}", cube.data)
@@ -191,7 +174,7 @@ def test_a_made_uv_map_goes_through_modifiers(empty_scene, kind, settings):
 def test_modifiers_that_copy_faces_are_named(empty_scene):
     cube = add_cube()
     cube.modifiers.new("Array", "ARRAY")
-    with pytest.raises(BakeError, match=r"'Cube' lies over itself .* apply modifiers"):
+    with pytest.raises(BakeError, match=r"'Cube' has modifiers \('Array'\) that copy faces .* Bake Copies"):
         laid_out()
 
 
@@ -215,14 +198,21 @@ def test_a_chosen_uv_map_that_cannot_serve_is_named(empty_scene, uvs, says):
 def test_objects_in_one_place_of_a_shared_image_are_named(empty_scene):
     add_plane("A")
     add_plane("B")
-    with pytest.raises(BakeError, match="Objects 'A' and 'B' lie in one place"):
-        laid_out(uv_map="UVMap", atlas="shared")
+    warnings = []
+    layout, _ = laid_out(warnings, uv_map="UVMap", atlas="shared")
+    assert len(layout.places) == 1
+    assert len(warnings) == 1 and warnings[0].startswith("Left out: Objects 'A' and 'B' lie in one place")
 
 
 def test_a_chosen_uv_map_that_is_not_there_is_named(empty_scene):
     add_plane("Floor")
     add_cube("Box")
-    with pytest.raises(BakeError, match=r"'Box' has no UV map 'UVMap' \(there are: none\)"):
+    warnings = []
+    layout, _ = laid_out(warnings, uv_map="UVMap")
+    assert [place.object_name for place in layout.places] == ["Floor"] and len(layout.sizes) == 1
+    assert "'Box' has no UV map 'UVMap' (there are: none)" in warnings[0]
+    bpy.data.objects.remove(bpy.data.objects["Floor"])
+    with pytest.raises(BakeError, match="'Box' has no UV map"):
         laid_out(uv_map="UVMap")
 
 
@@ -250,3 +240,100 @@ def test_linked_meshes(tmp_path, empty_scene):
 
 
 CUBE_CORNERS = [(x, y, z) for z in (-1, 1) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+
+
+def linked(name, data):
+    obj = bpy.data.objects.new(name, data)
+    bpy.context.scene.collection.objects.link(obj)
+    return obj
+
+
+@pytest.mark.parametrize(
+    ("kind", "settings"),
+    [
+        ("ARRAY", {"count": 3}),
+        ("MIRROR", {}),
+        ("SOLIDIFY", {"thickness": 0.1}),
+        ("WIREFRAME", {}),
+        ("REMESH", {"octree_depth": 3}),
+        ("SKIN", {}),
+    ],
+)
+def test_copies_get_what_modifiers_copy(empty_scene, kind, settings):
+    add_plane("Floor", size=3.0)
+    cube = add_mesh("Cube", [(0, 0, 0), (0, 0, 2)], []) if kind == "SKIN" else add_cube()
+    if kind == "SKIN":  # a mesh without faces
+        cube.data.edges.add(1)
+        cube.data.edges[0].vertices = (0, 1)
+    modifier = cube.modifiers.new("Modifier", kind)
+    for name, value in settings.items():
+        setattr(modifier, name, value)
+    warnings = []
+    layout, _ = laid_out(warnings, density=8.0, atlas="shared")
+    assert [place.object_name for place in layout.places] == ["Floor"]
+    assert len(warnings) == 1 and "'Cube' has modifiers ('Modifier')" in warnings[0] and "Bake Copies" in warnings[0]
+    warnings.clear()
+    layout, meshes = laid_out(warnings, copies=True, density=8.0, atlas="shared")
+    assert sorted(place.object_name for place in layout.places) == ["Cube", "Floor"] and not warnings
+    cube_mesh = next(mesh for mesh in meshes if mesh.object_name == "Cube")
+    assert len(cube_mesh.uv) == in_graph(lambda graph: count_triangles(cube.evaluated_get(graph).data))
+    share = len(overlapping(np.concatenate([mesh.uv for mesh in meshes]), layout.sizes[0])) / len(cube_mesh.uv)
+    assert share < 0.02
+
+
+def test_copies_of_all_that_is_no_mesh(empty_scene):
+    linked("Text", bpy.data.curves.new("Text", "FONT")).data.body = "Light"
+    add_plane("Floor", size=3.0)
+    group = bpy.data.collections.new("Group")
+    group.objects.link(add_cube("Stone"))
+    for i in range(2):
+        instancer = linked(f"Instancer {i}", None)
+        instancer.instance_type, instancer.instance_collection = "COLLECTION", group
+        instancer.location.x = 3 + 3 * i
+    warnings = []
+    assert [place.object_name for place in laid_out(warnings)[0].places] == ["Floor", "Stone"]
+    assert any("'Text'" in one for one in warnings) and any("'Instancer 0'" in one for one in warnings)
+    layout, _ = laid_out(copies=True, atlas="shared")
+    names = sorted(place.object_name for place in layout.places)
+    assert names == ["Floor", "Instancer 0", "Instancer 1", "Stone", "Text"]
+
+
+def test_objects_have_factors_of_density(empty_scene):
+    add_plane("Floor", size=3.0)
+    add_plane("Table", size=3.0)
+    layout, meshes = laid_out(density=10.0, density_of={"Table": 2.0})
+    assert densities(layout, meshes[:1]) == pytest.approx([10, 10], rel=0.02)
+    assert densities(layout, meshes[1:]) == pytest.approx([20, 20], rel=0.02)
+
+
+def test_charts_that_do_not_fit_leave_their_object_out(empty_scene):
+    add_plane("Floor", size=3.0)
+    square = ((0, 0), (1, 0), (1, 1), (0, 1))
+    corners = [(3 * (i % 10) + x, 3 * (i // 10) + y, 0) for i in range(100) for x, y in square]
+    add_mesh("Tiles", corners, [tuple(range(4 * i, 4 * i + 4)) for i in range(100)])
+    for atlas in ("per_object", "shared"):
+        warnings = []
+        layout, _ = laid_out(warnings, size=32, atlas=atlas)
+        assert [place.object_name for place in layout.places] == ["Floor"]
+        assert len(warnings) == 1 and "The charts of 'Tiles' do not fit" in warnings[0]
+
+
+def test_a_mesh_without_area_leaves_its_object_out(empty_scene):
+    add_plane("Floor", size=3.0)
+    add_mesh("Flat", [(0, 0, 0), (1, 0, 0), (2, 0, 0)], [(0, 1, 2)])
+    warnings = []
+    layout, _ = laid_out(warnings)
+    assert [place.object_name for place in layout.places] == ["Floor"] and "'Flat' have no area" in warnings[0]
+
+
+def test_an_object_in_edit_mode_is_mapped(empty_scene):
+    add_plane("Floor", size=3.0)
+    cube = add_cube()
+    cube.modifiers.new("Solidify", "SOLIDIFY")
+    bpy.context.view_layer.objects.active = cube
+    cube.select_set(True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    warnings = []
+    layout, meshes = laid_out(warnings, copies=True)
+    assert sorted(place.object_name for place in layout.places) == ["Cube", "Floor"] and not warnings
+    assert min(np.ptp(mesh.uv, axis=(0, 1)).min() for mesh in meshes) > 0.4

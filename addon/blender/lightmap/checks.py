@@ -1,10 +1,9 @@
 """What of UV maps spoils lightmaps: found before the bake, named, with a remedy."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ...errors import BakeError
 from ...progress import Progress
 from ...receivers import LightmapMesh
 from ...receivers.coverage import middles_in
@@ -12,61 +11,96 @@ from ...receivers.coverage import middles_in
 _SPARE = 1e-4
 """How far texture coordinates may leave the image, as rounding does."""
 
-_OVERLAP = 0.005
+OVERLAP = 0.005
 """Share of an object's texels that may lie twice in the image: folds finer than what is seen."""
 
 
-def check_uv(
+def uv_problems(
     meshes: Sequence[LightmapMesh],
+    doubtful: Sequence[bool],
     sizes: Sequence[tuple[int, int]],
     uv_map: str,
-    progress: Progress | None = None,
-) -> None:
-    """Make sure that texture coordinates lie in their images, and no two faces in one place.
+    slack: int,
+    progress: Progress,
+) -> dict[int, str]:
+    """The meshes whose texture coordinates cannot serve, by their numbers, and a sentence that says why and what to do.
 
-    Raises
-    ------
-    BakeError
-        If not, naming the object or objects and what to do.
+    They leave their images, or two faces lie in one place. Of meshes that lie on each other, those go of which the
+    largest share does.
+
+    Parameters
+    ----------
+    doubtful : sequence of bool
+        Which of the meshes may have such; the others were laid out so that they have not.
+    slack : int
+        Texels of a mesh that others may have whatever its size.
     """
-    for mesh in meshes:
-        outside = ((mesh.uv < -_SPARE) | (mesh.uv > 1 + _SPARE)).any(axis=(1, 2))
-        if outside.any():
-            raise BakeError(
+    problems = {}
+    for i, mesh in enumerate(meshes):
+        inside = ((mesh.uv >= -_SPARE) & (mesh.uv <= 1 + _SPARE)).all(axis=(1, 2))
+        if not inside.all():
+            problems[i] = (
                 f"The UV map '{uv_map}' of object '{mesh.object_name}' leaves the square from 0 to 1 with "
-                f"{outside.sum():,} of its {len(outside):,} triangles: pack its islands, or choose no UV map and have "
+                f"{(~inside).sum():,} of its {len(inside):,} triangles: pack its islands, or choose no UV map and have "
                 "one made."
             )
-    for image, size in enumerate(sizes):
-        if progress is not None:
-            progress.check()
-        _check_image([mesh for mesh in meshes if mesh.image == image], size, uv_map)
+    for image in {mesh.image for mesh, may in zip(meshes, doubtful, strict=True) if may}:
+        progress.check()
+        there = [i for i, mesh in enumerate(meshes) if mesh.image == image and i not in problems]
+        problems |= _overlaps(meshes, there, doubtful, sizes[image], uv_map, slack, progress)
+    return problems
 
 
-def _check_image(meshes: list[LightmapMesh], size: tuple[int, int], uv_map: str) -> None:
-    if not meshes:
-        return
-    mesh_of_triangle = np.repeat(np.arange(len(meshes)), [len(mesh.uv) for mesh in meshes])
-    texel, triangle = _middles(np.concatenate([mesh.uv for mesh in meshes]), size)
+def _overlaps(
+    meshes: Sequence[LightmapMesh],
+    there: list[int],
+    doubtful: Sequence[bool],
+    size: tuple[int, int],
+    uv_map: str,
+    slack: int,
+    progress: Progress,
+) -> dict[int, str]:
+    """Those of the meshes of an image that lie over themselves or over others, the worst first."""
+    if not there:
+        return {}
+    mesh_of_triangle = np.repeat(there, [len(meshes[i].uv) for i in there])
+    texel, triangle = _middles(np.concatenate([meshes[i].uv for i in there]), size, progress.check)
     mesh = mesh_of_triangle[triangle]
     n_all = np.bincount(mesh, minlength=len(meshes))
-    over = np.bincount(texel, minlength=size[0] * size[1])[texel] > 1
-    n_over = np.bincount(mesh[over], minlength=len(meshes))
-    worst = int(np.argmax(n_over / np.maximum(n_all, 1)))
-    if n_over[worst] <= _OVERLAP * n_all[worst]:
-        return
-    name, share = meshes[worst].object_name, n_over[worst] / n_all[worst]
-    there = texel[over & (mesh == worst)]
-    partners = np.bincount(mesh[over & np.isin(texel, there) & (mesh != worst)], minlength=len(meshes))
+    problems: dict[int, str] = {}
+    may_go = np.array(doubtful, bool)
+    while True:
+        progress.check()
+        over = np.bincount(texel, minlength=size[0] * size[1])[texel] > 1
+        n_over = np.bincount(mesh[over], minlength=len(meshes))
+        share = np.where(may_go & (n_over > slack), n_over / np.maximum(n_all, 1), 0)
+        worst = int(np.argmax(share))
+        if share[worst] <= OVERLAP:
+            return problems
+        partners = np.bincount(mesh[over & np.isin(texel, texel[over & (mesh == worst)]) & (mesh != worst)])
+        problems[worst] = _overlap(meshes, worst, partners, float(share[worst]), uv_map)
+        others = mesh != worst
+        texel, mesh = texel[others], mesh[others]
+
+
+def _overlap(meshes: Sequence[LightmapMesh], worst: int, partners: np.ndarray, share: float, uv_map: str) -> str:
+    """A sentence about a mesh a share of whose texels others have too, or itself twice; texels by partner (m,)."""
+    name = meshes[worst].object_name
     if partners.any():
-        raise BakeError(
+        return (
             f"Objects '{name}' and '{meshes[int(np.argmax(partners))].object_name}' lie in one place of UV map "
             f"'{uv_map}': let objects have images of their own, or choose no UV map and have one made."
         )
-    raise BakeError(
+    return (
         f"The UV map '{uv_map}' of object '{name}' lies over itself in {share:.0%} of its texels: unwrap it without "
         "overlaps, apply modifiers that copy faces, or choose no UV map and have one made."
     )
+
+
+def overlap_share(uv: np.ndarray, size: tuple[int, int]) -> float:
+    """Share of the texels of triangles (t, 3, 2) in an image (height, width) that more than one of them has."""
+    texel, _ = _middles(uv, size)
+    return float((np.bincount(texel, minlength=size[0] * size[1])[texel] > 1).mean()) if len(texel) else 0.0
 
 
 def overlapping(uv: np.ndarray, size: tuple[int, int]) -> np.ndarray:
@@ -75,12 +109,14 @@ def overlapping(uv: np.ndarray, size: tuple[int, int]) -> np.ndarray:
     return np.unique(triangle[np.bincount(texel, minlength=size[0] * size[1])[texel] > 1])
 
 
-def _middles(uv: np.ndarray, size: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+def _middles(
+    uv: np.ndarray, size: tuple[int, int], check: Callable[[], None] = lambda: None
+) -> tuple[np.ndarray, np.ndarray]:
     """Texels whose middle lies inside of a triangle: pairs of the texel's number and the triangle."""
     corners = np.clip(uv, 0, 1).astype(np.float64) * size[::-1]
-    pairs = [
-        (texel[:, 1].astype(np.int64) * size[1] + texel[:, 0], triangle) for triangle, texel in middles_in(corners)
-    ]
-    nothing = np.zeros(0, np.int64)
-    texel, triangle = (np.concatenate([nothing, *column]) for column in zip((nothing, nothing), *pairs, strict=True))
-    return texel, triangle
+    texels, triangles = [np.zeros(0, np.int64)], [np.zeros(0, np.int32)]
+    for triangle, texel in middles_in(corners):
+        check()
+        texels.append(texel[:, 1].astype(np.int64) * size[1] + texel[:, 0])
+        triangles.append(triangle)
+    return np.concatenate(texels), np.concatenate(triangles)

@@ -1,20 +1,16 @@
 """Where each object's light goes: its image, its place in it, and the UV map that is made where none is chosen."""
 
-from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from itertools import chain
+from dataclasses import dataclass, field, replace
 from math import sqrt
 
-import bpy
 import numpy as np
 
 from ...errors import Advice, BakeError
 from ...lightmap_settings import LARGEST_SIZE, MADE_UV_MAP, LightmapSettings
-from ...progress import Progress
-from .charts import Faces, areas
-from .packing import Packed, Piece, PiecesAt, fill, pack, whole_blocks
+from ...receivers.uv_maps import Packed, Piece, PiecesAt, fill, pack, whole_blocks
 from .pieces import Pieces
+from .subjects import LeftOut, Subject, Subjects
 
 ScaleOffset = tuple[float, float, float, float]
 
@@ -22,7 +18,6 @@ WHOLE: ScaleOffset = (1.0, 1.0, 0.0, 0.0)
 """Scale and offset of an object whose UV map lies in its image as it is."""
 
 _FULL = 0.75  # share of an image that charts usually take
-_FEW = 4  # objects of a material that have an image each where the choice is ours
 _LEAST_DENSITY = 1e-3  # texels a metre: charts are as small as they get
 
 
@@ -33,6 +28,7 @@ class Place:
     Attributes
     ----------
     object_name, mesh_name : str
+        The mesh is the object's own, or that of a copy.
     image : int
     scale_offset : (sx, sy, ox, oy)
         What its UV map has at (u, v) is in the image at (sx u + ox, sy v + oy).
@@ -68,45 +64,49 @@ class Layout:
     uv_map: str
     made: dict[str, np.ndarray] = field(default_factory=dict)
 
+    def where(self, kept: Sequence[int]) -> "Layout":
+        """The same with some of its places alone, and no image that is empty."""
+        images = sorted({self.places[i].image for i in kept})
+        number = {image: i for i, image in enumerate(images)}
+        return replace(
+            self,
+            sizes=tuple(self.sizes[image] for image in images),
+            names=tuple(self.names[image] for image in images),
+            places=tuple(replace(self.places[i], image=number[self.places[i].image]) for i in kept),
+        )
+
 
 def lay_out(
-    objects: "list[bpy.types.Object]",
-    depsgraph: "bpy.types.Depsgraph",
+    subjects: Subjects,
+    pieces: Pieces,
     settings: LightmapSettings,
+    share_materials: bool,
     warnings: list[str],
-    progress: Progress,
-) -> Layout:
-    """Find images and places for the light of objects; changes no data-block.
+    out: LeftOut,
+) -> tuple[Subjects, Layout]:
+    """Images and places for surfaces whose UV maps are made, and which of them have one.
 
-    Raises
-    ------
-    BakeError
-        If a mesh has no such UV map, or the charts do not fit into the images, saying which size would do.
+    Those whose charts do not fit into the largest image, whatever their density, are left out. Objects that share
+    materials share images where the choice is ours: each material would have to read as many otherwise.
     """
-    if settings.uv_map:
-        return _as_chosen(objects, depsgraph, settings, warnings)
-    pieces = Pieces.of(objects, depsgraph, progress)
-    shares = settings.atlas == "shared" or (settings.atlas == "auto" and share_materials(objects))
-    return (_shared if shares else _per_object)(pieces, settings, warnings, progress)
+    made = _shared if settings.atlas == "shared" or (settings.atlas == "auto" and share_materials) else _per_object
+    chosen, layout = made(subjects, pieces, settings, warnings, out)
+    return Subjects([subjects.all[i] for i in chosen], subjects.faces), layout
 
 
-def share_materials(objects: "Sequence[bpy.types.Object]") -> bool:
-    """Whether more than `_FEW` objects have a material in common, which then would have to read as many images."""
-    of_object = ({slot.material for slot in obj.material_slots} or {None} for obj in objects)
-    return max(Counter(chain.from_iterable(of_object)).values(), default=0) > _FEW
-
-
-def _as_chosen(
-    objects: "list[bpy.types.Object]",
-    depsgraph: "bpy.types.Depsgraph",
-    settings: LightmapSettings,
-    warnings: list[str],
+def lay_out_as_chosen(
+    subjects: Sequence[Subject], sides: Sequence[float], settings: LightmapSettings, warnings: list[str]
 ) -> Layout:
-    """The chosen UV maps as they lie, in an image each or all in one."""
-    sides = [_side_of_image(obj, depsgraph, settings.uv_map) for obj in objects]
-    images, names = list(range(len(objects))), [obj.name for obj in objects]
+    """The chosen UV maps as they lie, in an image each or all in one.
+
+    Parameters
+    ----------
+    sides : sequence of float
+        Of the image as it lies on each surface, m.
+    """
+    images, names = list(range(len(subjects))), [one.image_name for one in subjects]
     if settings.atlas == "shared":
-        sides, images, names = [max(sides)], [0] * len(objects), ["Atlas"]
+        sides, images, names = [max(sides)], [0] * len(subjects), ["Atlas"]
     sizes = []
     for side, name in zip(sides, names, strict=True):
         size = settings.size or whole_blocks(settings.density * side)
@@ -114,61 +114,54 @@ def _as_chosen(
             warnings.append(_limited(f"'{name}'", f"{size:,}", settings.max_size / side, settings))
             size = settings.max_size
         sizes.append((size, size))
-    places = [Place(obj.name, obj.data.name, image) for obj, image in zip(objects, images, strict=True)]
+    places = [Place(one.object_name, one.mesh_name, image) for one, image in zip(subjects, images, strict=True)]
     return Layout(tuple(sizes), tuple(names), tuple(places), settings.uv_map)
 
 
-def _side_of_image(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph", uv_map: str) -> float:
-    """Side that an image has in space where it lies on an object by a UV map, m: how many times UV is enlarged."""
-    layer = obj.data.uv_layers.get(uv_map)
-    if layer is None:
-        there_are = ", ".join(f"'{one.name}'" for one in obj.data.uv_layers) or "none"
-        raise BakeError(
-            f"Object '{obj.name}' has no UV map '{uv_map}' (there are: {there_are}): add one of that name, or choose "
-            "none and have it made."
-        )
-    faces = Faces.of(obj.data, np.array(obj.evaluated_get(depsgraph).matrix_world, np.float64)[:3, :3])
-    uv = np.empty((len(obj.data.loops), 2), np.float32)
-    layer.uv.foreach_get("vector", uv.reshape(-1))
-    flat = float(areas(uv[faces.triangles]).sum())
-    if not flat > 0:
-        raise BakeError(
-            f"The UV map '{uv_map}' of object '{obj.name}' has no area: unwrap the mesh, or choose no UV map and have "
-            "one made."
-        )
-    return sqrt(faces.area / flat)
+Laid = tuple[list[int], Layout]
+"""Which of some surfaces have places, and the layout with these."""
 
 
-def _per_object(pieces: Pieces, settings: LightmapSettings, warnings: list[str], progress: Progress) -> Layout:
+def _per_object(
+    subjects: Subjects, pieces: Pieces, settings: LightmapSettings, warnings: list[str], out: LeftOut
+) -> Laid:
     """An image for each object; those that share a mesh have images of the same size."""
-    packed = {}
-    for mesh in pieces.of_mesh:
-        progress.check()
-        owner = next(name for name, of in pieces.objects if of == mesh)
-        packed[mesh] = _one_image(pieces.charts_of(mesh), settings, f"'{owner}'", warnings)
-    return Layout(
-        sizes=tuple((packed[mesh].height, packed[mesh].width) for _, mesh in pieces.objects),
-        names=tuple(name for name, _ in pieces.objects),
-        places=tuple(Place(name, mesh, i) for i, (name, mesh) in enumerate(pieces.objects)),
+    packed: dict[str, Packed] = {}
+    for mesh in subjects.faces:
+        owner = next(one.object_name for one in subjects.all if one.mesh_name == mesh)
+        try:
+            packed[mesh] = _one_image(pieces, pieces.charts_of(mesh), settings, f"'{owner}'", warnings)
+        except BakeError as error:
+            out.add(str(error))
+    chosen = [i for i, one in enumerate(subjects.all) if one.mesh_name in packed]
+    placed = [subjects.all[i] for i in chosen]
+    layout = Layout(
+        sizes=tuple((packed[one.mesh_name].height, packed[one.mesh_name].width) for one in placed),
+        names=tuple(one.image_name for one in placed),
+        places=tuple(Place(one.object_name, one.mesh_name, i) for i, one in enumerate(placed)),
         uv_map=MADE_UV_MAP,
         made={mesh: of_mesh.uv[0] for mesh, of_mesh in packed.items()},
     )
+    return chosen, layout
 
 
-def _shared(pieces: Pieces, settings: LightmapSettings, warnings: list[str], progress: Progress) -> Layout:
+def _shared(subjects: Subjects, pieces: Pieces, settings: LightmapSettings, warnings: list[str], out: LeftOut) -> Laid:
     """As few images as needed for all objects, of which each lies in one."""
-    todo, atlases = [list(range(len(pieces.objects)))], []
+    todo, atlases = [list(range(len(subjects.all)))] if subjects.all else [], []
     while todo:
-        progress.check()
+        pieces.check()
         chosen = todo.pop(0)
-        pieces_at, turns = pieces.at(chosen, settings.ring, _fixed_density(settings)), not pieces.any_shared(chosen)
-        packed = _as_asked(pieces_at, settings, turns)
-        if packed is None and len(chosen) > 1 and not settings.size:
+        pieces_at = pieces.at(chosen, settings.ring, _fixed_density(settings))
+        packed = _as_asked(pieces, pieces_at, settings)
+        if packed is None and len(chosen) > 1:
             todo = pieces.split(chosen) + todo
             continue
-        whose = f"'{pieces.objects[chosen[0]][0]}'" if len(chosen) == 1 else "all objects"
-        atlases.append((chosen, packed or _smaller(pieces_at, settings, whose, warnings, turns)))
-    return _of_atlases(pieces, atlases, settings)
+        name = subjects.all[chosen[0]].object_name
+        try:
+            atlases.append((chosen, packed or _smaller(pieces, pieces_at, settings, f"'{name}'", warnings)))
+        except BakeError as error:
+            out.add(str(error))
+    return _of_atlases(subjects, pieces, atlases, settings)
 
 
 def _fixed_density(settings: LightmapSettings) -> float:
@@ -176,43 +169,49 @@ def _fixed_density(settings: LightmapSettings) -> float:
     return 0.0 if settings.size else settings.density
 
 
-def _of_atlases(pieces: Pieces, atlases: list[tuple[list[int], Packed]], settings: LightmapSettings) -> Layout:
+def _of_atlases(
+    subjects: Subjects, pieces: Pieces, atlases: list[tuple[list[int], Packed]], settings: LightmapSettings
+) -> Laid:
     places: dict[int, Place] = {}
     made = {}
     for image, (chosen, packed) in enumerate(atlases):
         for i, uv in zip(chosen, packed.uv, strict=True):
-            name, mesh = pieces.objects[i]
+            one = subjects.all[i]
             scale_offset = WHOLE
-            if pieces.is_shared(mesh):
-                made[mesh] = pieces.alone(mesh, _fixed_density(settings) or packed.density, settings.ring).uv[0]
+            if pieces.is_shared(one.mesh_name):
+                density = _fixed_density(settings) or packed.density
+                made[one.mesh_name] = pieces.alone(one.mesh_name, density, settings.ring).uv[0]
                 (left, bottom), (right, top) = uv[0].tolist(), uv[2].tolist()
                 scale_offset = (right - left, top - bottom, left, bottom)
             else:
-                made[mesh] = uv
-            places[i] = Place(name, mesh, image, scale_offset)
+                made[one.mesh_name] = uv
+            places[i] = Place(one.object_name, one.mesh_name, image, scale_offset)
     names = ("Atlas",) if len(atlases) == 1 else tuple(f"Atlas {i + 1}" for i in range(len(atlases)))
     sizes = tuple((packed.height, packed.width) for _, packed in atlases)
-    return Layout(sizes, names, tuple(places[i] for i in range(len(places))), MADE_UV_MAP, made)
+    chosen = sorted(places)
+    return chosen, Layout(sizes, names, tuple(places[i] for i in chosen), MADE_UV_MAP, made)
 
 
-def _one_image(pieces_at: PiecesAt, settings: LightmapSettings, whose: str, warnings: list[str]) -> Packed:
+def _one_image(
+    pieces: Pieces, pieces_at: PiecesAt, settings: LightmapSettings, whose: str, warnings: list[str]
+) -> Packed:
     """The image of pieces that must be in one."""
-    return _as_asked(pieces_at, settings) or _smaller(pieces_at, settings, whose, warnings)
+    return _as_asked(pieces, pieces_at, settings) or _smaller(pieces, pieces_at, settings, whose, warnings)
 
 
-def _as_asked(pieces_at: PiecesAt, settings: LightmapSettings, turns: bool = True) -> Packed | None:
+def _as_asked(pieces: Pieces, pieces_at: PiecesAt, settings: LightmapSettings) -> Packed | None:
     """The image of pieces at the density or of the size asked for; None if they do not fit."""
     if settings.size:
-        return fill(pieces_at, settings.size, settings.ring, turns)
-    pieces = pieces_at(settings.density)
-    if _side(pieces, settings.density) > settings.max_size:
+        return fill(pieces_at, settings.size, settings.ring, pieces.check)
+    some = pieces_at(settings.density)
+    if _side(some, settings.density) > settings.max_size:
         return None
-    packed = pack(pieces, settings.density, settings.ring, 0, turns)
+    packed = pack(some, settings.density, settings.ring, 0, pieces.check)
     return packed if packed and max(packed.width, packed.height) <= settings.max_size else None
 
 
 def _smaller(
-    pieces_at: PiecesAt, settings: LightmapSettings, whose: str, warnings: list[str], turns: bool = True
+    pieces: Pieces, pieces_at: PiecesAt, settings: LightmapSettings, whose: str, warnings: list[str]
 ) -> Packed:
     """The largest image there may be of pieces that would need a larger one.
 
@@ -222,23 +221,23 @@ def _smaller(
         If there are too many charts for it, whatever the density.
     """
     side, ring = settings.size or settings.max_size, settings.ring
-    limited = None if settings.size else fill(pieces_at, side, ring, turns)
+    limited = None if settings.size else fill(pieces_at, side, ring, pieces.check)
     if limited is None:
-        needed = _needed(pieces_at, _LEAST_DENSITY, ring, turns)
+        needed = _needed(pieces, pieces_at, _LEAST_DENSITY, ring)
         raise BakeError(
             f"The charts of {whose} do not fit into a lightmap of {side} × {side} texels: set "
             f"{'Size' if settings.size else 'Max Size'} to {needed} or more."
         )
-    needed = _needed(pieces_at, settings.density, ring, turns)
+    needed = _needed(pieces, pieces_at, settings.density, ring)
     warnings.append(_limited(whose, needed, limited.density, settings))
     return limited
 
 
-def _needed(pieces_at: PiecesAt, density: float, ring: int, turns: bool) -> str:
+def _needed(pieces: Pieces, pieces_at: PiecesAt, density: float, ring: int) -> str:
     """Sides of the image that pieces fit into, texels; estimated where it is huge."""
-    pieces = pieces_at(density)
-    packed = pack(pieces, density, ring, 0, turns) if _side(pieces, density) <= LARGEST_SIZE else None
-    side = max(packed.width, packed.height) if packed else whole_blocks(_side(pieces, density) / sqrt(_FULL))
+    some = pieces_at(density)
+    packed = pack(some, density, ring, 0, pieces.check) if _side(some, density) <= LARGEST_SIZE else None
+    side = max(packed.width, packed.height) if packed else whole_blocks(_side(some, density) / sqrt(_FULL))
     return f"{side:,}"
 
 
