@@ -78,7 +78,7 @@ def test_light_of_texels_is_that_of_vertices(tmp_path):
     """Both in one job share photons and cache, and give the same light in the same places."""
     add_plane("Wall", size=6.0).rotation_euler = (0, 1.2, 0)
     settings = LightmapSettings(density=2.0, denoiser="none", uv_map="")
-    wanted = [WantedLightmaps(settings, tmp_path, "scene"), WantedVertices()]
+    wanted = [WantedLightmaps(settings, tmp_path, "scene"), WantedVertices(fit=False)]
     job = BakeJob.prepare(bpy.context, wanted, Progress(), ["Floor"])
     assert job.object_names == ["Floor"]
     solved = job.solve(QUICK.__class__(**{**QUICK.__dict__, "n_gather_rays": 1024}), Progress())
@@ -359,7 +359,7 @@ def test_the_button_bakes_what_the_panel_says(tmp_path):
     assert bpy.data.images["Photon Bake Floor"].size[0] > 0 and "points in" in bake_state.result
     assert "Indirect" not in bpy.data.objects["Floor"].data.attributes
     properties.targets = set()
-    with pytest.raises(RuntimeError, match="choose Vertices, Lightmaps or Camera"):
+    with pytest.raises(RuntimeError, match="choose Vertices, Lightmaps, Camera or Probes"):
         bpy.ops.photon_bake.bake_indirect()
 
 
@@ -449,7 +449,7 @@ def test_copies_get_lightmaps_and_keep_vertex_light(tmp_path):
         job = BakeJob.prepare(bpy.context, [wanted], Progress())
         job.write(job.solve(QUICK, Progress()), Progress())
         (copy,) = [obj for obj in bpy.data.objects if obj.get("photon_bake_original") == box]
-        assert copy["lightmap_image"] == "scene_Box_indirect.exr" and copy["lightmap_uv_map"] == "Lightmap"
+        assert copy["lightmap_image"] == "scene_Box_indirect.exr" and copy["lightmap_uv_map"] == "Photon Bake"
         assert len(copy.data.uv_layers["Lightmap"].uv) == 2 * len(box.data.loops) and np.ptp(uv_of(copy)) > 0.5
         assert box.hide_render and not copy.hide_render and "Lightmap" not in box.data.uv_layers
         assert bpy.data.objects["Floor"]["lightmap_image"] and "lightmap_image" not in box
