@@ -12,7 +12,7 @@ from .spread import Arms, Around, Spread
 from .weights import Neighbourhood, Weights
 
 _DARK = 0.25  # of the mean irradiance: what is darker is held to be as bright
-_UNSURE = 1.0  # tolerances that what light changes between records may be off by
+_UNSURE = 1.5  # tolerances that what light changes between records may be off by
 
 
 def refined(
