@@ -78,7 +78,7 @@ def test_no_light_goes_through_a_thin_wall_nor_darkness():
     """But for what elements of the cache, which the wall stands on, tell of both sides."""
     at, ours, truth, _ = both_bakes(THINGS["wall"])
     lit = at[:, 0] > 0
-    assert max(ours[~lit].max(), truth[~lit].max()) < 0.02 * truth[lit].mean()
+    assert ours[~lit].max() < 1.25 * truth[~lit].max() < 0.05 * truth[lit].mean()
     foot = lit & (at[:, 0] < 0.05)
     assert ours[foot].mean() == pytest.approx(truth[foot].mean(), rel=0.02)
     assert ours[foot].min() > 0.5 * truth[foot].min()

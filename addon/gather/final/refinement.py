@@ -12,6 +12,7 @@ from .spread import Arms, Around, Spread
 from .weights import Neighbourhood, Weights
 
 _DARK = 0.25  # of the mean irradiance: what is darker is held to be as bright
+_MOST_MORE = 0.1  # of the records there are: so many may be added, where they tell most
 _UNSURE = 1.5  # tolerances that what light changes between records may be off by
 
 
@@ -29,7 +30,7 @@ def refined(
     """Records, weights of the receivers and what others say of the records, with records added.
 
     Where what light changes between the records is off by more than `tolerance`, a share of the irradiance, one
-    receiver of each cell of half the edge becomes a record.
+    receiver of each cell of half the edge becomes a record, those cells first that are off by most together.
 
     Parameters
     ----------
@@ -68,10 +69,16 @@ def _wanted(
     unsure[records.receiver] = False
     k = np.flatnonzero(unsure)
     edge = records.edge[placed.record[k]] / 2
-    chosen, edges = [np.zeros(0, np.int64)], [np.zeros(0, np.float32)]
+    chosen: list[np.ndarray] = [np.zeros(0, np.int64)]
+    edges: list[np.ndarray] = [np.zeros(0, np.float32)]
+    worth: list[np.ndarray] = [np.zeros(0)]
     for one in np.unique(edge):
         of_edge = k[edge == one]
         keys = cell_keys(position[of_edge], receivers.normal[of_edge], position.min(axis=0), one)
-        chosen.append(of_edge[middles(keys, position[of_edge])[0]])
-        edges.append(np.full(len(chosen[-1]), one, np.float32))
-    return np.concatenate(chosen), np.concatenate(edges)
+        middle, cell = middles(keys, position[of_edge])
+        chosen.append(of_edge[middle])
+        edges.append(np.full(len(middle), one, np.float32))
+        worth.append(np.bincount(cell, bias2[of_edge]))
+    worst = np.argsort(-np.concatenate(worth), kind="stable")[: int(_MOST_MORE * len(records))]
+    worst.sort()
+    return np.concatenate(chosen)[worst], np.concatenate(edges)[worst]
