@@ -6,7 +6,7 @@
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
-window, error, scenes, volume, images, extraction, small, caustics, lightmaps, lightmap_speed or camera.
+window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed or camera.
 """
 
 import json
@@ -21,6 +21,7 @@ from unittest import mock
 import bpy
 import camera_pass
 import caustics
+import contacts
 import equal_error
 import estimates
 import extraction
@@ -149,6 +150,7 @@ PARTS = {
     "small": small_speed.tables,
     "caustics": caustics.tables,
     "lightmaps": lambda scenes, _: lightmaps.tables(scenes),
+    "contacts": lambda scenes, _: contacts.tables(scenes),
     "lightmap_speed": lambda scenes, _: lightmap_rival.tables(scenes),
     "light_groups": lambda scenes, _: light_groups.tables(scenes),
     "camera": lambda scenes, _: camera_pass.tables(scenes),

@@ -206,6 +206,24 @@ def test_standard_error_is_calibrated_where_light_is_interpolated():
     assert 0.7 < np.sqrt(np.mean(ratio**2)) < 1.35
 
 
+def test_standard_error_of_few_batches_is_told_by_neighbours():
+    """Four batches alone would have every hundredth error at over four times what they say."""
+    scene, dense = room(), receivers_in_box(600)
+    solution = solve(scene, dense, settings_for("draft", n_photons=200_000), EmbreeTracer(scene))
+    extent, checked = 2 * region_of(dense.position).radius, np.arange(0, len(dense), 3)
+
+    def gathered(at, n_rays, seed):
+        effort = Effort(n_rays, interpolate=False)
+        gather = FinalGather(solution.rays, at, effort, extent, solution.tracer.surfaces, Workers(seed))
+        light = gather.finish().light
+        return light.irradiance.mean(axis=1), light.stderr
+
+    (few, said), (truth, known) = gathered(dense, 64, 1), gathered(subset(dense, checked), 1024, 0)
+    lit = truth > 0.1 * truth.mean()
+    ratio = np.abs(few[checked] - truth)[lit] / np.hypot(said[checked], known)[lit]
+    assert 0.85 < np.sqrt(np.mean(ratio**2)) < 1.2 and np.percentile(ratio, 99) < 3.3
+
+
 def test_noise_that_is_asked_for_is_reached_and_said():
     scene, dense = room(), receivers_in_box(2000)
     once, asked = baked(scene, dense), baked(scene, dense, noise=0.01)

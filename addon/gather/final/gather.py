@@ -73,7 +73,8 @@ class FinalGather:
         if effort.interpolate:
             placed = place_records(receivers, extent, effort.tolerance, maker, tracer, self._turns)
             records, weights = look_up_all(placed, receivers, extent, maker, tracer, self._turns)
-        if not effort.interpolate or (_FEW * len(receivers) <= len(records) and not maker.short):
+        all_gather = not effort.interpolate or (_FEW * len(receivers) <= len(records) and not maker.short)
+        if all_gather:
             others = np.setdiff1d(np.arange(len(receivers)), records.receiver)
             records = records.joined(maker.records(others, extent))
             weights = Weights.identity(records.receiver)
@@ -86,8 +87,8 @@ class FinalGather:
             records, weights, around = refined(*at, maker, tracer, self._turns)
         self.records, self.weights = records, weights
         self._arms = Arms.of(weights, receivers.position, records)
-        blends = effort.interpolate or maker.short
-        self._around = Around(around, Arms.of(around, records.position, records), blends, maker.short)
+        arms = Arms.of(around, records.position, records)
+        self._around = Around(around, arms, effort.interpolate or maker.short, maker.short or all_gather)
 
     def finish(self) -> Gathered:
         """What the receivers gathered, after rays were added as the effort says."""

@@ -12,7 +12,8 @@ from .spread import Arms, Around, Spread
 from .weights import Neighbourhood, Weights
 
 _DARK = 0.25  # of the mean irradiance: what is darker is held to be as bright
-_UNSURE = 1.0  # tolerances that what light changes between records may be off by
+_MOST_MORE = 0.1  # of the records there are: so many may be added, where they tell most
+_UNSURE = 1.5  # tolerances that what light changes between records may be off by
 
 
 def refined(
@@ -29,7 +30,7 @@ def refined(
     """Records, weights of the receivers and what others say of the records, with records added.
 
     Where what light changes between the records is off by more than `tolerance`, a share of the irradiance, one
-    receiver of each cell of half the edge becomes a record.
+    receiver of each cell of half the edge becomes a record, those cells first that are off by most together.
 
     Parameters
     ----------
@@ -60,25 +61,28 @@ def _wanted(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Receivers that are to become records, and the edges of their cells, m."""
     position = receivers.position
-    of_records, of_receivers = Arms.of(around, records.position, records), Arms.of(weights, position, records)
-    lights = records.lights()
-    unsure = np.any(
-        [_unsure(one, weights, Around(around, of_records), of_receivers, tolerance) for one in lights], axis=0
-    )
+    around_records = Around(around, Arms.of(around, records.position, records))
+    arms, bias2 = Arms.of(weights, position, records), np.zeros(len(position))
+    unsure = np.zeros(len(position), bool)
+    for of_light in records.lights():
+        of_bias2 = Spread.of(of_light, around_records).bias2_of(weights, arms)
+        value = of_light.irradiance.mean(axis=1)
+        level = np.maximum(weights.mean().apply(value), _DARK * value.mean())
+        unsure |= of_bias2 > (_UNSURE * tolerance * level) ** 2
+        bias2 += of_bias2
     unsure[records.receiver] = False
     k = np.flatnonzero(unsure)
     edge = records.edge[placed.record[k]] / 2
-    chosen, edges = [np.zeros(0, np.int64)], [np.zeros(0, np.float32)]
+    chosen: list[np.ndarray] = [np.zeros(0, np.int64)]
+    edges: list[np.ndarray] = [np.zeros(0, np.float32)]
+    worth: list[np.ndarray] = [np.zeros(0)]
     for one in np.unique(edge):
         of_edge = k[edge == one]
         keys = cell_keys(position[of_edge], receivers.normal[of_edge], position.min(axis=0), one)
-        chosen.append(of_edge[middles(keys, position[of_edge])[0]])
-        edges.append(np.full(len(chosen[-1]), one, np.float32))
-    return np.concatenate(chosen), np.concatenate(edges)
-
-
-def _unsure(records: Records, weights: Weights, around: Around, arms: Arms, tolerance: float) -> np.ndarray:
-    """Receivers for which light may change too much between their records of one light, (n,) bool."""
-    bias2, value = Spread.of(records, around).bias2_of(weights, arms), records.irradiance.mean(axis=1)
-    level = np.maximum(weights.mean().apply(value), _DARK * value.mean())
-    return bias2 > (_UNSURE * tolerance * level) ** 2
+        middle, cell = middles(keys, position[of_edge])
+        chosen.append(of_edge[middle])
+        edges.append(np.full(len(middle), one, np.float32))
+        worth.append(np.bincount(cell, bias2[of_edge]))
+    worst = np.argsort(-np.concatenate(worth), kind="stable")[: int(_MOST_MORE * len(records))]
+    worst.sort()
+    return np.concatenate(chosen)[worst], np.concatenate(edges)[worst]

@@ -57,7 +57,8 @@ class Around:
     blends : bool
         Whether records take anything from others; else these tell the variance alone.
     fair : bool
-        For records of so few rays that their own say little of their variance.
+        Whether a record's own variance has no say in how far it moves to others: with few rays, those that missed
+        what is bright would be believed, and the mean be too dark.
     """
 
     weights: Weights
