@@ -8,6 +8,7 @@ from . import command_line
 from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, stop_watched
 from .cancel import PHOTON_BAKE_OT_cancel
 from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
+from .copy_object_settings import PHOTON_BAKE_OT_copy_object_settings
 from .export_gltf import PHOTON_BAKE_OT_export_gltf
 from .lightmap_preview import PHOTON_BAKE_OT_hide_lightmaps, PHOTON_BAKE_OT_show_lightmaps
 from .refine import PHOTON_BAKE_OT_refine, PHOTON_BAKE_OT_restore_meshes, PhotonBakeObjectName
@@ -25,6 +26,7 @@ CLASSES = (
     PhotonBakeObjectName,
     PHOTON_BAKE_OT_refine,
     PHOTON_BAKE_OT_restore_meshes,
+    PHOTON_BAKE_OT_copy_object_settings,
 )
 
 

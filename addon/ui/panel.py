@@ -11,6 +11,7 @@ from ..settings import Gather, TracerName
 from .debug_views import debug_views
 from .refine import draw_refine
 from .state import bake_state, duration
+from .texel_view import draw_texel_view
 
 _GATHER_KNOBS: dict[Gather, list[str]] = {
     "final": ["n_gather_rays", "gather_share", "interpolate", "noise", "time", "n_cache_elements", "n_cache_rays"],
@@ -165,6 +166,7 @@ class PHOTON_BAKE_PT_debug_views(_Tab, bpy.types.Panel):
             column.prop(context.window_manager.photon_bake_views, view)
             if view in debug_views.shown:
                 column.label(text=_what_is_seen(view), icon="BLANK1")
+        draw_texel_view(column, context)
 
 
 def _what_is_seen(view: View) -> str:

@@ -6,7 +6,7 @@
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
-window, error, scenes, volume, images, extraction, small, caustics, lightmaps, lightmap_speed or camera.
+window, error, scenes, volume, images, extraction, small, caustics, lightmaps, lightmap_speed, camera or refine.
 """
 
 import json
@@ -30,6 +30,7 @@ import make_truth
 import multi_image
 import numpy as np
 import ray_rates
+import refinement
 import responsiveness
 import small_speed
 from cycles_bakes import bake_indirect, baked
@@ -149,6 +150,7 @@ PARTS = {
     "lightmaps": lambda scenes, _: lightmaps.tables(scenes),
     "lightmap_speed": lambda scenes, _: lightmap_rival.tables(scenes),
     "camera": lambda scenes, _: camera_pass.tables(scenes),
+    "refine": lambda scenes, _: refinement.tables(scenes),
 }
 
 
