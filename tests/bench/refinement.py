@@ -25,8 +25,9 @@ from photon_bake.addon.blender.refinement import split_meshes
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.refinement import RefineOptions, Triangles, refine
 from photon_bake.addon.refinement.samples import LEAST_LIGHT, Samples, corner_receivers
-from photon_bake.addon.settings import settings_for
+from photon_bake.addon.settings import BakeSettings, settings_for
 from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.operators.refine import draft_of
 from photon_bake.operators.refine_target import WantedRefinement
 
 sys.path.append(str(ROOT / "tools"))
@@ -86,14 +87,14 @@ def error(triangles, solution, seed):
     return float(np.sqrt(max(share.mean(), 0)))
 
 
-def measure(name, names, budget, **changes):
+def measure(name, names, budget):
     """A row of `HEAD` for the open scene."""
     scene, target = rendered_scene(), read(names)
     before = Triangles.of(target.meshes)
     exact = settings_for("medium", n_gather_rays=512, interpolate=False)
     truth = solve(scene, target.vertices, exact, EmbreeTracer(scene))
     start = process_time()
-    draft = solve(scene, target.vertices, settings_for("draft", **changes), EmbreeTracer(scene))
+    draft = solve(scene, target.vertices, draft_of(BakeSettings()), EmbreeTracer(scene))
 
     def light(receivers):
         found = draft.gather(receivers)
@@ -125,12 +126,10 @@ def tables(scenes):
     coarse_demo()
     walls = ["Floor", "Ceiling", "Back Wall", "Front Wall", "Right Wall"]
     rows.append(measure("demo, walls of one quad", walls, 1_500))
-    for name, names, budget in (("cornell", None, 1_500), ("classroom", ["Mesh035"], 1_500)):
-        if name in scenes:
-            bpy.ops.wm.open_mainfile(filepath=str(scenes[name]))
-            if names is None:
-                names = [obj.name for obj in bpy.context.scene.objects if obj.type == "MESH" and obj.name != "Probes"]
-            rows.append(measure(f"{name}, {', '.join(names)}" if len(names) == 1 else name, names, budget))
+    if "cornell" in scenes:
+        bpy.ops.wm.open_mainfile(filepath=str(scenes["cornell"]))
+        names = [obj.name for obj in bpy.context.scene.objects if obj.type == "MESH" and obj.name != "Probes"]
+        rows.append(measure("cornell", names, 1_500))
     return [table("Refined meshes", HEAD, rows)]
 
 
