@@ -9,6 +9,7 @@ from .add_preset import PHOTON_BAKE_OT_add_preset
 from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, stop_watched
 from .cancel import PHOTON_BAKE_OT_cancel
 from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
+from .copy_object_settings import PHOTON_BAKE_OT_copy_object_settings
 from .export_gltf import PHOTON_BAKE_OT_export_gltf
 from .folders import PHOTON_BAKE_OT_choose_folder
 from .guide import PHOTON_BAKE_OT_guide
@@ -35,6 +36,7 @@ CLASSES = (
     PHOTON_BAKE_OT_remedy,
     PHOTON_BAKE_OT_add_preset,
     PHOTON_BAKE_OT_guide,
+    PHOTON_BAKE_OT_copy_object_settings,
 )
 
 

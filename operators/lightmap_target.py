@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import bpy
 import numpy as np
 
 from ..addon.blender.as_read import AsRead, still_there
@@ -15,6 +16,7 @@ from ..addon.blender.lightmap.layout import Layout
 from ..addon.blender.lightmap.reading import LightmapReading
 from ..addon.blender.lightmap.subjects import Subject
 from ..addon.blender.lightmap.writing import write_lightmaps
+from ..addon.blender.overrides import density_factors
 from ..addon.errors import BakeError
 from ..addon.findings import counted
 from ..addon.lightmap_settings import LightmapSettings
@@ -57,7 +59,7 @@ class WantedLightmaps:
     copies : bool
         Whether objects whose mesh cannot hold their light get copies with meshes of their own.
     density_of : mapping
-        Factors of texels a metre, by objects' names; 1 for others.
+        Factors of texels a metre, by objects' names; others have those of their own settings.
     """
 
     settings: LightmapSettings
@@ -72,7 +74,8 @@ class WantedLightmaps:
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
     ) -> "LightmapTarget":
         """See `Wanted.read`."""
-        reading = LightmapReading(depsgraph, self.settings, self.copies, self.density_of, warnings, progress)
+        density_of = {**density_factors(bpy.data.objects), **self.density_of}
+        reading = LightmapReading(depsgraph, self.settings, self.copies, density_of, warnings, progress)
         found = reading.objects(names)
         paths = self._paths(found.layout)
         _check_paths(found.layout.names, paths, self.folder)

@@ -10,7 +10,7 @@ from ..addon.settings import BakeSettings, settings_for
 from ..addon.ui.debug_views import debug_views
 from ..addon.ui.outcomes import Outcome
 from ..addon.ui.state import bake_state, duration
-from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, Solver
+from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, Solver, Watch
 from .bake_job import BakeJob
 from .refine_target import WantedRefinement
 
@@ -58,14 +58,25 @@ class PHOTON_BAKE_OT_refine(bpy.types.Operator):
         ),
     }
 
-    # It runs as a bake does: to the end for scripts, in a thread of its own in a window
+    # It goes on as a bake does: to the end for scripts, in a thread of its own in a window
     poll = PHOTON_BAKE_OT_bake_indirect.poll
     execute = PHOTON_BAKE_OT_bake_indirect.execute
-    invoke = PHOTON_BAKE_OT_bake_indirect.invoke
     modal = PHOTON_BAKE_OT_bake_indirect.modal
     _writes_files = False
     cancel = PHOTON_BAKE_OT_bake_indirect.cancel
     _fail = PHOTON_BAKE_OT_bake_indirect._fail
+
+    def invoke(self, context: Any, event: Any) -> set[str]:
+        """Find the splits in a thread of its own, so that the window stays awake."""
+        if bpy.app.background:
+            return self.execute(context)
+        try:
+            self._prepare(context)
+        except Exception as error:
+            return self._fail(error)
+        self._watch = Watch(self._solver, context)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
 
     def _prepare(self, context: Any) -> None:
         properties = context.scene.photon_bake
@@ -90,9 +101,13 @@ class PHOTON_BAKE_OT_refine(bpy.types.Operator):
 
 
 def draft_of(settings: BakeSettings) -> BakeSettings:
-    """A draft with what of other settings has to do with which light there is."""
+    """A draft with what of other settings has to do with which light there is.
+
+    Its rays are Medium's: light that is noisier misleads where edges are split.
+    """
     kept = ("max_bounces", "memory", "add_direct", "open_side", "seed", "n_threads")
-    return settings_for("draft", **{name: getattr(settings, name) for name in kept})
+    rays = {"n_gather_rays": BakeSettings.n_gather_rays, "gather_share": 1.0}
+    return settings_for("draft", **rays, **{name: getattr(settings, name) for name in kept})
 
 
 def said(counts: dict[str, int]) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..addon.blender import bake_objects, receiver_meshes
 from ..addon.blender.as_read import AsRead, still_there
+from ..addon.blender.overrides import keeps_its_mesh
 from ..addon.blender.refinement import REFINES_OTHERWISE, check_refinable, placed, split_meshes
 from ..addon.errors import BakeError
 from ..addon.parallel import Workers
@@ -43,7 +44,14 @@ class WantedRefinement:
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
     ) -> "RefineTarget":
         """See `Wanted.read`."""
-        objects = bake_objects(depsgraph, names, warnings, check_refinable)
+        kept = {obj.data for obj in bpy.data.objects if obj.type == "MESH" and keeps_its_mesh(obj)}
+
+        def check(obj: Any, graph: Any) -> None:
+            if obj.data in kept:
+                raise BakeError(f"Object '{obj.name}' keeps its mesh by its own setting: Object > Refine: As Asked.")
+            check_refinable(obj, graph)
+
+        objects = bake_objects(depsgraph, names, warnings, check)
         meshes = {mesh.object_name: mesh for mesh in receiver_meshes(objects, depsgraph, None, False, None, progress)}
         ready, read = [], []
         for obj in objects:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import bpy
 
 from ..errors import BakeError
+from .overrides import without_excluded
 from .vertex_meshes import check_target
 from .visibility import objects_of, shown_objects
 from .warn import Warnings
@@ -19,7 +20,7 @@ def bake_objects(
     check: Check = check_target,
     candidates: "list[bpy.types.Object] | None" = None,
 ) -> "list[bpy.types.Object]":
-    """The original mesh objects to bake.
+    """The original mesh objects to bake; those that are excluded by their own settings are not among them.
 
     Parameters
     ----------
@@ -40,15 +41,15 @@ def bake_objects(
     BakeError
         If there is nothing to bake, a name is not an object's, or an object asked for cannot be baked to.
     """
-    if names is not None:
-        return _named(depsgraph, names, check)
     warn = Warnings(warnings)
+    if names is not None:
+        return _named(depsgraph, names, check, warn)
     if candidates is None:
         candidates = [obj for obj in shown_objects(depsgraph) if obj.type == "MESH"]
     if not candidates:
         raise BakeError("Nothing to bake: the scene has no mesh object that renders show.")
     chosen, refusals = [], []
-    for obj in candidates:
+    for obj in _without_excluded(candidates, warn):
         try:
             check(obj, depsgraph)
         except BakeError as error:
@@ -62,7 +63,16 @@ def bake_objects(
     return chosen
 
 
-def _named(depsgraph: "bpy.types.Depsgraph", names: list[str], check: Check) -> "list[bpy.types.Object]":
+def _without_excluded(objects: "list[bpy.types.Object]", warnings: Warnings) -> "list[bpy.types.Object]":
+    there = without_excluded(objects, warnings)
+    if not there:
+        raise BakeError("Nothing to bake: all objects are excluded by their own settings (Object > Exclude).")
+    return there
+
+
+def _named(
+    depsgraph: "bpy.types.Depsgraph", names: list[str], check: Check, warnings: Warnings
+) -> "list[bpy.types.Object]":
     shown = {obj.name: obj for obj in shown_objects(depsgraph)}
     there_are = {obj.name for obj in objects_of(depsgraph.view_layer)}
     objects = []
@@ -71,8 +81,10 @@ def _named(depsgraph: "bpy.types.Depsgraph", names: list[str], check: Check) -> 
             raise BakeError(f"There is no object '{name}' in the view layer: check the name.")
         if name not in shown:
             raise BakeError(f"Object '{name}' is hidden in renders: show it there to bake to it.")
-        check(shown[name], depsgraph)
         objects.append(shown[name])
     if not objects:
         raise BakeError("Nothing to bake: no object was named.")
-    return objects
+    there = _without_excluded(objects, warnings)
+    for obj in there:
+        check(obj, depsgraph)
+    return there

@@ -53,7 +53,7 @@ class FaceSamples:
         """The same points with their light (s, 3), W/m², and its standard error (s,)."""
         return replace(self, samples=self.samples.lit(light, stderr))
 
-    def coarse(self, corner_light: np.ndarray, corner_stderr: np.ndarray, mean: float) -> list[str]:
+    def coarse(self, corner_light: np.ndarray, corner_stderr: np.ndarray, mean: float, least: float) -> list[str]:
         """Names of objects that are too coarse for their light, those of most error first.
 
         Parameters
@@ -63,6 +63,8 @@ class FaceSamples:
         corner_stderr : (t, 3), W/m²
         mean : float, W/m²
             Of all light.
+        least : float
+            Error that is not told from noise, relative to the light.
         """
         errors = self.samples.errors(corner_light, corner_stderr, LEAST_LIGHT * mean)
         of_triangle = mean_by(self.samples.triangle, errors, len(self.triangles))
@@ -71,4 +73,4 @@ class FaceSamples:
         n = len(self.meshes)
         error = np.bincount(owner, area * of_triangle[seen], n) / np.maximum(np.bincount(owner, area, n), 1e-30)
         order = np.argsort(-error, kind="stable")
-        return [self.meshes[i].object_name for i in order if error[i] > COARSE]
+        return [self.meshes[i].object_name for i in order if error[i] > max(COARSE, least)]

@@ -6,7 +6,8 @@
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
-window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed or camera.
+window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed, light_groups,
+camera, estimates or refine.
 """
 
 import json
@@ -33,6 +34,7 @@ import make_truth
 import multi_image
 import numpy as np
 import ray_rates
+import refinement
 import responsiveness
 import small_speed
 from cycles_bakes import bake_indirect, baked
@@ -155,6 +157,7 @@ PARTS = {
     "light_groups": lambda scenes, _: light_groups.tables(scenes),
     "camera": lambda scenes, _: camera_pass.tables(scenes),
     "estimates": estimates.tables,
+    "refine": lambda scenes, _: refinement.tables(scenes),
 }
 
 

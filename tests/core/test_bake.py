@@ -249,3 +249,17 @@ def test_progress_never_goes_back_within_a_stage(changes):
     for stage, fractions in said.items():
         assert fractions == sorted(fractions) and fractions[0] >= 0 and fractions[-1] <= 1, stage
     assert set(progress.stage_seconds) == set(said)
+
+
+def test_a_solution_gathers_at_other_receivers():
+    """Of those it was solved for it is the same light, and half of them have it too; the progress hears nothing."""
+    scene, at, told = box_with_lamp(0.5), receivers_in_box(200), []
+    settings = settings_for("draft", n_photons=50_000, n_cache_elements=2_000, interpolate=False)
+    progress = Progress(lambda stage, fraction: told.append(stage))
+    solution = solve(scene, at, settings, EmbreeTracer(scene), progress)
+    light, n_told = solution.irradiance(), len(told)
+    assert np.array_equal(solution.gather(at).value, light.value) and len(told) == n_told
+    assert solution.gather(at.where(np.arange(100))).value.mean() == pytest.approx(light.value[:100].mean(), rel=0.03)
+    progress.cancel()
+    with pytest.raises(Cancelled):
+        solution.gather(at)

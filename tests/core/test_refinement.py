@@ -166,5 +166,6 @@ def test_wide_triangles_are_said_to_be_too_coarse():
     samples = samples.lit(*light(samples.receivers))
     triangles = Triangles.of(meshes)
     corners = np.repeat(wide_bump(triangles.position[triangles.point.ravel()])[:, None], 3, axis=1)
-    names = samples.coarse(corners.reshape(-1, 3, 3), np.zeros((len(triangles), 3)), 0.6)
+    names = samples.coarse(corners.reshape(-1, 3, 3), np.zeros((len(triangles), 3)), 0.6, 0.0)
     assert names == ["Lit"]
+    assert not samples.coarse(corners.reshape(-1, 3, 3), np.zeros((len(triangles), 3)), 0.6, 2.0)

@@ -54,7 +54,7 @@ def placed(obj: "bpy.types.Object", mesh: ReceiverMesh, widest: int | None = Non
     mesh : ReceiverMesh
         What the object shows of it, without a map.
     widest : int, optional
-        Read so many triangles alone, those of the largest area.
+        Read so many triangles alone, those of the largest area; which vertices lie in one place is not told then.
     """
     stored = obj.data
     stored.calc_loop_triangles()
@@ -63,14 +63,12 @@ def placed(obj: "bpy.types.Object", mesh: ReceiverMesh, widest: int | None = Non
     stored.loop_triangles.foreach_get("loops", loops.reshape(-1))
     stored.loop_triangle_polygons.foreach_get("value", polygon)
     loops = loops.view(np.int32)
-    if widest is not None and n > widest:
-        a, b, c = (mesh.positions[mesh.corner_vertex[loops[:, k]]] for k in range(3))
-        area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-        chosen = np.argpartition(area, n - widest)[n - widest :]
-        loops, polygon = loops[chosen], polygon[chosen]
-    local = np.empty((len(stored.vertices), 3), np.float32)
-    stored.vertices.foreach_get("co", local.reshape(-1))
-    weld = np.unique(local.view([("", np.float32)] * 3).ravel(), return_inverse=True)[1].reshape(-1)
+    a, b, c = (mesh.positions[mesh.corner_vertex[loops[:, k]]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    chosen = np.flatnonzero(np.isfinite(area))  # others have vertices that are nowhere
+    if widest is not None and len(chosen) > widest:
+        chosen = chosen[np.argpartition(area[chosen], len(chosen) - widest)[-widest:]]
+    loops, polygon = loops[chosen], polygon[chosen]
     at = Placed(
         object_name=obj.name,
         mesh_name=stored.name,
@@ -78,6 +76,17 @@ def placed(obj: "bpy.types.Object", mesh: ReceiverMesh, widest: int | None = Non
         corner=mesh.corner_vertex[loops],
         normal=mesh.corner_normals[loops],
         polygon=polygon,
-        weld=weld.astype(np.int32),
+        weld=np.arange(len(stored.vertices), dtype=np.int32) if widest is not None else _welds(stored),
     )
     return at, loops
+
+
+def _welds(mesh: "bpy.types.Mesh") -> np.ndarray:
+    """Numbers of a mesh's vertices, (v,) int32, which are equal for those in one place."""
+    local = np.empty((len(mesh.vertices), 3), np.float32)
+    mesh.vertices.foreach_get("co", local.reshape(-1))
+    order = np.lexsort(local.T)
+    apart = (np.diff(local[order], axis=0) != 0).any(axis=1)
+    weld = np.empty(len(local), np.int32)
+    weld[order] = np.concatenate([[0], np.cumsum(apart)])[: len(local)]
+    return weld

@@ -8,6 +8,7 @@ import numpy as np
 from ...errors import BakeError
 from ...receivers import ReceiverMesh, Receivers
 from ...refinement import WIDEST, FaceSamples, Placed
+from ..overrides import keeps_its_mesh
 from .reading import check_refinable, placed
 
 if TYPE_CHECKING:
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
 
     from ...bake import Solution
     from ...gather import Irradiance
+
+
+_MOST_OBJECTS = 256
 
 
 @dataclass(frozen=True)
@@ -41,9 +45,11 @@ class WideFaces:
     ) -> "WideFaces":
         """Those of objects with meshes that receivers are at, in these meshes' order."""
         by_name, wide = {obj.name: obj for obj in objects}, WideFaces([], [], [])
-        for i, mesh in enumerate(meshes):
+        order = np.argsort([-_face_size(mesh) for mesh in meshes], kind="stable")
+        for i in sorted(order[:_MOST_OBJECTS].tolist()):
+            mesh = meshes[i]
             obj = by_name.get(mesh.object_name)
-            if obj is None or mesh.map is not None:
+            if obj is None or mesh.map is not None or keeps_its_mesh(obj):
                 continue
             try:
                 check_refinable(obj, depsgraph)
@@ -69,4 +75,13 @@ class WideFaces:
             return []
         of_targets = [receivers.targets[i].receiver_of_element for i in self.target]
         at = np.concatenate([of[corner] for of, corner in zip(of_targets, self.corners, strict=True)])
-        return samples.coarse(light.value[at], light.stderr[at], float(light.value.mean(dtype=np.float64)))
+        mean = float(light.value.mean(dtype=np.float64))
+        return samples.coarse(light.value[at], light.stderr[at], mean, light.relative_noise)
+
+
+def _face_size(mesh: ReceiverMesh) -> float:
+    """About the area of a mesh's faces, m²: which meshes are worth a look, among many."""
+    if not len(mesh.corner_face):
+        return 0.0
+    extent = np.ptp(mesh.positions, axis=0).astype(np.float64)
+    return float((extent**2).sum()) / (int(mesh.corner_face[-1]) + 1)

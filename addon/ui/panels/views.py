@@ -6,6 +6,7 @@ import bpy
 
 from ...inspector import VIEWS, View
 from ..debug_views import debug_views
+from ..texel_view import draw_texel_view
 from .tab import Section
 
 
@@ -21,6 +22,7 @@ class PHOTON_BAKE_PT_debug_views(Section, bpy.types.Panel):
             column.prop(context.window_manager.photon_bake_views, view)
             if view in debug_views.shown:
                 column.label(text=_what_is_seen(view), icon="BLANK1")
+        draw_texel_view(column, context)
 
 
 def _what_is_seen(view: View) -> str:
