@@ -8,7 +8,7 @@ import numpy as np
 
 from ..lightmap_settings import MADE_UV_MAP, LightmapSettings
 from ..receivers.uv_maps import whole_blocks
-from .lightmap.images import lightmap_of_file
+from .lightmap.images import lightmaps_by_file
 from .lightmap.writing import IMAGE, SCALE_OFFSET, UV_MAP
 from .meshes import corner_vertex
 from .overrides import density_factor
@@ -67,7 +67,7 @@ def _image_of(
     obj: "bpy.types.Object", area: float, flat: float, settings: LightmapSettings
 ) -> tuple[np.ndarray, np.ndarray]:
     """Scale and offset (2,) from an object's UV map to texels of its image."""
-    image = lightmap_of_file(obj[IMAGE]) if IMAGE in obj else None
+    image = lightmaps_by_file().get(obj[IMAGE]) if IMAGE in obj else None
     if image is not None:
         sx, sy, ox, oy = obj.get(SCALE_OFFSET, (1, 1, 0, 0))
         size = np.array(image.size, np.float32)
