@@ -1,6 +1,6 @@
 """One bake, stage by stage: photons are traced, receivers gather them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
 
@@ -220,7 +220,7 @@ class Solution:
                 slope = slope + direct_slope(*at, passes["direct"], self.workers.part(1 - of_slope, 1.0))
         value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
         counts = {"receivers": len(value), "stored_photons": len(self.photons), **counts}
-        return Irradiance(value, light.stderr, passes, counts, slope, light.gathered)
+        return Irradiance(value, light.stderr, passes, counts, slope, light.gathered, light.caustics)
 
     @cached_property
     def rays(self) -> GatherRays | None:
@@ -331,7 +331,7 @@ class Solution:
 def _sum(light: Estimate, counts: dict[str, int], caustics: tuple[Estimate, int]) -> tuple[Estimate, dict[str, int]]:
     """Light and counts, with the caustics'."""
     caustic, n_photons = caustics
-    return light.plus(caustic), {**counts, "caustic_photons": n_photons}
+    return replace(light.plus(caustic), caustics=caustic.irradiance), {**counts, "caustic_photons": n_photons}
 
 
 def _guided(

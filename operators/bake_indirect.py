@@ -202,7 +202,7 @@ def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
         folder = _folder(properties.camera.folder, "the camera's pass has")
         wanted.append(WantedCamera(properties.camera.settings(), folder))
     if "vertex" in properties.targets:
-        wanted.append(WantedVertices(properties.attribute, copies, properties.fit))
+        wanted.append(WantedVertices(properties.attribute, copies, properties.fit, properties.denoise))
     if not wanted:
         raise BakeError("Nothing is chosen to bake to: choose Vertices, Lightmaps or Camera.")
     return wanted

@@ -144,7 +144,7 @@ def _wanted(options: Options) -> list[Wanted]:
     if options.camera is not None:
         wanted.append(WantedCamera(options.camera, options.camera_output))
     if "vertex" in options.targets:
-        wanted.append(WantedVertices(options.attribute, options.copies, options.fit))
+        wanted.append(WantedVertices(options.attribute, options.copies, options.fit, options.denoise))
     return wanted
 
 

@@ -73,6 +73,8 @@ class Options:
         Whether objects whose mesh cannot hold their light get copies.
     fit : bool
         Whether vertices are fitted to the light over their faces.
+    denoise : bool
+        Whether noise is taken out of vertices' light.
     light_group : str
         Whose light is baked alone; empty for all light.
     targets : list of str
@@ -102,6 +104,7 @@ class Options:
     attribute: str
     copies: bool
     fit: bool
+    denoise: bool
     light_group: str
     targets: list[str]
     lightmaps: LightmapSettings | None
@@ -142,8 +145,9 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
             parser.error(f"{option} is for a camera's pass: give --target camera too")
     if given.copies and "vertex" not in targets:
         parser.error("--copies is for light on vertices: give --target vertex too")
-    if not given.fit and "vertex" not in targets:
-        parser.error("--no-fit is for light on vertices: give --target vertex too")
+    for option, is_default in (("--no-fit", given.fit), ("--no-vertex-denoise", given.denoise)):
+        if not is_default and "vertex" not in targets:
+            parser.error(f"{option} is for light on vertices: give --target vertex too")
     if given.output is not None and targets == ["vertex"]:
         parser.error("--output is for lightmaps and a camera's pass: give --target lightmap or camera too")
     if targets != ["vertex"] and given.output is None and not loaded_file:
@@ -168,6 +172,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         attribute=given.attribute,
         copies=given.copies,
         fit=given.fit,
+        denoise=given.denoise,
         light_group=given.light_group or "",
         targets=targets,
         lightmaps=lightmaps,
@@ -207,6 +212,7 @@ def _parser() -> ArgumentParser:
     add("--copies", action="store_true", help=meaning)
     meaning = "store the light at the vertices themselves, not the values that show the light over the faces best"
     add("--no-fit", dest="fit", action="store_false", help=meaning)
+    add("--no-vertex-denoise", dest="denoise", action="store_false", help="leave the noise in the light of vertices")
     add("--light-group", type=_name, metavar="NAME", help="bake the light of one light group alone")
     for name, choices in CHOICES.items():
         add(f"--{name}", type=_one_of(*choices), metavar="|".join(choices), help=_sentence(CHOICE_MEANINGS[name]))

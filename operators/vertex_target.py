@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
+import numpy as np
 
 from ..addon.blender import bake_objects, check_color_attribute, receiver_meshes
 from ..addon.blender.as_read import AsRead
@@ -45,11 +46,14 @@ class WantedVertices:
         Whether objects whose mesh cannot hold their light get copies with meshes of their own.
     fit : bool
         Whether values are those that show the light over the faces best, or the light at the vertices themselves.
+    denoise : bool
+        Whether noise is taken out.
     """
 
     attribute: str = "Indirect"
     copies: bool = False
     fit: bool = True
+    denoise: bool = True
 
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -66,7 +70,7 @@ class WantedVertices:
         meshes = receiver_meshes(objects, depsgraph, warnings, names is not None, progress=progress)
         if names is None:
             warn_of_shared_light(shown_meshes(depsgraph), Warnings(warnings))
-        return VertexTarget(meshes, [], self.attribute, _as_read(objects, meshes), self.fit)
+        return VertexTarget(meshes, [], self.attribute, _as_read(objects, meshes), self.fit, self.denoise)
 
     def _with_copies(
         self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -89,7 +93,7 @@ class WantedVertices:
         owners = [obj for obj in objects if obj in copied or obj in flawed]
         copies = read_copies(owners, depsgraph, Warnings(warnings), names is not None)
         meanwhile = _as_read([*replaceable, *others], meshes)
-        return VertexTarget(meshes, copies, self.attribute, meanwhile, self.fit)
+        return VertexTarget(meshes, copies, self.attribute, meanwhile, self.fit, self.denoise)
 
 
 def _as_read(objects: list[Any], meshes: list[ReceiverMesh]) -> list[AsRead]:
@@ -101,7 +105,7 @@ def _as_read(objects: list[Any], meshes: list[ReceiverMesh]) -> list[AsRead]:
 @dataclass(frozen=True)
 class VertexTarget:
     """Meshes whose vertices or corners get light, those that get copies with it, the name of the attribute, the objects
-    of the meshes, and whether light is fitted to faces.
+    of the meshes, and whether light is fitted to faces and denoised.
     """
 
     meshes: list[ReceiverMesh]
@@ -109,6 +113,7 @@ class VertexTarget:
     attribute: str
     meanwhile: list[AsRead]
     fit: bool = True
+    denoise: bool = True
 
     @property
     def object_names(self) -> list[str]:
@@ -128,6 +133,16 @@ class VertexTarget:
         if not self.fit or not len(faces):
             return VertexPoints(vertices, vertices, None, self)
         return VertexPoints.fitted(vertices, faces, self, tracer, workers)
+
+    def without_noise(self, light: "Irradiance", receivers: Receivers, workers: Workers) -> "Irradiance":
+        """Light of vertices that are not fitted, denoised if that is asked for."""
+        from ..addon.output.vertex_light import denoised
+        from ..addon.photons import region_of
+
+        if not self.denoise or len(receivers) == 0:
+            return light
+        extent = 2 * region_of(receivers.position).radius
+        return denoised(light, receivers, np.ones(len(receivers), bool), extent, workers)
 
 
 @dataclass(frozen=True)
@@ -159,7 +174,9 @@ class VertexPoints:
         samples, hidden = face_samples(faces, vertices, extent, tracer, workers)
         receivers = Receivers.join([vertices, samples.receivers(faces, vertices.targets)])
         names = [one.object_name for one in vertices.targets]
-        return VertexPoints(receivers, vertices, VertexSamples(faces, samples, hidden, names), target)
+        return VertexPoints(
+            receivers, vertices, VertexSamples(faces, samples, hidden, names, receivers, extent), target
+        )
 
     def lit_by(self, solution: "Solution", workers: Workers) -> "VertexPoints":
         """See `Points.lit_by`: nothing is."""
@@ -170,8 +187,9 @@ class VertexPoints:
         from ..addon.output.vertex_light import finish_vertices
 
         if self.samples is None:
+            irradiance = self.target.without_noise(irradiance, self.vertices, workers)
             return VertexLight(self.vertices, irradiance, self.target, {})
-        finished = finish_vertices(irradiance, self.samples, workers)
+        finished = finish_vertices(irradiance, self.samples, workers, self.target.denoise)
         return VertexLight(
             self.vertices, finished.irradiance, self.target, finished.residuals, len(self.samples.samples)
         )

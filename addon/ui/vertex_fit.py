@@ -4,5 +4,6 @@ from typing import Any
 
 
 def draw_vertex_fit(layout: Any, properties: Any) -> None:
-    """Whether vertices are fitted to their faces."""
+    """Whether vertices are fitted to their faces, and denoised."""
     layout.prop(properties, "fit")
+    layout.prop(properties, "denoise")

@@ -6,7 +6,7 @@
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
-window, error, scenes, volume, images, extraction, small, caustics, lightmaps, lightmap_speed or camera.
+window, error, scenes, volume, images, extraction, small, caustics, lightmaps, lightmap_speed, camera or vertex.
 """
 
 import json
@@ -32,6 +32,7 @@ import numpy as np
 import ray_rates
 import responsiveness
 import small_speed
+import vertex_error
 from cycles_bakes import bake_indirect, baked
 from figures import ROOT, figures, load, scene_options, scenes_in, table
 from own_scenes import OWN_SCENES
@@ -149,6 +150,7 @@ PARTS = {
     "lightmaps": lambda scenes, _: lightmaps.tables(scenes),
     "lightmap_speed": lambda scenes, _: lightmap_rival.tables(scenes),
     "camera": lambda scenes, _: camera_pass.tables(scenes),
+    "vertex": vertex_error.tables,
 }
 
 
