@@ -273,7 +273,7 @@ class Solution:
                 slope = slope + direct_slope(*at, passes["direct"], self.workers.part(1 - of_slope, 1.0))
         value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
         counts = {"receivers": len(value), "stored_photons": len(self.photons), **counts}
-        return Irradiance(value, light.stderr, passes, counts, slope, light.gathered)
+        return Irradiance(value, light.stderr, passes, counts, slope, light.gathered, light.caustics)
 
     def gather(self, receivers: Receivers) -> Irradiance:
         """The light at other receivers (at least one) on the same surfaces, by the same photons and cache.
@@ -414,7 +414,7 @@ def _by_final_gather(solutions: Sequence[Solution], workers: Workers) -> list[tu
 def _sum(light: Estimate, counts: dict[str, int], caustics: tuple[Estimate, int]) -> tuple[Estimate, dict[str, int]]:
     """Light and counts, with the caustics'."""
     caustic, n_photons = caustics
-    return light.plus(caustic), {**counts, "caustic_photons": n_photons}
+    return replace(light.plus(caustic), caustics=caustic.irradiance), {**counts, "caustic_photons": n_photons}
 
 
 def _guided(

@@ -283,7 +283,8 @@ def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
         wanted.append(WantedProbes(properties.probes.settings(), folder, scene))
     if "vertex" in properties.targets:
-        wanted.append(WantedVertices(properties.attribute, copies, groups, properties.fit))
+        on_vertices = properties.fit, properties.denoise
+        wanted.append(WantedVertices(properties.attribute, copies, groups, *on_vertices))
     if not wanted:
         raise BakeError("Nothing is chosen to bake to: choose Vertices, Lightmaps, Camera or Probes.")
     return wanted

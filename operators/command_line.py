@@ -186,7 +186,7 @@ def _wanted(options: Options) -> list[Wanted]:
         scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
         wanted.append(WantedProbes(options.probes, options.probe_output, scene))
     if "vertex" in options.targets:
-        wanted.append(WantedVertices(options.attribute, options.copies, groups, options.fit))
+        wanted.append(WantedVertices(options.attribute, options.copies, groups, options.fit, options.denoise))
     return wanted
 
 

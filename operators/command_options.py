@@ -79,6 +79,8 @@ class Options:
         None: meshes stay as they are.
     fit : bool
         Whether vertices are fitted to the light over their faces.
+    denoise : bool
+        Whether noise is taken out of vertices' light.
     light_group : str
         Whose light is baked alone; empty for all light.
     light_groups : bool
@@ -117,6 +119,7 @@ class Options:
     copies: bool
     refine: RefineOptions | None
     fit: bool
+    denoise: bool
     light_group: str
     light_groups: bool
     targets: list[str]
@@ -170,8 +173,9 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         parser.error("--refine is for light on vertices: give --target vertex too")
     if given.refine_budget is not None and given.refine is None:
         parser.error("--refine-budget is for refined meshes: give --refine too")
-    if not given.fit and "vertex" not in targets:
-        parser.error("--no-fit is for light on vertices: give --target vertex too")
+    for option, is_default in (("--no-fit", given.fit), ("--no-vertex-denoise", given.denoise)):
+        if not is_default and "vertex" not in targets:
+            parser.error(f"{option} is for light on vertices: give --target vertex too")
     if given.output is not None and targets == ["vertex"]:
         parser.error("--output is for files: give --target lightmap, camera or probes too")
     if targets != ["vertex"] and given.output is None and not loaded_file:
@@ -205,6 +209,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         copies=given.copies,
         refine=refine,
         fit=given.fit,
+        denoise=given.denoise,
         light_group=given.light_group or "",
         light_groups=given.light_groups,
         targets=targets,
@@ -255,6 +260,7 @@ def _parser() -> ArgumentParser:
     add("--refine-budget", type=int, metavar="N", help=meaning)
     meaning = "store the light at the vertices themselves, not the values that show the light over the faces best"
     add("--no-fit", dest="fit", action="store_false", help=meaning)
+    add("--no-vertex-denoise", dest="denoise", action="store_false", help="leave the noise in the light of vertices")
     add("--light-group", type=_name, metavar="NAME", help="bake the light of one light group alone")
     meaning = "bake the light of each light group apart too, by one solve, for the light mixer"
     add("--light-groups", action="store_true", help=meaning)

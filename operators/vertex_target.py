@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import bpy
+import numpy as np
 
 from ..addon.blender import bake_objects, check_color_attribute, receiver_meshes
 from ..addon.blender.as_read import AsRead
@@ -52,12 +53,15 @@ class WantedVertices:
         Light groups that may get attributes of their own; empty where all light is baked together.
     fit : bool
         Whether values are those that show the light over the faces best, or the light at the vertices themselves.
+    denoise : bool
+        Whether noise is taken out.
     """
 
     attribute: str = "Indirect"
     copies: bool = False
     groups: tuple[str, ...] = ()
     fit: bool = True
+    denoise: bool = True
 
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -79,7 +83,7 @@ class WantedVertices:
         if names is None:
             warn_of_shared_light(shown_meshes(depsgraph), Warnings(warnings))
         read, wide = _as_read(objects, meshes), WideFaces.of(objects, meshes, depsgraph)
-        return VertexTarget(meshes, [], self.attribute, read, wide, self.fit)
+        return VertexTarget(meshes, [], self.attribute, read, wide, self.fit, self.denoise)
 
     def _with_copies(
         self, depsgraph: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -102,7 +106,7 @@ class WantedVertices:
         owners = [obj for obj in objects if obj in copied or obj in flawed]
         copies = read_copies(owners, depsgraph, Warnings(warnings), names is not None)
         wide, meanwhile = WideFaces.of(own, meshes, depsgraph), _as_read([*replaceable, *others], meshes)
-        return VertexTarget(meshes, copies, self.attribute, meanwhile, wide, self.fit)
+        return VertexTarget(meshes, copies, self.attribute, meanwhile, wide, self.fit, self.denoise)
 
 
 def _as_read(objects: list[Any], meshes: list[ReceiverMesh]) -> list[AsRead]:
@@ -114,7 +118,7 @@ def _as_read(objects: list[Any], meshes: list[ReceiverMesh]) -> list[AsRead]:
 @dataclass(frozen=True)
 class VertexTarget:
     """Meshes whose vertices or corners get light, those that get copies with it, the name of the attribute, the objects
-    of the meshes, the widest faces of them, and whether light is fitted to faces.
+    of the meshes, the widest faces of them, and whether light is fitted to faces and denoised.
     """
 
     meshes: list[ReceiverMesh]
@@ -123,6 +127,7 @@ class VertexTarget:
     meanwhile: list[AsRead]
     wide: WideFaces
     fit: bool = True
+    denoise: bool = True
 
     @property
     def object_names(self) -> list[str]:
@@ -141,6 +146,16 @@ class VertexTarget:
         if not self.fit or not len(faces):
             return VertexPoints(vertices, vertices, None, self, warnings)
         return VertexPoints.fitted(vertices, faces, self, tracer, workers, warnings)
+
+    def without_noise(self, light: "Irradiance", receivers: Receivers, workers: Workers) -> "Irradiance":
+        """Light of vertices that are not fitted, denoised if that is asked for."""
+        from ..addon.output.vertex_light import denoised
+        from ..addon.photons import region_of
+
+        if not self.denoise or len(receivers) == 0:
+            return light
+        extent = 2 * region_of(receivers.position).radius
+        return denoised(light, receivers, np.ones(len(receivers), bool), extent, workers)
 
 
 @dataclass(frozen=True)
@@ -179,7 +194,8 @@ class VertexPoints:
         samples, hidden = face_samples(faces, vertices, extent, tracer, workers)
         receivers = Receivers.join([vertices, samples.receivers(faces, vertices.targets)])
         names = [one.object_name for one in vertices.targets]
-        return VertexPoints(receivers, vertices, VertexSamples(faces, samples, hidden, names), target, warnings)
+        sampled = VertexSamples(faces, samples, hidden, names, receivers, extent)
+        return VertexPoints(receivers, vertices, sampled, target, warnings)
 
     def lit_by(self, solution: "Solution", workers: Workers) -> "VertexPoints":
         """See `Points.lit_by`: by points between vertices, unless samples of the faces tell of these."""
@@ -189,14 +205,17 @@ class VertexPoints:
         """See `Points.finish`."""
         from ..addon.output.vertex_light import finish_vertices
 
-        light, residuals, n_samples = irradiance, dict[str, float](), 0
-        if self.samples is not None:
-            finished = finish_vertices(irradiance, self.samples, workers)
-            light, residuals, n_samples = finished.irradiance, finished.residuals, len(self.samples.samples)
-        names = too_coarse(residuals) if self.samples else self.target.wide.coarse(self.beside, self.vertices, light)
+        if self.samples is None:
+            light = self.target.without_noise(irradiance, self.vertices, workers)
+            names = self.target.wide.coarse(self.beside, self.vertices, light)
+            made = VertexLight(self.vertices, light, self.target)
+        else:
+            finished = finish_vertices(irradiance, self.samples, workers, self.target.denoise)
+            names, n_samples = too_coarse(finished.residuals), len(self.samples.samples)
+            made = VertexLight(self.vertices, finished.irradiance, self.target, finished.residuals, n_samples)
         if names:
             self.warnings.append(TooCoarse(names))
-        return VertexLight(self.vertices, light, self.target, residuals, n_samples)
+        return made
 
 
 @dataclass(frozen=True)

@@ -21,12 +21,15 @@ class Estimate:
     slope : (n, 3, 3) float32 or None, W/m²
     gathered : (n,) bool or None
         As in `Irradiance`.
+    caustics : (n, 3) float32 or None, W/m²
+        As in `Irradiance`.
     """
 
     irradiance: np.ndarray
     stderr: np.ndarray
     slope: np.ndarray | None = None
     gathered: np.ndarray | None = None
+    caustics: np.ndarray | None = None
 
     @staticmethod
     def dark(n: int, directional: bool) -> "Estimate":
@@ -76,6 +79,8 @@ class Irradiance:
         `turned_normals`. None unless the receivers ask for it.
     gathered : (n,) bool or None
         Which receivers gathered by themselves; the others took their light from those. None: all did.
+    caustics : (n, 3) float32 or None, W/m²
+        The part of the indirect light that lamps send over mirrors and glass, where photons told it apart.
     """
 
     value: np.ndarray
@@ -84,13 +89,15 @@ class Irradiance:
     counts: dict[str, int]
     slope: np.ndarray | None = None
     gathered: np.ndarray | None = None
+    caustics: np.ndarray | None = None
 
     def where(self, rows: slice) -> "Irradiance":
         """The light of some receivers, with the counts of all."""
         passes = {name: values[rows] for name, values in self.passes.items()}
         slope = None if self.slope is None else self.slope[rows]
         gathered = None if self.gathered is None else self.gathered[rows]
-        return Irradiance(self.value[rows], self.stderr[rows], passes, self.counts, slope, gathered)
+        caustics = None if self.caustics is None else self.caustics[rows]
+        return Irradiance(self.value[rows], self.stderr[rows], passes, self.counts, slope, gathered, caustics)
 
     @staticmethod
     def together(lights: "Sequence[Irradiance]") -> "Irradiance":

@@ -118,6 +118,8 @@ class OpenBacks:
             passes={name: values[row] for name, values in light.passes.items()},
             counts={**light.counts, "receivers": n},
             slope=None if light.slope is None else light.slope[row],
+            gathered=None if light.gathered is None else light.gathered[row],
+            caustics=None if light.caustics is None else light.caustics[row],
         )
 
     def lit_behind(self, scene: Scene, photons: Photons) -> list[str]:

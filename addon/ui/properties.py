@@ -288,6 +288,11 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
             "the vertices themselves",
             default=True,
         ),
+        "denoise": bpy.props.BoolProperty(
+            name="Denoise",
+            description="Take noise out of the light of vertices, as far as the estimated error allows",
+            default=True,
+        ),
     }
 
     def settings(self) -> BakeSettings:

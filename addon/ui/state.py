@@ -50,7 +50,7 @@ STAGE_SHARES: dict[Gather, dict[str, float]] = {
 LIGHTMAP_SHARES = {"Unwrapping": 1, "Packing": 1, "Placing texels": 1, "Denoising": 2, "Finishing lightmaps": 1}
 """The same for what lightmaps add to it."""
 
-VERTEX_SHARES = {"Fitting vertices": 0.5}
+VERTEX_SHARES = {"Denoising vertices": 2, "Fitting vertices": 0.5}
 """The same for what vertices add to it."""
 
 CAMERA_SHARES = {

@@ -7,7 +7,7 @@
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
 window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed, light_groups,
-camera, estimates or refine.
+camera, estimates, refine or vertex.
 """
 
 import json
@@ -37,6 +37,7 @@ import ray_rates
 import refinement
 import responsiveness
 import small_speed
+import vertex_error
 from cycles_bakes import bake_indirect, baked
 from figures import ROOT, figures, load, scene_options, scenes_in, table
 from own_scenes import OWN_SCENES
@@ -158,6 +159,7 @@ PARTS = {
     "camera": lambda scenes, _: camera_pass.tables(scenes),
     "estimates": estimates.tables,
     "refine": lambda scenes, _: refinement.tables(scenes),
+    "vertex": vertex_error.tables,
 }
 
 

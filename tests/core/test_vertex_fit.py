@@ -9,7 +9,7 @@ from photon_bake.addon.gather import Irradiance
 from photon_bake.addon.output.vertex_light import VertexSamples, finish_vertices
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.progress import Progress
-from photon_bake.addon.receivers import ShownFaces, face_samples, vertex_receivers
+from photon_bake.addon.receivers import Receivers, ShownFaces, face_samples, vertex_receivers
 from photon_bake.addon.receivers.face_samples import MOST_OF_FACE, OF_COVERED, samples_of_faces
 from photon_bake.addon.tracers.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, scene_of
@@ -31,7 +31,9 @@ def sampled(meshes, extent=4.0, things=None):
     vertices = vertex_receivers(meshes)
     faces = ShownFaces.of(meshes, vertices.targets)
     samples, hidden = face_samples(faces, vertices, extent, tracer, Workers())
-    return vertices, VertexSamples(faces, samples, hidden, [target.object_name for target in vertices.targets])
+    receivers = Receivers.join([vertices, samples.receivers(faces, vertices.targets)])
+    names = [target.object_name for target in vertices.targets]
+    return vertices, VertexSamples(faces, samples, hidden, names, receivers, extent)
 
 
 def fitted(light, vertices, at, stderr=0.0, progress=None):

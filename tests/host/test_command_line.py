@@ -162,6 +162,7 @@ def test_copies(tmp_path):
         (["--save"], "--save FILE.blend"),
         (["--copies", "--target", "lightmap", "--output", "maps"], "--target vertex"),
         (["--no-fit", "--target", "lightmap", "--output", "maps"], "--target vertex"),
+        (["--no-vertex-denoise", "--target", "lightmap", "--output", "maps"], "--target vertex"),
     ],
 )
 def test_bad_usage(arguments, says, capfd):

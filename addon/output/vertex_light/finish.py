@@ -6,7 +6,8 @@ import numpy as np
 
 from ...gather import Irradiance
 from ...parallel import Workers
-from ...receivers import FaceSamples, ShownFaces
+from ...receivers import FaceSamples, Receivers, ShownFaces
+from .denoise import denoised
 from .fit import FaceFit
 
 STAGE = "Fitting vertices"
@@ -33,12 +34,18 @@ class VertexSamples:
         Which of the vertices are, as samples may be.
     names : list of str
         The object of each target.
+    receivers : Receivers
+        Of vertices, and after them of samples.
+    extent : float, m
+        Of most vertices.
     """
 
     faces: ShownFaces
     samples: FaceSamples
     hidden: np.ndarray
     names: list[str]
+    receivers: Receivers
+    extent: float
 
 
 @dataclass(frozen=True)
@@ -57,14 +64,16 @@ class FinishedVertices:
     residuals: dict[str, float]
 
 
-def finish_vertices(light: Irradiance, at: VertexSamples, workers: Workers) -> FinishedVertices:
+def finish_vertices(light: Irradiance, at: VertexSamples, workers: Workers, denoise: bool = True) -> FinishedVertices:
     """The values of vertices from the light of n vertices and, after them, of s samples."""
     n, faces, samples = len(at.hidden), at.faces, at.samples
+    has_say = _has_say(light.value, at)
+    if denoise:
+        light = denoised(light, at.receivers, has_say, at.extent, workers)
     passes = {name: values[:n].copy() for name, values in light.passes.items()}
     stderr = light.stderr[:n].copy()
     of_names: dict[str, np.ndarray] = {}
     workers.progress.update(STAGE, 0)
-    has_say = _has_say(light.value, at)
     for some in _pieces(faces.target):
         first, end = int(faces.receiver[some].min()), int(faces.receiver[some].max()) + 1
         chosen = slice(*np.searchsorted(samples.face, [some.start, some.stop]))
@@ -85,7 +94,7 @@ def finish_vertices(light: Irradiance, at: VertexSamples, workers: Workers) -> F
         workers.progress.update(STAGE, some.stop / len(faces))
     value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
     gathered = None if light.gathered is None else light.gathered[:n]
-    finished = replace(light, value=value, stderr=stderr, passes=passes, gathered=gathered)
+    finished = replace(light, value=value, stderr=stderr, passes=passes, gathered=gathered, caustics=None)
     return FinishedVertices(finished, {name: _relative(*sums) for name, sums in of_names.items()})
 
 

@@ -22,4 +22,5 @@ class PHOTON_BAKE_PT_vertices(TargetSection, bpy.types.Panel):
         row.prop(properties, "bake_copies")
         row.operator("photon_bake.remove_copies", text="", icon="X")
         column.prop(properties, "fit")
+        column.prop(properties, "denoise")
         draw_added("vertices", self.layout, context)
