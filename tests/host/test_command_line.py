@@ -150,7 +150,7 @@ def test_copies(tmp_path):
         (["--output", "here"], "--output"),
         (["--objects", ","], "names"),
         (["--save"], "--save FILE.blend"),
-        (["--copies", "--target", "lightmap", "--output", "maps"], "--target vertex"),
+        (["--copies", "--target", "camera", "--output", "maps"], "--target vertex or lightmap"),
     ],
 )
 def test_bad_usage(arguments, says, capfd):
