@@ -160,7 +160,7 @@ def test_copies(tmp_path):
         (["--output", "here"], "--output"),
         (["--objects", ","], "names"),
         (["--save"], "--save FILE.blend"),
-        (["--copies", "--target", "lightmap", "--output", "maps"], "--target vertex"),
+        (["--copies", "--target", "camera", "--output", "maps"], "--target vertex or lightmap"),
         (["--no-fit", "--target", "lightmap", "--output", "maps"], "--target vertex"),
         (["--no-vertex-denoise", "--target", "lightmap", "--output", "maps"], "--target vertex"),
     ],
