@@ -73,7 +73,7 @@ class FinalGather:
         if effort.interpolate:
             placed = place_records(receivers, extent, effort.tolerance, maker, tracer, self._turns)
             records, weights = look_up_all(placed, receivers, extent, maker, tracer, self._turns)
-        all_gather = not effort.interpolate or (_FEW * len(receivers) <= len(records) and not maker.short)
+        self._all_gather = all_gather = not effort.interpolate or (_FEW * len(receivers) <= len(records) and not maker.short)
         if all_gather:
             others = np.setdiff1d(np.arange(len(receivers)), records.receiver)
             records = records.joined(maker.records(others, extent))
@@ -132,6 +132,8 @@ class FinalGather:
     def _wanted(self, records: Records, effort: Effort, harm: np.ndarray, turn: int) -> np.ndarray:
         """Rays that each record should have for one light, (m,)."""
         maker, weights, spread = self._maker, self.weights, Spread.of(records, self._around)
+        # Where all gather, one that met a rare bright thing would get fewer rays than its neighbours, which did not
+        per_ray = np.full(len(records), spread.expected.mean()) if self._all_gather else spread.expected
         seconds = effort.seconds_left
         if seconds < _LEAST_SECONDS:
             return records.n_rays
@@ -140,14 +142,14 @@ class FinalGather:
             now, asked = float(spread.variance(records, weights, self._arms).mean()), effort.variance_for(mean)
             if now <= asked:
                 return records.n_rays
-            of_rays = float((harm * spread.expected / records.n_rays).sum())
-            return rays_for_noise(spread.expected, harm, records.n_rays, of_rays * max(asked / now, _LEAST_STEP))
+            of_rays = float((harm * per_ray / records.n_rays).sum())
+            return rays_for_noise(per_ray, harm, records.n_rays, of_rays * max(asked / now, _LEAST_STEP))
         if seconds < np.inf:
-            return rays_for_budget(spread.expected, harm, records.n_rays, maker.rate * _TIME_SHARE * seconds)
+            return rays_for_budget(per_ray, harm, records.n_rays, maker.rate * _TIME_SHARE * seconds)
         if turn == 0:
             as_many = float(records.n_rays.sum())
             budget = maker.left if maker.short else min(as_many, maker.left)
-            return rays_for_budget(spread.expected, harm, records.n_rays, budget)
+            return rays_for_budget(per_ray, harm, records.n_rays, budget)
         return records.n_rays
 
 
