@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .bake import Solution
 from .gather import (
     Irradiance,
     camera_gloss,
@@ -18,6 +17,7 @@ from .parallel import Workers
 from .photons import PathKind
 from .receivers import CameraPoints
 from .scene import Scene
+from .solution import Solution
 
 _LEAST_ALBEDO = np.float32(1e-3)
 """Below which light that falls on a surface is not to be had by division from what it reflects."""

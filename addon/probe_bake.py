@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from .bake import Solution
 from .gather import ProbeLight, caustics_at_probes, gather_probes
 from .parallel import Workers
+from .solution import Solution
 
 _OF_RAYS = 0.9  # of the stage
 _LEAST_ESTIMATES = 4

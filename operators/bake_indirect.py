@@ -19,13 +19,14 @@ from ..addon.ui.redraw import redraw_panels
 from ..addon.ui.staleness import follow, own_changes
 from ..addon.ui.state import bake_state, duration
 from ..addon.ui.status_bar import hide_progress, show_progress
-from .bake_job import BakeJob, Solved, Wanted
+from .bake_job import BakeJob
 from .baked_light import shown_after_bake
 from .camera_target import WantedCamera
 from .describe import describe
 from .folders import path_of, without_folder
 from .lightmap_target import WantedLightmaps
 from .probe_target import WantedProbes
+from .target import Solved, Wanted
 from .vertex_target import WantedVertices
 from .written import Written
 

@@ -1,11 +1,11 @@
 """A bake in three steps, for the button, for scripts and for the command line: one solve for all that is asked for."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
@@ -26,12 +26,12 @@ from ..addon.ui.mixer_properties import set_layers
 from ..addon.ui.state import duration
 from .camera_target import CameraTarget
 from .describe import describe
-from .probe_target import ProbeFiles, ProbePoints
+from .probe_target import ProbePoints
+from .target import Points, Product, Solved, Target, Wanted
 from .vertex_target import VertexLight
 from .written import Written
 
 if TYPE_CHECKING:
-    from ..addon.bake import Solution
     from ..addon.gather import Irradiance
 
 N_LIGHT_RAYS = 1000
@@ -44,132 +44,6 @@ _LATE = 1.5
 """Times the time that was asked for, from which on a bake says that it took longer."""
 
 WRITING = "Writing the light"
-
-
-class Product(Protocol):
-    """What a target makes of light, ready to be written.
-
-    Attributes
-    ----------
-    files : list of Path
-        That writing it writes, if nothing stands in the way.
-    counts : dict of str to int
-        For the report.
-    """
-
-    @property
-    def files(self) -> list[Path]: ...
-
-    @property
-    def counts(self) -> dict[str, int]: ...
-
-    @staticmethod
-    def together(apart: "Mapping[str, Any]") -> "Product":
-        """What has the light of all light groups, and that of each apart, from those of each by their names."""
-
-    def concerns(self) -> list[str]:
-        """What writing it now would have to warn of; for the main thread."""
-
-    def write(self) -> Written:
-        """Write to Blender's data and to files what can be written; for the main thread.
-
-        Raises
-        ------
-        BakeError
-            If nothing can be, and nothing was changed.
-        """
-
-
-class Points(Protocol):
-    """Where a target wants light."""
-
-    @property
-    def receivers(self) -> Receivers: ...
-
-    def lit_by(self, solution: "Solution", workers: Workers) -> "Points":
-        """The same with what is wanted of a solution beside the receivers' light; touches none of Blender's data.
-
-        That comes first, so that the light is gathered in the time that is left.
-        """
-
-    def finish(self, irradiance: "Irradiance", workers: Workers) -> Product:
-        """Make the product of the receivers' light; touches none of Blender's data."""
-
-
-class Target(Protocol):
-    """Something that light is baked to, as it was read out of Blender's data.
-
-    Attributes
-    ----------
-    object_names : list of str
-        Objects that get light.
-    """
-
-    @property
-    def object_names(self) -> list[str]: ...
-
-    @property
-    def sizes(self) -> dict[Path, int]:
-        """How large the files that it goes to may become, bytes."""
-
-    def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> Points:
-        """Where light is wanted; touches none of Blender's data."""
-
-
-class Wanted(Protocol):
-    """A target that was asked for."""
-
-    def read(
-        self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
-    ) -> Target:
-        """Read it out of a graph of a Blender scene, for objects of some names or for all.
-
-        Raises
-        ------
-        BakeError
-            If nothing can be baked to, or an object asked for cannot take the light.
-        """
-
-
-@dataclass(frozen=True)
-class Solved:
-    """Light that is ready to be written.
-
-    Attributes
-    ----------
-    irradiance : Irradiance
-        Of all targets' receivers, one after the other; of vertices, as it is stored.
-    products : list of Product
-        One a target.
-    """
-
-    irradiance: "Irradiance"
-    products: list[Product]
-
-    @property
-    def files(self) -> list[Path]:
-        """That writing the products writes."""
-        return [path for product in self.products for path in product.files]
-
-    @property
-    def n_points(self) -> int:
-        """Receivers and probes."""
-        return len(self.irradiance.value) + self.counts.get("probes", 0)
-
-    @property
-    def relative_noise(self) -> float:
-        """The receivers', and if there are none the probes'."""
-        if len(self.irradiance.value):
-            return self.irradiance.relative_noise
-        return max((one.relative_noise for one in self.products if isinstance(one, ProbeFiles)), default=0.0)
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """What the bake counted, for its report."""
-        counts = dict(self.irradiance.counts)
-        for product in self.products:
-            counts |= product.counts
-        return counts
 
 
 @dataclass
@@ -291,9 +165,10 @@ class BakeJob:
         return aside(lambda: self._solve(settings, progress, inspector), progress.check)
 
     def _solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None) -> Solved:
-        from ..addon.bake import irradiances, no_light, solve_apart  # here: Blender's start is not to wait for SciPy
+        from ..addon.bake import no_light, solve_apart  # here, as Blender's start should not wait for SciPy
         from ..addon.gather import Irradiance, OpenBacks
         from ..addon.photons import Photons
+        from ..addon.solution import irradiances
 
         inspector, started = inspector or Inspector(), perf_counter()
         workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)

@@ -27,10 +27,10 @@ from .versions import own_version
 from .written import Written
 
 if TYPE_CHECKING:
-    from ..addon.bake import Solution
     from ..addon.camera_pass import LightBeside
     from ..addon.gather import Irradiance
     from ..addon.receivers import CameraPoints
+    from ..addon.solution import Solution
     from ..addon.tracers import LightTracer
 
 FILTERING = "Denoising the pass"

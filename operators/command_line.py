@@ -20,7 +20,7 @@ from ..addon.output import Report, atomic_path, check_writable, hushed, peak_mem
 from ..addon.progress import Progress
 from ..addon.refinement import RefineOptions
 from ..addon.ui.state import duration, shares_of
-from .bake_job import BakeJob, Wanted
+from .bake_job import BakeJob
 from .baked_light import shown_after_bake
 from .camera_target import WantedCamera
 from .command_options import COMMAND, Options, parse
@@ -30,6 +30,7 @@ from .lightmap_target import WantedLightmaps
 from .probe_target import WantedProbes
 from .refine import draft_of
 from .refine_target import WantedRefinement
+from .target import Wanted
 from .versions import versions
 from .vertex_target import WantedVertices
 

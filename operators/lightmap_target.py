@@ -29,10 +29,10 @@ from ..addon.tracers import Tracer
 from .written import Written
 
 if TYPE_CHECKING:
-    from ..addon.bake import Solution
     from ..addon.gather import Irradiance
     from ..addon.output.lightmap import Finished
     from ..addon.receivers import Texels
+    from ..addon.solution import Solution
 
 KIND = "indirect"
 """What the images hold, for the files' names; those of directional light have kinds of their own."""

@@ -25,9 +25,9 @@ from .versions import own_version
 from .written import Written
 
 if TYPE_CHECKING:
-    from ..addon.bake import Solution
     from ..addon.gather import Irradiance, ProbeLight
     from ..addon.output.probes import LitProbes
+    from ..addon.solution import Solution
 
 _FORBIDDEN = str.maketrans(dict.fromkeys('<>:"/\\|?*', "_"))
 _BYTES_OF_PROBE = 1024

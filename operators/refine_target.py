@@ -22,8 +22,8 @@ from ..addon.tracers import Tracer
 from .written import Written
 
 if TYPE_CHECKING:
-    from ..addon.bake import Solution
     from ..addon.gather import Irradiance
+    from ..addon.solution import Solution
 
 
 @dataclass(frozen=True)

@@ -34,10 +34,10 @@ from ..addon.tracers import Tracer
 from .written import Written
 
 if TYPE_CHECKING:
-    from ..addon.bake import Solution
     from ..addon.gather import Irradiance
     from ..addon.output.vertex_light import VertexSamples
     from ..addon.refinement import FaceSamples
+    from ..addon.solution import Solution
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ RANKS = [
     ["addon.receivers"],
     ["addon.gather"],
     ["addon.output"],
+    ["addon.solution"],
     ["addon.bake", "addon.camera_bake", "addon.camera_pass", "addon.probe_bake", "addon.refinement"],
     ["addon.blender"],
     ["addon.ui"],

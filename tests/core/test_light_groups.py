@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.bake import bake, irradiances, solve_apart
+from photon_bake.addon.bake import bake, solve_apart
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.scene import OTHER, LightGroups, LightKind, Lights
 from photon_bake.addon.settings import settings_for
+from photon_bake.addon.solution import irradiances
 from photon_bake.addon.tracers.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, receivers_in_box, scene_of
 

@@ -14,8 +14,8 @@ from .reading import check_refinable, placed
 if TYPE_CHECKING:
     import bpy
 
-    from ...bake import Solution
     from ...gather import Irradiance
+    from ...solution import Solution
 
 
 _MOST_OBJECTS = 256

@@ -73,7 +73,8 @@ class FinalGather:
         if effort.interpolate:
             placed = place_records(receivers, extent, effort.tolerance, maker, tracer, self._turns)
             records, weights = look_up_all(placed, receivers, extent, maker, tracer, self._turns)
-        self._all_gather = all_gather = not effort.interpolate or (_FEW * len(receivers) <= len(records) and not maker.short)
+        few_left = _FEW * len(receivers) <= len(records) and not maker.short
+        self._all_gather = all_gather = not effort.interpolate or few_left
         if all_gather:
             others = np.setdiff1d(np.arange(len(receivers)), records.receiver)
             records = records.joined(maker.records(others, extent))
