@@ -147,7 +147,7 @@ def aside(function: Callable[[], B], check: Callable[[], None]) -> B:
     """What a function returns that runs on a thread of its own, while this one looks whether the bake was cancelled.
 
     Then `check` raises its exception within a tenth of a second, and the thread, of which nothing is wanted any more,
-    ends by itself when it looks next. It may touch nothing that others change.
+    ends by itself when it looks next. It may touch nothing that others change; `join_cancelled` waits for it.
     """
     done, result = Event(), Future[B]()
 
@@ -158,10 +158,25 @@ def aside(function: Callable[[], B], check: Callable[[], None]) -> B:
             result.set_exception(error)
         done.set()
 
-    Thread(target=work, name="Photon Bake (work)").start()
-    while not done.wait(_LOOK):
-        check()
+    thread = Thread(target=work, name="Photon Bake (work)")
+    thread.start()
+    try:
+        while not done.wait(_LOOK):
+            check()
+    except BaseException:
+        _cancelled.append(thread)
+        raise
     return result.result()
+
+
+_cancelled: list[Thread] = []
+"""Threads of `aside` of which nothing is wanted any more."""
+
+
+def join_cancelled() -> None:
+    """Wait for work of cancelled bakes to end: Blender's data must not be built up or freed beside Python's threads."""
+    while _cancelled:
+        _cancelled.pop().join()
 
 
 def slices(n: int, size: int) -> Iterator[slice]:

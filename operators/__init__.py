@@ -1,8 +1,11 @@
 """What people and scripts can do: one file an action."""
 
+from typing import Any
+
 import bpy
 
 from ..addon.blender import render_graph
+from ..addon.parallel import join_cancelled
 from ..addon.ui.state import bake_state
 from . import baked_light, command_line, export_gltf
 from .add_preset import PHOTON_BAKE_OT_add_preset
@@ -40,19 +43,27 @@ CLASSES = (
 )
 
 
+@bpy.app.handlers.persistent
+def _before_load(*_: Any) -> None:
+    join_cancelled()
+
+
 def register() -> None:
     """Add the operators and the command."""
     for cls in CLASSES:
         bpy.utils.register_class(cls)
+    bpy.app.handlers.load_pre.append(_before_load)
     export_gltf.register()
     command_line.register()
 
 
 def unregister() -> None:
     """Take them away again; a bake that runs is cancelled, and nothing of it is left."""
+    bpy.app.handlers.load_pre.remove(_before_load)
     stop_watched()
     bake_state.cancel()  # one that a script runs
     bake_state.stop()
+    join_cancelled()
     command_line.unregister()
     export_gltf.unregister()
     render_graph.unregister()

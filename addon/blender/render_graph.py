@@ -11,6 +11,7 @@ from typing import Any, ClassVar, TypeVar
 import bpy
 
 from ..errors import BakeError
+from ..parallel import join_cancelled
 from .temporary import Temporary
 
 T = TypeVar("T")
@@ -61,6 +62,7 @@ def in_render_graph(
         except BaseException as error:  # Blender would print it and go on
             errors.append(error)
 
+    join_cancelled()
     simulated = _is_simulated(scene)
     bpy.ops.ed.flush_edits()  # what edit and sculpt modes hold
     with Temporary() as temporary, _registered(read):
