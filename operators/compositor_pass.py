@@ -10,6 +10,7 @@ from ..addon.blender.compositing.nodes import add_pass, remove_pass
 from ..addon.blender.show import is_shown
 from ..addon.errors import BakeError
 from ..addon.ui.mixer_properties import mix_of
+from ..addon.ui.staleness import own_changes
 from .folders import nowhere, path_of
 
 _PROBE = "Light probe '{}' brings indirect light into EEVEE's renders, on top of the pass: hide it in renders."
@@ -36,7 +37,8 @@ class PHOTON_BAKE_OT_add_pass(bpy.types.Operator):
                 raise BakeError(_SHOWN)
             without = nowhere(settings.folder) and has_pass(scene)
             folder = None if without else path_of(settings.folder, "the camera's pass has")
-            add_pass(scene, pass_files(scene, folder, settings.file_name), mix_of(scene))
+            with own_changes():
+                add_pass(scene, pass_files(scene, folder, settings.file_name), mix_of(scene))
             for name in light_probes(scene):
                 self.report({"WARNING"}, _PROBE.format(name))
         except BakeError as error:
@@ -60,6 +62,8 @@ class PHOTON_BAKE_OT_remove_pass(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     def execute(self, context: Any) -> set[str]:
-        if not remove_pass(context.scene):
+        with own_changes():
+            removed = remove_pass(context.scene)
+        if not removed:
             self.report({"INFO"}, "The compositor has no pass of Photon Bake's.")
         return {"FINISHED"}

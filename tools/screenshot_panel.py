@@ -77,7 +77,7 @@ def _lightmaps(area: Any, folder: Path) -> Iterator[None]:
     """Lightmaps of all objects, and their image where the Properties editor was."""
     properties, state = bpy.context.scene.photon_bake, bake_state()
     properties.targets, properties.quality = {"lightmap"}, "medium"
-    properties.lightmap.folder, properties.lightmap.atlas = str(folder), "shared"
+    properties.lightmap.atlas = "shared"
     _press_bake(area)
     yield from until(lambda: not state.running, 600)
     window = bpy.context.window_manager.windows[0]
@@ -103,6 +103,7 @@ def _debug_views(area: Any, ready: Path) -> Iterator[None]:
     views.photons = views.cells = True
     shading.color_type, shading.single_color = "SINGLE", (0.05, 0.05, 0.05)
     bpy.context.scene.photon_bake.quality = "draft"
+    bpy.context.scene.photon_bake.gather = "light_volume"  # which has cells
     _press_bake(area)
     yield from until(lambda: not state.running, 600)
     yield from wait(2.0)

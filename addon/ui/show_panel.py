@@ -1,7 +1,8 @@
-"""Baked light in materials, as the panel draws it."""
+"""Baked light in materials and in the compositor, as the panel draws it."""
 
 from typing import Any
 
+from ..blender.compositing.nodes import has_pass_nodes
 from ..blender.show import is_shown
 
 
@@ -10,6 +11,8 @@ def draw_baked_light(layout: Any, context: Any) -> None:
     scene = context.scene
     shown = scene.photon_bake.shown
     column = layout.column()
+    if not is_shown(scene) and not scene.photon_bake.targets & {"vertex", "lightmap"}:
+        return
     if not is_shown(scene):
         column.operator("photon_bake.use_baked_light", icon="SHADING_RENDERED")
         column.prop(shown, "after_bake")
@@ -22,6 +25,17 @@ def draw_baked_light(layout: Any, context: Any) -> None:
     row.active = shown.use
     row.prop(shown, "strength", slider=True)
     column.prop(shown, "after_bake")
+
+
+def draw_pass(layout: Any, context: Any) -> None:
+    """The button that adds the camera's pass to the compositor, and the way out."""
+    added = has_pass_nodes(context.scene)
+    if not added and "camera" not in context.scene.photon_bake.targets:
+        return
+    row = layout.row(align=True)
+    row.operator("photon_bake.add_pass", icon="NODE_COMPOSITING")
+    if added:
+        row.operator("photon_bake.remove_pass", text="", icon="X")
 
 
 def draw_remove_lightmaps(layout: Any, context: Any) -> None:

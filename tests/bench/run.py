@@ -7,7 +7,7 @@
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
 window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed, light_groups,
-camera, estimates, refine or vertex.
+camera, estimates, refine, vertex or eevee (in the Blender that BLENDER names).
 """
 
 import json
@@ -23,6 +23,7 @@ import bpy
 import camera_pass
 import caustics
 import contacts
+import eevee
 import equal_error
 import estimates
 import extraction
@@ -160,6 +161,7 @@ PARTS = {
     "estimates": estimates.tables,
     "refine": lambda scenes, _: refinement.tables(scenes),
     "vertex": vertex_error.tables,
+    "eevee": eevee.tables,
 }
 
 

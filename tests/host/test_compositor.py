@@ -14,6 +14,7 @@ from photon_bake.operators.bake_job import BakeJob
 from photon_bake.operators.camera_target import WantedCamera
 from photon_bake.tests.host.camera_scenes import add_ball, add_camera, build_room, coloured
 from photon_bake.tests.host.cycles_passes import render_passes
+from photon_bake.tests.host.leftovers import dump
 from photon_bake.tests.host.scenes import set_world
 
 
@@ -192,6 +193,21 @@ def test_another_engine_makes_no_doubled_light(empty_scene, tmp_path):
     assert empty_scene.cycles.max_bounces == 5 and empty_scene.eevee.use_raytracing
     assert full == pytest.approx(composed(empty_scene, tmp_path / "alone.exr", 16), abs=1e-6)
     assert both.mean() == pytest.approx(full.mean(), rel=0.05)
+
+
+def test_eevee_has_the_share_of_the_sky_that_is_seen(empty_scene, tmp_path):
+    """In a closed room none; the world is as before once the pass is out."""
+    set_world((1, 1, 1))
+    build_room(empty_scene, (8, 8))
+    path = bake_pass(tmp_path, n_pixel_samples=1, pass_denoiser="none")
+    tree = empty_scene.world.node_tree
+    before = dump(tree)
+    add_pass(empty_scene, [path])
+    surface = tree.get_output_node("EEVEE").inputs["Surface"].links[0].from_node
+    assert surface.inputs[0].links[0].from_node.inputs[1].default_value < 0.3
+    assert tree.get_output_node("CYCLES").inputs["Surface"].links[0].from_node.type == "BACKGROUND"
+    remove_pass(empty_scene)
+    assert dump(tree) == before
 
 
 def test_a_scene_takes_its_own_pass_alone(empty_scene, tmp_path):

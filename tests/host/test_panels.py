@@ -63,8 +63,12 @@ class Layout:
     def label(self, text="", icon="NONE"):
         self._take("label", text, icon != "NONE")
 
-    def prop(self, owner, name, text=None, icon="NONE", toggle=False, slider=False):
+    def prop(self, owner, name, text=None, icon="NONE", toggle=False, slider=False, expand=False):
         prop = owner.bl_rna.properties[name]  # else it is misspelt
+        if expand:
+            for item in prop.enum_items:
+                self._take("button", item.name, True)
+            return
         shown = prop.name if text is None else text
         boolean = prop.type == "BOOLEAN"
         self._take("button" if toggle else "check" if boolean else "split", shown)
@@ -74,9 +78,6 @@ class Layout:
 
     def prop_search(self, owner, name, *_):
         self.prop(owner, name)
-
-    def prop_enum(self, owner, name, value):
-        self._take("button", owner.bl_rna.properties[name].enum_items[value].name, True)
 
     def operator(self, idname, text=None, icon="NONE", emboss=True):
         group, name = idname.split(".")

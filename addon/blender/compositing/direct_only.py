@@ -3,6 +3,11 @@
 from functools import reduce
 from typing import Any
 
+import bpy
+
+from ..show.eevee_world import dim_world, restore_worlds
+from ..visibility import rendered_objects
+
 MARK = "photon_bake"
 """Custom property of the nodes, trees and scenes that are ours."""
 
@@ -10,6 +15,9 @@ _HELD = f"{MARK}_direct_only"
 _OLD_BOUNCES = f"{MARK}_max_bounces"  # of files that earlier versions saved
 _SETTINGS: dict[str, Any] = {"cycles.max_bounces": 0, "eevee.use_raytracing": False}
 """What keeps Cycles and EEVEE to direct light. Both are set, whichever renders now, as another may be chosen later."""
+
+_PASS = "pass"
+"""Whose nodes dim a world."""
 
 _EEVEE = 0
 """Blender's number of its own engine, which is registered first in any case."""
@@ -34,6 +42,8 @@ def leave_out_indirect(scene: Any) -> None:
     scene[_HELD] = held
     for path in held:
         _set(scene, path, _SETTINGS[path])
+    shown = dict.fromkeys(obj for layer in scene.view_layers for obj in rendered_objects(layer) if obj.type == "MESH")
+    dim_world(scene, list(shown), _PASS)
 
 
 def bring_back_indirect(scene: Any) -> None:
@@ -46,6 +56,7 @@ def bring_back_indirect(scene: Any) -> None:
         if _value(scene, path) == _SETTINGS[path]:
             _set(scene, path, type(_SETTINGS[path])(before))
     del scene[_HELD]
+    restore_worlds(_PASS, [one.world for one in bpy.data.scenes if _HELD in one and one.world])
 
 
 def light_probes(scene: Any) -> list[str]:

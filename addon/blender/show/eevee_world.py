@@ -1,4 +1,4 @@
-"""How much of the world's light EEVEE lets in while baked light is shown.
+"""How much of the world's light EEVEE lets in while baked light is shown, or a camera's pass is added.
 
 EEVEE lights surfaces by the world as if nothing stood before it, which fills closed rooms with sky. Cycles' direct
 light of the world is what surfaces see of it. So for EEVEE alone the world's light is multiplied by the mean share of
@@ -19,8 +19,11 @@ _SHARE = "photon_bake_share"
 """Custom property of the node that dims a world: by what."""
 
 
-def dim_world(scene: "bpy.types.Scene", lit: "Sequence[bpy.types.Object]") -> None:
-    """Give the scene's world an output of its own for EEVEE, dimmed by what lit objects see of it."""
+def dim_world(scene: "bpy.types.Scene", lit: "Sequence[bpy.types.Object]", owner: bool | str = True) -> None:
+    """Give the scene's world an output of its own for EEVEE, dimmed by what lit objects see of it.
+
+    `owner` is for `restore_worlds`; a world that somebody has dimmed stays as it is.
+    """
     world = scene.world
     if world is None or not uses_nodes(world) or not world.is_editable:
         return
@@ -40,7 +43,7 @@ def dim_world(scene: "bpy.types.Scene", lit: "Sequence[bpy.types.Object]") -> No
     builder.link(source, mix.inputs[2])
     builder.add("ShaderNodeOutputWorld", {"target": "EEVEE"}, Surface=mix.outputs[0])
     for node in set(tree.nodes) - before:
-        node[SHOWN], node.select, node.hide = True, False, True
+        node[SHOWN], node.select, node.hide = owner, False, True
         node.location = (output.location.x, output.location.y - 200)
     tree.nodes.active = active
 
@@ -49,14 +52,15 @@ def set_worlds_dim(dim: bool) -> None:
     """Dim worlds for EEVEE, or let their whole light in for a while."""
     for world in bpy.data.worlds:
         for node in world.node_tree.nodes if world.node_tree else ():
-            if _SHARE in node:
+            if _SHARE in node and node[SHOWN] is True:
                 node.inputs[1].default_value = node[_SHARE] if dim else 1.0
 
 
-def restore_worlds() -> None:
-    """Undo `dim_world` in the whole file."""
+def restore_worlds(owner: bool | str = True, kept: "Sequence[bpy.types.World]" = ()) -> None:
+    """Undo an owner's `dim_world` in the whole file, but for worlds that are kept."""
     for world in bpy.data.worlds:
-        for node in [node for node in world.node_tree.nodes if SHOWN in node] if world.node_tree else ():
+        nodes = world.node_tree.nodes if world.node_tree and world not in kept else ()
+        for node in [node for node in nodes if node.get(SHOWN) == owner]:
             world.node_tree.nodes.remove(node)
 
 

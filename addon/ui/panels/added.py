@@ -4,13 +4,13 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ..mixer_panel import draw_mixer
-from ..show_panel import draw_baked_light, draw_remove_lightmaps
+from ..show_panel import draw_baked_light, draw_pass, draw_remove_lightmaps
 
 Draw = Callable[[Any, Any], None]
 """Draws into a layout, for a context."""
 
 ADDED: Mapping[str, tuple[Draw, ...]] = {
-    "bake": (draw_baked_light, draw_mixer),  # under the settings
+    "bake": (draw_baked_light, draw_pass, draw_mixer),  # under the settings
     "vertices": (),
     "lightmaps": (draw_remove_lightmaps,),
     "camera": (),

@@ -52,5 +52,4 @@ def draw_targets(layout: Any, properties: Any) -> None:
     """What is baked to: two buttons a row, as three in one would be cut."""
     grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
     grid.enabled = not bake_state.running
-    for target in properties.bl_rna.properties["targets"].enum_items:
-        grid.prop_enum(properties, "targets", target.identifier)
+    grid.prop(properties, "targets", expand=True)  # a click chooses one, with Shift another too

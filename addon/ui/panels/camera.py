@@ -1,4 +1,4 @@
-"""The camera's pass: how it is sampled and written, and what is done with it."""
+"""The camera's pass: how it is sampled and written."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from .tab import TargetSection, draw_knobs, settings_column
 
 
 class PHOTON_BAKE_PT_camera(TargetSection, bpy.types.Panel):
-    """How the camera's pass is sampled and written, and what is done with it."""
+    """How the camera's pass is sampled and written."""
 
     bl_label = "Camera"
     target = "camera"
@@ -19,7 +19,4 @@ class PHOTON_BAKE_PT_camera(TargetSection, bpy.types.Panel):
         column = settings_column(self.layout)
         draw_knobs(column, camera, "folder", "file_name", "n_pixel_samples", "n_gloss_rays")
         draw_knobs(column, camera, "pass_denoiser", "precision", "compression")
-        row = self.layout.row(align=True)
-        row.operator("photon_bake.add_pass", icon="NODE_COMPOSITING")
-        row.operator("photon_bake.remove_pass", text="", icon="X")
         draw_added("camera", self.layout, context)
