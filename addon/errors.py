@@ -45,6 +45,9 @@ class TooCoarse(Advice):
         made.names = every
         return made
 
+    def __getnewargs__(self) -> tuple[tuple[str, ...]]:  # type: ignore[override]
+        return (self.names,)  # for copies, which reports are made of
+
 
 class Missing(str):
     """A warning about a file that is missing: light is as Cycles' without it, and so not as the artist meant it."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..addon.blender import READING, SceneReading, in_render_graph, read_scene
 from ..addon.blender.as_read import Placement, edit_mode_left, named
-from ..addon.blender.baked_copies import originals_shown
+from ..addon.blender.baked_copies import complete_copies, originals_shown
 from ..addon.errors import Advice, BakeError, Cancelled, refuse_differences
 from ..addon.inspector import Inspector
 from ..addon.output import check_space
@@ -248,6 +248,8 @@ class BakeJob:
                     refusals.append(str(error))
                 except Exception as error:  # a fault of ours; what is written already can still be undone
                     written.failures.append(describe(error))
+            if len(self.targets) > 1 and not refusals:
+                complete_copies(self.object_names)
         if refusals and len(refusals) == len(solved.products):
             raise BakeError(" ".join(refusals))
         written.failures += refusals

@@ -131,6 +131,27 @@ def place_copies(made: list[MadeMesh]) -> "list[bpy.types.Object]":
     return placed
 
 
+def complete_copies(owners: Collection[str]) -> None:
+    """Give copies of some originals what other light these show beside theirs: colors, UV maps, custom properties.
+
+    That is light of the same bake, for which the original would have needed no copy.
+    """
+    copies = {(copy[_ORIGINAL], copy.get(_INDEX)): copy for copy in _copies() if copy[_ORIGINAL] is not None}
+    there = [owner for owner in dict.fromkeys(owner for owner, _ in copies) if owner.name in owners]
+
+    def complete(depsgraph: "bpy.types.Depsgraph") -> None:
+        for owner, index, instance in meshes_of(there, depsgraph):
+            copy, obj = copies.get((owner, index)), instance.object
+            if copy is None or obj.original != owner:
+                continue
+            if np.array_equal(corner_vertex(copy.data), corner_vertex(obj.data)):
+                _keep_light(copy, obj)
+
+    if there:
+        with originals_shown():
+            in_render_graph(*_home(there[0]), complete)
+
+
 def drop_meshes(made: Collection[MadeMesh]) -> None:
     """Take new meshes away that get no place."""
     bpy.data.batch_remove([one.mesh for one in made])
@@ -152,7 +173,7 @@ def _keep_light(obj: "bpy.types.Object", before: "bpy.types.Object") -> None:
             color.data.foreach_get("color", values)
             mesh.color_attributes.new(color.name, color.data_type, color.domain).data.foreach_set("color", values)
     for name, value in before.items():
-        if name not in obj and not hasattr(value, "to_dict"):
+        if name not in obj and name != _HIDE_RENDER and not hasattr(value, "to_dict"):
             obj[name] = value
 
 

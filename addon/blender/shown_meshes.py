@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import BakeError
 from ..receivers import ReceiverMesh
+from .meshes import evaluated_mesh
 from .vertex_meshes import check_placed, evaluated_receiver_mesh
 from .visibility import NOT_READ, has_hair, objects_of
 from .warn import Warnings, listed
@@ -67,7 +68,7 @@ def shown_meshes(depsgraph: "bpy.types.Depsgraph") -> "dict[bpy.types.Object, Sh
         # What curves are made into comes as an instance too, and what nodes instance may have no other object.
         shown.instances |= instance.is_instance and (obj.original != owner or owner.type == "MESH")
         shown.all_meshes &= obj.type not in _LOST
-        shown.n_meshes += obj.type == "MESH" and len(obj.data.polygons) > 0
+        shown.n_meshes += _has_faces(obj, depsgraph)
     return found
 
 
@@ -92,7 +93,7 @@ def read_copies(
     for owner, index, instance in meshes_of(owners, depsgraph):
         obj, matrix = instance.object, np.array(instance.matrix_world, np.float64)
         try:
-            mesh = evaluated_receiver_mesh(obj.name, obj.data.name, obj.data, matrix)
+            mesh = evaluated_receiver_mesh(obj.name, obj.data.name, evaluated_mesh(obj, depsgraph), matrix)
         except BakeError as error:
             if all_of_them:
                 raise
@@ -179,6 +180,10 @@ def meshes_of(
     """The instances that are meshes with faces, and which of their owner's they are."""
     n_found = dict.fromkeys(owners, 0)
     for owner, instance in _instances(depsgraph):
-        if owner in n_found and instance.object.type == "MESH" and len(instance.object.data.polygons):
+        if owner in n_found and _has_faces(instance.object, depsgraph):
             yield owner, n_found[owner], instance
             n_found[owner] += 1
+
+
+def _has_faces(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> bool:
+    return obj.type == "MESH" and len(evaluated_mesh(obj, depsgraph).polygons) > 0

@@ -1,5 +1,7 @@
 """Warnings of a kind are one line, whatever they name."""
 
+import copy
+
 import pytest
 from photon_bake.addon.errors import Advice, Missing, TooCoarse
 from photon_bake.addon.findings import counted, grouped
@@ -85,3 +87,8 @@ def test_plurals():
         "2 meshes",
         "1,200 objects",
     ]
+
+
+def test_advice_on_coarse_meshes_can_be_copied():
+    advice = TooCoarse(["Wall", "Floor"])
+    assert copy.deepcopy(advice) == advice and copy.deepcopy(advice).names == advice.names

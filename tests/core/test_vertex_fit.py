@@ -66,6 +66,18 @@ def test_a_parabola_is_met_in_the_mean():
     assert light.residuals["Object"] == pytest.approx((1 / 180) ** 0.5 / n**2 / (4 / 3), rel=0.15)
 
 
+def test_errors_where_there_is_hardly_light_are_compared_to_that_of_all_objects():
+    vertices, faces = grid(6)
+    far = np.add(vertices, (2, 0, 0))
+    pair = [replace(shown(*at), object_name=name) for name, at in (("Lit", (vertices, faces)), ("Dim", (far, faces)))]
+    waves = lambda p: (2 + np.sin(40 * p[:, 0])) * np.where(p[:, 0] < 1.5, 1, 0.01)  # noqa: E731
+    light = fitted(waves, *sampled(pair))
+    assert light.residuals["Lit"] > 0.2
+    assert light.residuals["Dim"] == pytest.approx(light.residuals["Lit"] * 0.01 / (0.25 * 0.505), rel=0.05)
+    alone = fitted(lambda p: 0.01 * waves(p), *sampled(pair[:1]))
+    assert alone.residuals["Lit"] == pytest.approx(light.residuals["Lit"], rel=0.05)
+
+
 def test_flat_faces_of_a_box_have_light_of_their_own():
     vertices, at = sampled([shown(*box(inwards=False))])
     of_axis = np.array([1.0, 2.0, 4.0])

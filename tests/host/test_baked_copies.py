@@ -295,3 +295,17 @@ def test_copies_show_light_where_it_is(room):
         places = np.array([copy.matrix_basis @ copy.data.vertices[i].co for i in vertex])
         shown = light(copy) if len(light(copy)) == len(vertex) else light(copy)[vertex]
         np.testing.assert_allclose(shown[:, :3], light_at(places), atol=0.03)
+
+
+def test_copies_of_a_mesh_in_edit_mode(room):
+    """What edit mode evaluates often has no arrays to read."""
+    one, other = add_sharers()
+    bpy.context.view_layer.objects.active = one
+    one.select_set(True)
+    assert bake() == []
+    before = [light(copy_of(obj)) for obj in (one, other)]
+    bpy.ops.photon_bake.remove_copies()
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert bake() == [] and one.mode == "EDIT"
+    for obj, values in zip((one, other), before, strict=True):
+        np.testing.assert_allclose(light(copy_of(obj)), values, rtol=1e-6)

@@ -450,8 +450,8 @@ def test_copies_get_lightmaps_and_keep_vertex_light(tmp_path):
         job.write(job.solve(QUICK, Progress()), Progress())
         (copy,) = [obj for obj in bpy.data.objects if obj.get("photon_bake_original") == box]
         assert copy["lightmap_image"] == "scene_Box_indirect.exr" and copy["lightmap_uv_map"] == "Photon Bake"
-        assert len(copy.data.uv_layers["Lightmap"].uv) == 2 * len(box.data.loops) and np.ptp(uv_of(copy)) > 0.5
-        assert box.hide_render and not copy.hide_render and "Lightmap" not in box.data.uv_layers
+        assert len(copy.data.uv_layers["Photon Bake"].uv) == 2 * len(box.data.loops) and np.ptp(uv_of(copy)) > 0.5
+        assert box.hide_render and not copy.hide_render and "Photon Bake" not in box.data.uv_layers
         assert bpy.data.objects["Floor"]["lightmap_image"] and "lightmap_image" not in box
         copy.data.color_attributes.new("Indirect", "FLOAT_COLOR", "CORNER")
     job = BakeJob.prepare(
@@ -463,6 +463,24 @@ def test_copies_get_lightmaps_and_keep_vertex_light(tmp_path):
     with pytest.raises(BakeError):
         job.write(solved, Progress())
     assert copy.name in bpy.data.objects and len([mesh for mesh in bpy.data.meshes if "(Baked)" in mesh.name]) == 1
+
+
+@pytest.mark.parametrize("maps_first", [True, False])
+def test_copies_that_one_target_needs_have_the_light_of_both(tmp_path, maps_first):
+    """Vertices need copies of meshes that objects share, lightmaps of those whose modifiers lose UV maps."""
+    floor, box = bpy.data.objects["Floor"], bpy.data.objects["Box"]
+    other = bpy.data.objects.new("Other", floor.data)
+    bpy.context.scene.collection.objects.link(other)
+    other.location.z = 5
+    box.modifiers.new("Solidify", "SOLIDIFY").thickness = 0.2
+    wanted = [WantedLightmaps(LightmapSettings(density=4.0), tmp_path, "scene", copies=True), WantedVertices("V", True)]
+    job = BakeJob.prepare(bpy.context, wanted if maps_first else wanted[::-1], Progress())
+    job.write(job.solve(QUICK, Progress()), Progress())
+    copies = [obj for obj in bpy.data.objects if "photon_bake_original" in obj]
+    assert sorted(copy["photon_bake_original"].name for copy in copies) == ["Box", "Floor", "Other"]
+    for copy in copies:
+        assert "V" in copy.data.color_attributes and copy["lightmap_image"] and np.ptp(uv_of(copy)) > 0.5
+        assert "photon_bake_hide_render" not in copy
 
 
 def test_names_that_collide_are_both_named(tmp_path):

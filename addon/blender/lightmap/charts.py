@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 
 from ...receivers.uv_maps import Faces
-from ..meshes import read_mesh
+from ..meshes import triangle_corners
 
 
 def faces_of(mesh: "bpy.types.Mesh", linear: np.ndarray) -> Faces:
@@ -15,4 +15,4 @@ def faces_of(mesh: "bpy.types.Mesh", linear: np.ndarray) -> Faces:
     n_corners = np.empty(len(mesh.polygons), np.int32)
     mesh.polygons.foreach_get("loop_total", n_corners)
     placed = np.nan_to_num((positions @ linear.T).astype(np.float32), posinf=0.0, neginf=0.0)
-    return Faces(placed, corners, n_corners, read_mesh(mesh).corners)
+    return Faces(placed, corners, n_corners, triangle_corners(mesh))

@@ -132,13 +132,15 @@ def own_subjects(
         shown = obj.evaluated_get(depsgraph)
         mesh, matrix = evaluated_mesh(shown, depsgraph), np.array(shown.matrix_world, np.float64)
         changed = not _same_corners(obj.data, mesh)
+        progress.check()
         try:
-            subjects.append(_subject(obj.name, obj.data.name, obj.name, mesh, matrix, changed=changed))
+            subjects.append(_subject(obj.name, obj.data.name, obj.name, mesh, matrix, progress, changed=changed))
         except BakeError as error:
             out.add(str(error))
             continue
         linear = matrix[:3, :3] * density_of.get(obj.name, 1.0)
         volume = abs(np.linalg.det(linear))
+        progress.check()
         if volume > size.get(obj.data.name, -1.0):
             size[obj.data.name] = volume
             faces[obj.data.name] = faces_of(obj.data if changed else mesh, linear)
@@ -160,28 +162,37 @@ def copied_subjects(
         name = f"{owner.name} (Baked)" + (f" {index + 1}" if index else "")
         image = owner.name + (f" {index + 1}" if index else "")
         try:
-            subject = _subject(
-                owner.name, name, image, mesh, matrix, copy=(owner.name, index), corner_vertex=corner_vertex(mesh)
-            )
+            of_copy = {"copy": (owner.name, index), "corner_vertex": corner_vertex(mesh)}
+            subject = _subject(owner.name, name, image, mesh, matrix, progress, **of_copy)
         except BakeError as error:
             out.add(str(error))
             continue
         subjects.append(subject)
+        progress.check()
         faces[name] = faces_of(mesh, matrix[:3, :3] * density_of.get(owner.name, 1.0))
     return Subjects(subjects, faces)
 
 
 def _subject(
-    object_name: str, mesh_name: str, image_name: str, mesh: "bpy.types.Mesh", matrix: np.ndarray, **others: object
+    object_name: str,
+    mesh_name: str,
+    image_name: str,
+    mesh: "bpy.types.Mesh",
+    matrix: np.ndarray,
+    progress: Progress,
+    **others: object,
 ) -> Subject:
     if not len(mesh.polygons):
         raise BakeError(f"Object '{object_name}' has no faces to bake to: give it some, or leave it out.")
     local = read_mesh(mesh)
+    progress.check()
+    positions = to_world(local.vertices, matrix, object_name)[local.triangles]
+    progress.check()
     return Subject(
         object_name=object_name,
         mesh_name=mesh_name,
         image_name=image_name,
-        positions=to_world(local.vertices, matrix, object_name)[local.triangles],
+        positions=positions,
         normals=place_normals(local.normals, matrix)[local.normal_of_corner],
         corners=local.corners,
         n_corners=len(mesh.loops),

@@ -18,6 +18,9 @@ DARK = 0.25
 ALL_HIDDEN = 0.95
 """Of an object's points: it is in a room whose surfaces face outwards, where nothing is hidden."""
 
+LEAST_LIGHT = 0.25
+"""Of all objects' mean light, to which errors on darker ones are compared, as refining does: hardly seen there."""
+
 _FACES = 1 << 17  # of objects that are fitted together
 
 
@@ -57,7 +60,8 @@ class FinishedVertices:
     irradiance : Irradiance
     residuals : dict of str to float
         By object: how far the light between its vertices is from linear, root mean square over its faces as a share of
-        the light's mean there, less what noise makes of it. Objects whose faces need no samples are not in it.
+        the light's mean there, or of `LEAST_LIGHT` of all objects' mean if that is more, less what noise makes of it.
+        Objects whose faces need no samples are not in it.
     """
 
     irradiance: Irradiance
@@ -95,11 +99,15 @@ def finish_vertices(light: Irradiance, at: VertexSamples, workers: Workers, deno
     value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
     gathered = None if light.gathered is None else light.gathered[:n]
     finished = replace(light, value=value, stderr=stderr, passes=passes, gathered=gathered, caustics=None)
-    return FinishedVertices(finished, {name: _relative(*sums) for name, sums in of_names.items()})
+    _, light_of_all, area_of_all = sum(of_names.values(), np.zeros(3))
+    least = LEAST_LIGHT * light_of_all / max(area_of_all, 1e-30)
+    return FinishedVertices(finished, {name: _relative(sums, least) for name, sums in of_names.items()})
 
 
-def _relative(off2: float, light: float, area: float) -> float:
-    """Root mean square over mean, from sums that are weighted by area."""
+def _relative(sums: np.ndarray, least: float) -> float:
+    """Root mean square over mean, which is at `least` something, from sums that are weighted by area."""
+    off2, light, area = sums.tolist()
+    light = max(light, least * area)
     return float(np.sqrt(max(off2, 0) * area) / light) if light > 0 else 0.0
 
 

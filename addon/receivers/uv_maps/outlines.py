@@ -52,8 +52,11 @@ class Outlines:
         """The charts of pieces at a density, with `ring` texels around each."""
         charts = _Charts.of(pieces, density, check)
         place, chart = _turned(charts, check), charts.chart
+        check()
         place, extent = _from_zero(place, chart, charts.n)
+        check()
         place, extent = _whole(place, extent, chart)
+        check()
         wide = charts.turns & (extent[:, 0] > extent[:, 1])
         across = wide[chart]
         place[across] = np.stack([place[across, 1], extent[chart[across], 0] - place[across, 0]], axis=1)
@@ -137,6 +140,7 @@ class _Charts:
         for piece in pieces:
             check()
             used, number = np.unique(piece.chart, return_inverse=True)
+            check()
             edges = piece.edges.astype(np.int64) + n_corners
             turns.append(np.full(len(used), piece.turns))
             columns.append((piece.uv.astype(np.float64) * density, number.reshape(-1) + n, edges))
@@ -149,6 +153,7 @@ def _turned(charts: _Charts, check: Callable[[], None]) -> np.ndarray:
     chart = charts.chart[charts.edges[:, 0]]
     start, end = charts.place[charts.edges[:, 0]], charts.place[charts.edges[:, 1]]
     length = ((end - start) ** 2).sum(axis=1)
+    check()
     by_chart = np.lexsort([length, chart])
     starts = np.searchsorted(chart[by_chart], np.arange(charts.n))
     longest = (end - start)[by_chart[np.append(starts[1:], len(chart)) - 1]]
