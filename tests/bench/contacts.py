@@ -24,13 +24,13 @@ from own_scenes import OWN_SCENES, build
 from photon_bake.addon.bake import solve
 from photon_bake.addon.blender import bake_objects
 from photon_bake.addon.blender.lightmap.meshes import check_lightmap_object
-from photon_bake.addon.blender.lightmap_charts import areas
 from photon_bake.addon.gather import Effort, FinalGather
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.output.lightmap import FinishOptions, finish_lightmaps
 from photon_bake.addon.parallel import Workers
 from photon_bake.addon.photons import region_of
 from photon_bake.addon.progress import Progress
+from photon_bake.addon.receivers.uv_maps.faces import areas
 from photon_bake.addon.settings import settings_for
 from photon_bake.operators.bake_job import BakeJob, make_tracer
 from photon_bake.operators.lightmap_target import WantedLightmaps
