@@ -113,7 +113,7 @@ class Solution:
                 slope = slope + direct_slope(*at, passes["direct"], self.workers.part(1 - of_slope, 1.0))
         value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
         counts = {"receivers": len(value), "stored_photons": len(self.photons), **counts}
-        return Irradiance(value, light.stderr, passes, counts, slope, light.gathered, light.caustics)
+        return Irradiance(value, light.stderr, passes, counts, slope, light.gathered, light.caustics, light.own_rays)
 
     def gather(self, receivers: Receivers) -> Irradiance:
         """The light at other receivers (at least one) on the same surfaces, by the same photons and cache.

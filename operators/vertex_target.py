@@ -144,10 +144,12 @@ class VertexTarget:
         vertices = vertex_receivers(meshes, all_shown=self.fit)
         faces = ShownFaces.of(meshes, vertices.targets)
         if not self.fit or not len(faces):
-            return VertexPoints(vertices, vertices, None, self, warnings)
+            return VertexPoints(vertices, vertices, None, self, tracer, warnings)
         return VertexPoints.fitted(vertices, faces, self, tracer, workers, warnings)
 
-    def without_noise(self, light: "Irradiance", receivers: Receivers, workers: Workers) -> "Irradiance":
+    def without_noise(
+        self, light: "Irradiance", receivers: Receivers, tracer: Tracer, workers: Workers
+    ) -> "Irradiance":
         """Light of vertices that are not fitted, denoised if that is asked for."""
         from ..addon.output.vertex_light import denoised
         from ..addon.photons import region_of
@@ -155,7 +157,7 @@ class VertexTarget:
         if not self.denoise or len(receivers) == 0:
             return light
         extent = 2 * region_of(receivers.position).radius
-        return denoised(light, receivers, np.ones(len(receivers), bool), extent, workers)
+        return denoised(light, receivers, np.ones(len(receivers), bool), extent, tracer, workers)
 
 
 @dataclass(frozen=True)
@@ -168,12 +170,14 @@ class VertexPoints:
         All, and those at vertices.
     samples : VertexSamples or None
     target : VertexTarget
+    tracer : Tracer
     """
 
     receivers: Receivers
     vertices: Receivers
     samples: "VertexSamples | None"
     target: VertexTarget
+    tracer: Tracer
     warnings: list[str]
     beside: "FaceSamples | None" = None
 
@@ -195,7 +199,7 @@ class VertexPoints:
         receivers = Receivers.join([vertices, samples.receivers(faces, vertices.targets)])
         names = [one.object_name for one in vertices.targets]
         sampled = VertexSamples(faces, samples, hidden, names, receivers, extent)
-        return VertexPoints(receivers, vertices, sampled, target, warnings)
+        return VertexPoints(receivers, vertices, sampled, target, tracer, warnings)
 
     def lit_by(self, solution: "Solution", workers: Workers) -> "VertexPoints":
         """See `Points.lit_by`: by points between vertices, unless samples of the faces tell of these."""
@@ -205,12 +209,13 @@ class VertexPoints:
         """See `Points.finish`."""
         from ..addon.output.vertex_light import finish_vertices
 
+        tracer = self.tracer if self.target.denoise else None
         if self.samples is None:
-            light = self.target.without_noise(irradiance, self.vertices, workers)
+            light = self.target.without_noise(irradiance, self.vertices, self.tracer, workers)
             names = self.target.wide.coarse(self.beside, self.vertices, light)
             made = VertexLight(self.vertices, light, self.target)
         else:
-            finished = finish_vertices(irradiance, self.samples, workers, self.target.denoise)
+            finished = finish_vertices(irradiance, self.samples, workers, tracer)
             names, n_samples = too_coarse(finished.residuals), len(self.samples.samples)
             made = VertexLight(self.vertices, finished.irradiance, self.target, finished.residuals, n_samples)
         if names:

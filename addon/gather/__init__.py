@@ -10,7 +10,7 @@ from .disc_density import MidAir
 from .final import Effort, FinalGather
 from .gather_rays import GatherRays
 from .glossy_light import glossy_radiance
-from .irradiance import Estimate, Irradiance
+from .irradiance import Estimate, Irradiance, OwnRays
 from .light_volume import Cascade
 from .open_sides import OpenBacks
 from .photon_volumes import OF_SCATTERED, photon_volume_gloss, photon_volume_irradiance, scatter_light
@@ -31,6 +31,7 @@ __all__ = [
     "Irradiance",
     "MidAir",
     "OpenBacks",
+    "OwnRays",
     "PhotonDensity",
     "ProbeLight",
     "RadianceCache",

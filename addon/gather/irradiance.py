@@ -10,6 +10,41 @@ _OF_ALL = ("receivers", "gather_points", "gather_rays")
 
 
 @dataclass(frozen=True)
+class OwnRays:
+    """What n receivers' own rays found; what they took in the end is from the rays of all around.
+
+    Attributes
+    ----------
+    off : (n, 3) float32, W/m²
+        Irradiance by their own rays, less what they took; 0 where they sent none.
+    stderr : (n,) float32, W/m²
+        Of the mean over colours by their own rays: independent of all others'.
+    taken : (n,) float32, W/m²
+        Standard error of the mean over colours of what they took.
+    """
+
+    off: np.ndarray
+    stderr: np.ndarray
+    taken: np.ndarray
+
+    def where(self, rows: np.ndarray | slice) -> "OwnRays":
+        """Those of some receivers."""
+        return OwnRays(self.off[rows], self.stderr[rows], self.taken[rows])
+
+    @staticmethod
+    def together(parts: "Sequence[OwnRays | None]") -> "OwnRays | None":
+        """Of several kinds of light, whose errors are independent; None where one of them has none."""
+        known = [part for part in parts if part is not None]
+        if len(known) < len(parts):
+            return None
+        squares = (
+            np.sqrt(np.sum([a**2 for a in arrays], axis=0))
+            for arrays in zip(*((p.stderr, p.taken) for p in known), strict=True)
+        )
+        return OwnRays(np.sum([part.off for part in known], axis=0), *squares)
+
+
+@dataclass(frozen=True)
 class Estimate:
     """What one way of gathering says of n receivers.
 
@@ -23,6 +58,7 @@ class Estimate:
         As in `Irradiance`.
     caustics : (n, 3) float32 or None, W/m²
         As in `Irradiance`.
+    own_rays : OwnRays or None
     """
 
     irradiance: np.ndarray
@@ -30,6 +66,7 @@ class Estimate:
     slope: np.ndarray | None = None
     gathered: np.ndarray | None = None
     caustics: np.ndarray | None = None
+    own_rays: OwnRays | None = None
 
     @staticmethod
     def dark(n: int, directional: bool) -> "Estimate":
@@ -41,7 +78,7 @@ class Estimate:
         """The sum of two kinds of light, whose errors are independent."""
         slope = None if self.slope is None or other.slope is None else self.slope + other.slope
         stderr = np.hypot(self.stderr, other.stderr)
-        return Estimate(self.irradiance + other.irradiance, stderr, slope, self.gathered)
+        return Estimate(self.irradiance + other.irradiance, stderr, slope, self.gathered, None, self.own_rays)
 
     def with_noise(self, noise: float) -> "Estimate":
         """The same light, whose mean over the receivers has an error besides, W/m²: of each in proportion to its light.
@@ -81,6 +118,8 @@ class Irradiance:
         Which receivers gathered by themselves; the others took their light from those. None: all did.
     caustics : (n, 3) float32 or None, W/m²
         The part of the indirect light that lamps send over mirrors and glass, where photons told it apart.
+    own_rays : OwnRays or None
+        Of those who gathered; None where light came in other ways, or to the pixels of a camera.
     """
 
     value: np.ndarray
@@ -90,6 +129,7 @@ class Irradiance:
     slope: np.ndarray | None = None
     gathered: np.ndarray | None = None
     caustics: np.ndarray | None = None
+    own_rays: OwnRays | None = None
 
     def where(self, rows: slice) -> "Irradiance":
         """The light of some receivers, with the counts of all."""
@@ -97,7 +137,8 @@ class Irradiance:
         slope = None if self.slope is None else self.slope[rows]
         gathered = None if self.gathered is None else self.gathered[rows]
         caustics = None if self.caustics is None else self.caustics[rows]
-        return Irradiance(self.value[rows], self.stderr[rows], passes, self.counts, slope, gathered, caustics)
+        own = None if self.own_rays is None else self.own_rays.where(rows)
+        return Irradiance(self.value[rows], self.stderr[rows], passes, self.counts, slope, gathered, caustics, own)
 
     @staticmethod
     def together(lights: "Sequence[Irradiance]") -> "Irradiance":
@@ -116,6 +157,7 @@ class Irradiance:
             counts=counts,
             slope=np.sum(slopes, axis=0) if slopes else None,
             gathered=first.gathered,
+            own_rays=OwnRays.together([light.own_rays for light in lights]),
         )
 
     @staticmethod

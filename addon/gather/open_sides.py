@@ -120,6 +120,7 @@ class OpenBacks:
             slope=None if light.slope is None else light.slope[row],
             gathered=None if light.gathered is None else light.gathered[row],
             caustics=None if light.caustics is None else light.caustics[row],
+            own_rays=None if light.own_rays is None else light.own_rays.where(row),
         )
 
     def lit_behind(self, scene: Scene, photons: Photons) -> list[str]:

@@ -8,7 +8,7 @@ from ...parallel import Turns, Workers
 from ...receivers import Receivers
 from ...tracers import Tracer
 from ..gather_rays import GatherRays
-from ..irradiance import Estimate
+from ..irradiance import Estimate, OwnRays
 from .effort import Effort, rays_for_budget, rays_for_noise
 from .placement import look_around, look_up_all, place_records, turn_length
 from .records import STAGE, RecordMaker, Records
@@ -107,7 +107,18 @@ class FinalGather:
         stderr = np.sqrt(spread.variance(records, weights, self._arms)).astype(np.float32)
         gathered = np.zeros(len(irradiance), bool)
         gathered[records.receiver] = True
-        return Estimate(irradiance, stderr, slope, gathered)
+        own = self._own_rays(records, spread, irradiance, stderr) if self._receivers.view is None else None
+        return Estimate(irradiance, stderr, slope, gathered, None, own)
+
+    def _own_rays(self, records: Records, spread: Spread, irradiance: np.ndarray, stderr: np.ndarray) -> OwnRays:
+        """What the records found by themselves, beside what their receivers took.
+
+        Their errors are told by others' rays: by its own, one that missed what is bright would be believed.
+        """
+        off, own = np.zeros_like(irradiance), np.zeros_like(stderr)
+        off[records.receiver] = records.irradiance - irradiance[records.receiver]
+        own[records.receiver] = np.sqrt(spread.expected / records.n_rays)
+        return OwnRays(off, own, stderr)
 
     def _with_rays(self) -> Records:
         """The records with more rays, in turns, until the effort is made."""

@@ -1,20 +1,23 @@
 """Noise out of gathered light, over surfaces: local polynomials as wide as light lets them be.
 
-Receivers that gathered (records) have independent noise of a known size. Around each, parabolas are fitted to the light
-of its nearest records (weighted least squares in its tangent plane), of few and of many. A fit of many has little
-variance v, and a bias b where light is no parabola: its squared differences from the records' own light are
-σ² (1 − 2l) + v + b² on the average, l being the record's weight in its own fit, so their mean over the
-surroundings tells b². Fits and the record's own light, with a mean squared error of v + B b² and σ², are mixed by the
-inverse squares of these errors; B > 1, as a mean dilutes what is wrong in one place. All other receivers take the fits
-of the records nearest to them. None changes by more than `MOST` standard errors.
+What receivers that gathered (records) found by their own rays has independent noise of a known size. Around each,
+parabolas are fitted to it over the nearest records (weighted least squares in the tangent plane), over few and over
+many. The light t that the receiver has taken so far has the squared error e. A fit has the variance v and, where light
+is no parabola, a bias b. It is the better the more records it takes: its difference from t is then independent of its
+own noise (Hausman), and has the mean square e − v + b². So the mean of these squares over the surroundings tells b².
+Light and fits, with a mean squared error of e and v + B b², are mixed by the inverse squares of these errors; B > 1, as
+a mean dilutes what is wrong in one place. All other receivers change as the records nearest to them do. None changes by
+more than `MOST` standard errors.
 
 The neighbours are found by place and normal alike, whatever object they are on; what faces another way or lies above or
-below the tangent plane does not count. Caustics, which are sharp, and direct light stay as they are.
+below the tangent plane does not count, nor what is behind something that stands on the surface: rays in `_WAYS`
+directions just above it tell how far each record sees. Caustics, which are sharp, and direct light stay as they are.
 """
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -23,29 +26,33 @@ from ...parallel import Workers, slices
 from ...receivers import Receivers
 from ...sampling.vectors import rows
 from ...sampling.warps import frame
+from ...tracers import Tracer
 
 STAGE = "Denoising vertices"
 
-N_NEIGHBOURS = (24, 64, 160)
+N_NEIGHBOURS = (48, 100)
 """Records that fits are made of."""
 
 MOST = 2.5
 
-_TURN = 0.25  # of the extent: a record as far away counts as near as one at the same place that is turned by 57°
+A = TypeVar("A")
+
+_TURN = 1.0  # of the extent: a record as far away counts as near as one at the same place that is turned by 57°
 _TILT = 0.5  # difference of unit normals at which a record counts no more
 _HEIGHT = 0.25  # of the farthest record's distance, above or below the tangent plane, at which one counts no more
-_RIDGE = np.array([1e-9, 0.02, 0.02, 0.05, 0.05, 0.05])  # of the weights: how far few records may be extrapolated
-_CHANCE = np.array(
-    [1.35, 1.25, 1.2], np.float32
-)  # of the differences that noise makes: by as much they may be more by chance
+_RIDGE = (1e-6, 0.02, 0.02, 0.05, 0.05, 0.05)  # of the weights: how far few records may be extrapolated
+_CHANCE = 1.25  # times the squared differences that noise makes: by as much they may be more by chance
 _LOCAL = 8.0  # B
-_AROUND, _TIMES = 24, (1, 2, 4)  # records that differences are averaged over, so many times for each fit
-_NEAREST = 4  # records whose fits a receiver takes
+_AROUND, _TIMES = 24, (2, 4)  # records that differences are averaged over, so many times for each fit
+_NEARLY = 0.3  # relative: as much farther than the nearest records those may be that are found
+_NEAREST = 4  # records that a receiver changes with
+_WAYS, _RISE = 16, 0.2  # directions along the surface, and their slope: what rises less above it is nothing
 _CHUNK = 2048
+_RECORD_BYTES = N_NEIGHBOURS[-1] * 150
 
 
 def denoised(
-    light: Irradiance, receivers: Receivers, has_say: np.ndarray, extent: float, workers: Workers
+    light: Irradiance, receivers: Receivers, has_say: np.ndarray, extent: float, tracer: Tracer, workers: Workers
 ) -> Irradiance:
     """Light of n receivers without most of its noise, where they gathered themselves or took it from those that did.
 
@@ -55,170 +62,212 @@ def denoised(
         Of the receivers: the light of others is hidden, and counts for nobody else.
     extent : float, m
         Of most receivers.
+    tracer : Tracer
+        For what stands between them.
     """
-    if light.gathered is None:
+    own = light.own_rays
+    if own is None or light.gathered is None or not own.taken.any():
+        return light
+    k = np.flatnonzero(light.gathered & has_say)
+    if len(k) < 2 * _NEAREST:
         return light
     indirect = light.passes["indirect"]
-    caustics = np.float32(0) if light.caustics is None else light.caustics
-    smooth, k = indirect - caustics, np.flatnonzero(light.gathered & has_say)
-    if len(k) < 2 * _NEAREST or not light.stderr.any():
-        return light
-    records = _Records(rows(receivers.position, k), rows(receivers.normal, k), smooth[k], light.stderr[k], extent)
-    fits = _Fits.of(records, workers.part(0, 0.7))
-    change, stderr = np.zeros_like(smooth), light.stderr.copy()
+    taken = indirect[k] - (np.float32(0) if light.caustics is None else light.caustics[k])
+    at = rows(receivers.position, k), rows(receivers.normal, k)
+    records = _Records(*at, taken, taken + own.off[k], own.taken[k], own.stderr[k], extent, tracer)
+    changes = _Changes.of(records, workers.part(0, 0.8))
+    change, error = np.zeros_like(indirect), own.taken.copy()
     those = np.flatnonzero(has_say)
 
     def take(chunk: slice) -> tuple[np.ndarray, np.ndarray]:
-        at = those[chunk]
-        return fits.at(rows(receivers.position, at), rows(receivers.normal, at), smooth[at], light.stderr[at])
+        i = those[chunk]
+        return changes.at(rows(receivers.position, i), rows(receivers.normal, i), own.taken[i])
 
-    for chunk, (value, error) in _each(take, len(those), workers.part(0.7, 1)):
-        change[those[chunk]], stderr[those[chunk]] = value - smooth[those[chunk]], error
+    for chunk, (value, stderr) in _each(take, len(those), workers.part(0.8, 1)):
+        change[those[chunk]], error[those[chunk]] = value, stderr
     lowest = min(float(indirect.min()), 0.0)
     passes = {**light.passes, "indirect": np.maximum(indirect + change, lowest)}
+    stderr = np.sqrt(np.maximum(light.stderr**2 - own.taken**2, 0) + error**2)
     return replace(light, value=np.sum(list(passes.values()), axis=0, dtype=np.float32), stderr=stderr, passes=passes)
 
 
 @dataclass(frozen=True)
 class _Records:
-    """m receivers that gathered: where they are, light (m, 3), and its standard error (m,)."""
+    """m receivers that gathered: where they are, what light they took and what their own rays found (m, 3), and the
+    standard errors of both (m,).
+    """
 
     position: np.ndarray
     normal: np.ndarray
+    taken: np.ndarray
     light: np.ndarray
+    error: np.ndarray
     stderr: np.ndarray
     extent: float
+    tracer: Tracer
 
     def __len__(self) -> int:
         return len(self.position)
 
     @cached_property
-    def axes(self) -> tuple[np.ndarray, np.ndarray]:
-        return frame(self.normal)
-
-    @cached_property
-    def _tree(self) -> Any:
+    def tree(self) -> Any:
         from scipy.spatial import cKDTree
 
-        return cKDTree(self._place(self.position, self.normal))
+        return cKDTree(self._place(self.position, self.normal), balanced_tree=False)  # faster: 0.7 times the seconds
 
     def _place(self, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
         return np.concatenate([position, np.float32(_TURN * self.extent) * normal], axis=1)
 
     def nearest(self, position: np.ndarray, normal: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
         """Distance and number of the k records nearest to points, (n, k) each."""
-        distance, near = self._tree.query(self._place(position, normal), min(k, len(self)))
+        distance, near = self.tree.query(self._place(position, normal), min(k, len(self)), eps=_NEARLY)
         return distance.reshape(len(position), -1).astype(np.float32), near.reshape(len(position), -1).astype(np.int32)
 
     def weights(self, way: np.ndarray, normal: np.ndarray, near: np.ndarray, reach: np.ndarray) -> np.ndarray:
         """How much records `near` (n, k) count at points that see them at `way` (n, k, 3), up to a reach (n,)."""
-        distance2 = np.einsum("nki,nki->nk", way, way)
         height = np.einsum("nki,ni->nk", way, normal)
-        tilt = rows(self.normal, near.ravel()).reshape(way.shape) - normal[:, None]
+        turn = np.einsum("nki,ni->nk", rows(self.normal, near), normal)
+        tilt2 = np.maximum(2 - 2 * turn, 0)
         reach = reach[:, None]
-        weight = _bump(distance2 / reach**2) * _bump(np.einsum("nki,nki->nk", tilt, tilt) / np.float32(_TILT**2))
+        weight = _bump(np.einsum("nki,nki->nk", way, way) / reach**2) * _bump(tilt2 / np.float32(_TILT**2))
         return weight * _bump((height / (np.float32(_HEIGHT) * reach)) ** 2)
+
+    def nearness(self, chunk: slice, reach: np.ndarray) -> np.ndarray:
+        """Of what stands on the surface around some records, within reach (c,): 1/distance for each way, (c, ways)."""
+        position, normal = self.position[chunk], self.normal[chunk]
+        tangent, bitangent = frame(normal)
+        found = np.empty((len(position), _WAYS), np.float32)
+        for i, angle in enumerate(2 * np.pi * np.arange(_WAYS, dtype=np.float32) / _WAYS):
+            way = np.cos(angle) * tangent + np.sin(angle) * bitangent + np.float32(_RISE) * normal
+            way /= np.float32(np.hypot(1, _RISE))
+            found[:, i] = np.hypot(1, _RISE) / np.maximum(self.tracer.closest_hit(position, way, reach).distance, 1e-6)
+        return found
 
 
 @dataclass(frozen=True)
-class _Fits:
-    """Parabolas around records.
-
-    Attributes
-    ----------
-    coefficient : (m, 3 fits, 6, 3) float32
-    reach : (m, 3) float32, m
-        Unit of their arguments.
-    share : (m, 3) float32
-        Of each fit in the mixture; the rest is the record's own light.
-    variance : (m,) float32
-        Of the mixture's mean squared error.
+class _Changes:
+    """How the light of records changes, (m, 3), what remains of its squared error, (m,) as a share, and how near things
+    are to them, (m, ways).
     """
 
     records: _Records
-    coefficient: np.ndarray
-    reach: np.ndarray
-    share: np.ndarray
-    variance: np.ndarray
+    change: np.ndarray
+    left: np.ndarray
+    nearness: np.ndarray
 
     @staticmethod
-    def of(records: _Records, workers: Workers) -> "_Fits":
-        """Fits to the records, and how much each is trusted."""
-        n, n_fits = len(records), len(N_NEIGHBOURS)
-        coefficient, reach = np.empty((n, n_fits, 6, 3), np.float32), np.empty((n, n_fits), np.float32)
-        variance, expected = np.empty((2, n, n_fits), np.float32)
-        around, weight = np.empty((n, min(_AROUND, n)), np.int32), np.empty((n, min(_AROUND, n)), np.float32)
+    def of(records: _Records, workers: Workers) -> "_Changes":
+        """By fits to the records, as far as each is trusted."""
+        n, n_fits, n_around = len(records), len(N_NEIGHBOURS), min(_AROUND, len(records))
+        fitted, variance = np.empty((n, n_fits, 3), np.float32), np.empty((n, n_fits), np.float32)
+        around, weight = np.empty((n, n_around), np.int32), np.empty((n, n_around), np.float32)
+        nearness = np.empty((n, _WAYS), np.float32)
+        arrays = fitted, variance, around, weight, nearness
+        assert records.tree is not None  # made before threads need it
 
         def fit(chunk: slice) -> tuple[np.ndarray, ...]:
-            return _fitted(records, chunk)
+            return _fitted(records, chunk, workers.progress.check)
 
-        arrays = coefficient, reach, variance, expected, around, weight
         for chunk, found in _each(fit, n, workers):
             for array, values in zip(arrays, found, strict=True):
                 array[chunk] = values
-        off2 = (coefficient[:, :, 0].mean(axis=2) - records.light.mean(axis=1)[:, None]) ** 2
-        surplus = off2 - _CHANCE * expected
+        taken, own = records.error[:, None] ** 2, records.stderr[:, None] ** 2
+        noise = np.maximum(np.minimum(taken, own) - variance, 0)
+        surplus = (fitted - records.taken[:, None]).mean(axis=2) ** 2 - _CHANCE * noise
         for i, times in enumerate(_TIMES):
             for _ in range(times):
                 workers.progress.check()
-                surplus[:, i] = (weight * surplus[around, i]).sum(axis=1)
-        own = records.stderr[:, None].astype(np.float64) ** 2
-        errors = np.concatenate([own, variance + _LOCAL * np.maximum(surplus, 0)], axis=1)
+                surplus[:, i] = np.einsum("nk,nk->n", weight, surplus[around, i])
+        of_fits = variance + _LOCAL * np.maximum(surplus, 0)
+        errors = np.concatenate([taken, own, of_fits], axis=1).astype(np.float64)
         trust = np.maximum(errors, 1e-30) ** -2
         trust /= trust.sum(axis=1, keepdims=True)
-        return _Fits(records, coefficient, reach, trust[:, 1:].astype(np.float32), (trust * errors).sum(axis=1))
+        values = np.concatenate([records.light[:, None], fitted], axis=1) - records.taken[:, None]
+        change = np.einsum("nf,nfc->nc", trust[:, 1:], values).astype(np.float32)
+        left = (trust * errors).sum(axis=1) / np.maximum(errors[:, 0], 1e-30)
+        return _Changes(records, change, np.minimum(left, 1).astype(np.float32), nearness)
 
-    def at(
-        self, position: np.ndarray, normal: np.ndarray, light: np.ndarray, stderr: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Light (n, 3) of receivers without noise, and its standard error (n,), from their own."""
-        records = self.records
-        distance, near = records.nearest(position, normal, _NEAREST + 1)
+    def at(self, position: np.ndarray, normal: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How the light of receivers changes, (n, 3), and its standard error then, (n,), from that before."""
+        distance, near = self.records.nearest(position, normal, _NEAREST + 1)
         reach, near = np.maximum(distance[:, -1], np.float32(1e-12)), near[:, :-1]
-        way = position[:, None] - rows(records.position, near.ravel()).reshape(*near.shape, 3)
-        weight = records.weights(way, normal, near, reach) + np.float32(1e-6)
-        weight /= weight.sum(axis=1, keepdims=True)
-        x, y = (np.einsum("nki,nki->nk", way, rows(axis, near.ravel()).reshape(way.shape)) for axis in records.axes)
-        share = weight[..., None] * self.share[near]
-        unit = self.reach[near]
-        terms = _terms(x[..., None] / unit, y[..., None] / unit)
-        fitted = np.einsum("nks,nksa,nksac->nc", share, terms, self.coefficient[near])
-        total = share.sum(axis=(1, 2))
-        change = fitted - total[:, None] * light
-        most = np.float32(MOST) * stderr / np.maximum(np.abs(change).mean(axis=1), np.float32(1e-30))
-        error2 = ((1 - total) * stderr) ** 2 + total**2 * (weight * self.variance[near]).sum(axis=1)
-        return light + change * np.minimum(most, 1)[:, None], np.sqrt(np.minimum(error2, stderr**2))
+        way = rows(self.records.position, near) - position[:, None]
+        weight = self.records.weights(way, normal, near, reach)
+        axes = frame(rows(self.records.normal, near.ravel()))
+        x, y = (np.einsum("nki,nki->nk", way, axis.reshape(way.shape)) for axis in axes)
+        weight *= ~_blocked(-x, -y, rows(self.nearness, near))
+        weight /= np.maximum(weight.sum(axis=1, keepdims=True), np.float32(1e-12))
+        change = np.einsum("nk,nkc->nc", weight, rows(self.change, near))
+        most = np.float32(MOST) * error / np.maximum(np.abs(change.mean(axis=1)), np.float32(1e-30))
+        left = 1 - np.einsum("nk,nk->n", weight, 1 - self.left[near])
+        return change * np.minimum(most, 1)[:, None], error * np.sqrt(np.maximum(left, 0))
 
 
-def _fitted(records: _Records, chunk: slice) -> tuple[np.ndarray, ...]:
-    """Of a chunk of records: coefficients, reach, variance and expected difference of their fits; those around them."""
+def _fitted(records: _Records, chunk: slice, check: Callable[[], None]) -> tuple[np.ndarray, ...]:
+    """Of a chunk of records: light and variance of their fits, those around them, how much these count,
+    and what `nearness` tells.
+    """
     position, normal = records.position[chunk], records.normal[chunk]
     distance, near = records.nearest(position, normal, N_NEIGHBOURS[-1])
-    way = rows(records.position, near.ravel()).reshape(*near.shape, 3) - position[:, None]
-    x, y = (np.einsum("nki,ni->nk", way, axis[chunk]) for axis in records.axes)
+    way = rows(records.position, near) - position[:, None]
+    x, y = (np.einsum("nki,ni->nk", way, axis) for axis in frame(normal))
+    nearness = records.nearness(chunk, distance[:, -1])
+    seen = ~_blocked(x, y, nearness[:, None])
     variance = records.stderr**2
-    fits = []
+    light, of_fit = [], []
     for number in (min(n, near.shape[1]) for n in N_NEIGHBOURS):
+        check()
         some, reach = near[:, :number], distance[:, number - 1] + np.float32(1e-12)
-        weight = records.weights(way[:, :number], normal, some, reach)
-        terms = _terms(x[:, :number] / reach[:, None], y[:, :number] / reach[:, None]).astype(np.float64)
-        weighted = weight[..., None] * terms
-        matrix = terms.transpose(0, 2, 1) @ weighted + _RIDGE * np.eye(6) * weight.sum(axis=1)[:, None, None]
-        inverse = np.linalg.inv(matrix)
-        own = (inverse[:, :1] @ weighted.transpose(0, 2, 1))[:, 0]  # what each record adds to the light in the middle
-        of_fit = (own**2 * variance[some]).sum(axis=1)
-        expected = np.maximum(variance[chunk] * (1 - 2 * own[:, 0]) + of_fit, 0)
-        total = weighted.transpose(0, 2, 1) @ rows(records.light, some.ravel()).reshape(*some.shape, 3)
-        fits.append((inverse @ total, reach, of_fit, expected))
+        weight = records.weights(way[:, :number], normal, some, reach) * seen[:, :number]
+        own = _parabola(x[:, :number] / reach[:, None], y[:, :number] / reach[:, None], weight)
+        of_fit.append(np.einsum("nk,nk->n", own**2, variance[some]))
+        light.append(np.einsum("nk,nkc->nc", own, rows(records.light, some)))
     n = min(_AROUND, near.shape[1])
-    around = records.weights(way[:, :n], normal, near[:, :n], distance[:, n - 1] + np.float32(1e-12))
+    around = records.weights(way[:, :n], normal, near[:, :n], distance[:, n - 1] + np.float32(1e-12)) * seen[:, :n]
     around /= np.maximum(around.sum(axis=1, keepdims=True), np.float32(1e-30))
-    return *(np.stack(arrays, axis=1) for arrays in zip(*fits, strict=True)), near[:, :n], around
+    return np.stack(light, axis=1), np.stack(of_fit, axis=1), near[:, :n], around, nearness
 
 
-def _terms(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """What the coefficients of a parabola count at places, (…, 6)."""
-    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
+def _blocked(x: np.ndarray, y: np.ndarray, nearness: np.ndarray) -> np.ndarray:
+    """Whether something stands between records and places (n, k) around them, (n, k) bool.
+
+    In all ways to a straight wall the inverse distance to it is a cosine, and so is about linear between two of them.
+
+    Parameters
+    ----------
+    nearness : (n, 1 or k, ways) float32, 1/m
+    """
+    way = np.arctan2(y, x) * np.float32(_WAYS / (2 * np.pi))
+    first = np.floor(way).astype(np.int32)
+    share = way - first
+    near, next_ = (np.take_along_axis(nearness, (first + i)[..., None] % _WAYS, axis=2)[..., 0] for i in (0, 1))
+    return np.hypot(x, y) * (near + share * (next_ - near)) > 1
+
+
+def _parabola(x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """What records at places (n, k) add to the value at 0 of the parabola that is fitted to them, (n, k) float32."""
+    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
+    matrix = (weight[:, None] * terms) @ terms.transpose(0, 2, 1)
+    return weight * np.einsum("nt,ntk->nk", _first_solution(matrix, weight.sum(axis=1)), terms)
+
+
+def _first_solution(matrix: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """First column of the inverses of positive definite matrices (n, 6, 6) with the ridge times `scale` (n,) added.
+
+    Elimination of the last row first leaves only forward substitution for the first column.
+    """
+    a = matrix.transpose(1, 2, 0).astype(np.float64)
+    n = len(a)
+    for i, ridge in enumerate(_RIDGE):
+        a[i, i] += ridge * scale + 1e-30
+    for i in range(n - 1, 0, -1):
+        for j in range(i):
+            a[j, : j + 1] -= a[i, j] / a[i, i] * a[i, : j + 1]
+    solution = np.empty((n, a.shape[2]))
+    solution[0] = 1 / a[0, 0]
+    for i in range(1, n):
+        solution[i] = -(a[i, :i] * solution[:i]).sum(axis=0) / a[i, i]
+    return solution.T.astype(np.float32)
 
 
 def _bump(x2: np.ndarray) -> np.ndarray:
@@ -226,9 +275,9 @@ def _bump(x2: np.ndarray) -> np.ndarray:
     return np.maximum(1 - x2, 0)
 
 
-def _each(work: Any, n: int, workers: Workers) -> Any:
+def _each(work: Callable[[slice], A], n: int, workers: Workers) -> Iterator[tuple[slice, A]]:
     """Chunks of ``range(n)`` with what `work` makes of them, in order."""
     chunks = list(slices(n, _CHUNK))
-    for chunk, result in zip(chunks, workers.map(work, chunks), strict=True):
+    for chunk, result in zip(chunks, workers.map(work, chunks, _CHUNK * _RECORD_BYTES), strict=True):
         yield chunk, result
         workers.progress.update(STAGE, chunk.stop / n)

@@ -7,6 +7,7 @@ import numpy as np
 from ...gather import Irradiance
 from ...parallel import Workers
 from ...receivers import FaceSamples, Receivers, ShownFaces
+from ...tracers import Tracer
 from .denoise import denoised
 from .fit import FaceFit
 
@@ -68,12 +69,20 @@ class FinishedVertices:
     residuals: dict[str, float]
 
 
-def finish_vertices(light: Irradiance, at: VertexSamples, workers: Workers, denoise: bool = True) -> FinishedVertices:
-    """The values of vertices from the light of n vertices and, after them, of s samples."""
+def finish_vertices(
+    light: Irradiance, at: VertexSamples, workers: Workers, denoise_by: Tracer | None = None
+) -> FinishedVertices:
+    """The values of vertices from the light of n vertices and, after them, of s samples.
+
+    Parameters
+    ----------
+    denoise_by : Tracer, optional
+        For what stands between points; without it, noise stays.
+    """
     n, faces, samples = len(at.hidden), at.faces, at.samples
     has_say = _has_say(light.value, at)
-    if denoise:
-        light = denoised(light, at.receivers, has_say, at.extent, workers)
+    if denoise_by is not None:
+        light = denoised(light, at.receivers, has_say, at.extent, denoise_by, workers)
     passes = {name: values[:n].copy() for name, values in light.passes.items()}
     stderr = light.stderr[:n].copy()
     of_names: dict[str, np.ndarray] = {}

@@ -13,6 +13,7 @@ negative where light is not: the bounds of a least-squares problem that an activ
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -100,12 +101,12 @@ class FaceFit:
         total = self.basis.T @ (self.sample_area * at_samples) + self.vertex_area * at_vertices
         return np.where(weight > 0, total / np.maximum(weight, 1e-30), at_vertices)
 
-    @property
+    @cached_property
     def _diagonal(self) -> np.ndarray:
         of_samples = self.basis.multiply(self.basis).T @ self.sample_area
         return of_samples + self.vertex_area + REGULARIZATION * (self.jump.multiply(self.jump).T @ self.edge_area)
 
-    @property
+    @cached_property
     def _hold(self) -> np.ndarray:
         return _LEAST * self._diagonal + 1e-30
 
