@@ -99,6 +99,8 @@ def _after_undo(*_: Any) -> None:
 
 @bpy.app.handlers.persistent
 def _after_update(_scene: Any, depsgraph: Any) -> None:
+    if depsgraph.mode == "RENDER":  # where instances lose their object's color once Python has seen its data-block
+        return
     if depsgraph.id_type_updated("MATERIAL") or depsgraph.id_type_updated("NODETREE"):
         follow_changes([update.id.original for update in depsgraph.updates])
 

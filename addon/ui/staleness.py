@@ -49,7 +49,7 @@ def follow(scene: Any) -> None:
 
 @bpy.app.handlers.persistent
 def _on_update(scene: Any, depsgraph: Any) -> None:
-    if _own:
+    if _own or depsgraph.mode == "RENDER":
         return
     outcome = bake_state.outcome_of(scene.session_uid)
     if outcome is None or outcome.stale or not (outcome.places or outcome.files):

@@ -128,7 +128,7 @@ def test_a_zip_holds_the_extension_and_its_wheels_only(zip_path):
     tops = {name.partition("/")[0] for name in names}
     assert {"__init__.py", "LICENSE", "addon", "blender_manifest.toml", "operators", "wheels"} <= tops
     assert tops <= {"__init__.py", "LICENSE", "README.md", "CHANGELOG.md"} | {
-        "addon", "blender_manifest.toml", "operators", "shaders", "wheels"
+        "addon", "blender_manifest.toml", "docs", "operators", "shaders", "wheels"
     }  # fmt: skip
     wheels = [name for name in names if name.startswith("wheels/")]
     packages = {name.split("/")[1].split("-")[0] for name in wheels}

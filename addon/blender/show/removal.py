@@ -4,7 +4,6 @@ from pathlib import Path
 
 import bpy
 
-from ...output.lightmap import KINDS
 from ..lightmap.images import OF
 from ..lightmap.writing import IMAGE, SCALE_OFFSET, UV_MAP, remove_made_uv_map
 
@@ -40,6 +39,8 @@ def remove_lightmaps(files: bool = False) -> tuple[int, list[str]]:
 
 def _delete(paths: list[Path]) -> list[str]:
     """Delete files, and those of directional light beside them."""
+    from ...output.lightmap import KINDS  # here, as Blender's start should not wait for SciPy
+
     failures = []
     for path in paths:
         stem, _, kind = path.stem.rpartition("_")
