@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from ..addon.refinement import FaceSamples
     from ..addon.solution import Solution
 
+_LEAST_EXTENT = 1e-3  # m, of the vertices: those that lie very far away, or in one place, have none
+
 
 @dataclass(frozen=True)
 class WantedVertices:
@@ -156,7 +158,7 @@ class VertexTarget:
 
         if not self.denoise or len(receivers) == 0:
             return light
-        extent = 2 * region_of(receivers.position).radius
+        extent = max(2 * region_of(receivers.position).radius, _LEAST_EXTENT)
         return denoised(light, receivers, np.ones(len(receivers), bool), extent, tracer, workers)
 
 
@@ -194,7 +196,7 @@ class VertexPoints:
         from ..addon.output.vertex_light import VertexSamples
         from ..addon.photons import region_of
 
-        extent = 2 * region_of(vertices.position).radius
+        extent = max(2 * region_of(vertices.position).radius, _LEAST_EXTENT)
         samples, hidden = face_samples(faces, vertices, extent, tracer, workers)
         receivers = Receivers.join([vertices, samples.receivers(faces, vertices.targets)])
         names = [one.object_name for one in vertices.targets]

@@ -145,7 +145,7 @@ def test_names_that_cannot_be(name):
 def test_taken_names_are_refused():
     free, taken = scenes.add_cube("Free"), scenes.add_plane("Taken")
     receivers = receivers_for((taken, "POINT"))
-    assert_refused("'Taken'.*not a colour", receivers, "UVMap")
+    assert_refused("'Taken'.*not a color", receivers, "UVMap")
     taken.vertex_groups.new(name="Indirect")
     assert_refused("'Taken'.*vertex group", receivers)
     (warning,) = write_color_attribute(values(12), receivers_for((free, "POINT"), (taken, "POINT")), "Indirect")
