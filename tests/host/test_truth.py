@@ -59,7 +59,7 @@ def test_photons_in_a_light_volume(truth):
     assert got.mean(0) / mean.mean(0) == pytest.approx(np.ones(3), abs=0.03)
 
 
-@pytest.mark.parametrize("gather", ["density", "light_volume"])
+@pytest.mark.parametrize("gather", [pytest.param("density", marks=pytest.mark.long), "light_volume"])
 def test_gathers_agree(truth, gather):
     keep = truth["keep"]
     final, other = (at_probes(name, "medium")[keep].mean(0) for name in ("final", gather))
