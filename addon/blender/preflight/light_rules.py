@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 
 from ...findings import counted
-from ..nodes import all_nodes
+from ..nodes import all_nodes, uses_nodes
 from .asked import Asked
 from .found import Found, of_bake
 
@@ -26,7 +26,7 @@ def _has_world(asked: Asked) -> bool:
     world = asked.scene.world
     if world is None:
         return False
-    if world.node_tree is None or not world.use_nodes:
+    if not uses_nodes(world):
         return any(world.color)
     return any(
         node.type != "BACKGROUND" or _gives(node.inputs["Color"], node.inputs["Strength"])
