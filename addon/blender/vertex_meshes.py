@@ -28,8 +28,8 @@ from .probes import attribute_maps
 from .transforms import place_normals, to_world
 from .warn import Warnings, listed
 
-UNREACHED = 0.01
-"""Share of an object's surface that may show no light without a warning."""
+UNREACHED = 1e-5
+"""Share of an object's surface that may show no light without a warning: it is white, and seen wherever it is."""
 
 
 class NotShownError(BakeError):
@@ -96,7 +96,7 @@ def receiver_meshes(
             continue
         if share > UNREACHED:
             warn.add(
-                f"Object '{obj.name}': {share:.0%} of its surface shows no light, as its modifier "
+                f"Object '{obj.name}': {_percent(share)} of its surface shows no light, as its modifier "
                 f"'{_culprit(obj, depsgraph)}' makes faces that show no attribute: turn on Bake Copies."
             )
         meshes[obj] = parts.pop(obj)
@@ -170,6 +170,10 @@ def _not_shown(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> Not
         f"Object '{obj.name}': its modifier '{_culprit(obj, depsgraph)}' makes a new mesh that shows no attribute of "
         "the old one: turn on Bake Copies, or apply the modifier."
     )
+
+
+def _percent(share: float) -> str:
+    return f"{share:.0%}" if share >= 0.01 else "under 1%"
 
 
 def _culprit(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> str:

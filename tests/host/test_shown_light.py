@@ -215,6 +215,15 @@ def test_boolean_shows_light_on_what_is_left_and_names_what_is_new():
     assert (np.sort(errors(obj))[:28] < EXACT).all()
 
 
+def test_little_that_shows_no_light_is_named_too():
+    """It is white, Blender's default, and seen as such however small it is."""
+    obj, cutter = scenes.add_cube(), add_cutter()
+    add_cut(obj, cutter)
+    cutter.scale = (0.05, 0.05, 0.05)
+    (warning,) = bake_light_at(obj)
+    assert "'Cube': under 1% of its surface shows no light, as its modifier 'Cut'" in warning
+
+
 @pytest.mark.parametrize("solver", ["EXACT", "FLOAT" if bpy.app.version >= (5, 0, 0) else "FAST"])
 def test_a_hidden_cutter_holds_the_light_of_its_cuts(solver):
     """Also of what it cuts into two objects, and with modifiers of its own."""
