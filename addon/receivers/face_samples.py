@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..parallel import Workers, slices
+from ..parallel import Workers
 from ..sampling.vectors import dot, largest, rows
 from ..sampling.warps import frame
 from ..tracers import Tracer
@@ -219,7 +219,7 @@ def _hidden(
     """
     hidden = np.zeros(len(position), bool)
 
-    def look(chunk: slice) -> np.ndarray:
+    def look(chunk: slice, _: np.random.Generator) -> np.ndarray:
         at, up = position[chunk], normal[chunk]
         above = tracer.closest_hit(at, up)
         found = above.distance < _CLOSE * radius[chunk]
@@ -232,8 +232,6 @@ def _hidden(
         found[k] = n_backs >= _MOST_BACKS
         return found
 
-    chunks = list(slices(len(position), _CHUNK))
-    for chunk, found in zip(chunks, workers.map(look, chunks), strict=True):
+    for chunk, found in workers.chunks(STAGE, len(position), _CHUNK, look, ()):
         hidden[chunk] = found
-        workers.progress.update(STAGE, chunk.stop / len(position))
     return hidden
