@@ -33,6 +33,9 @@ _PAIRS = 1 << 19  # of receivers and photons in a chunk, which bounds the memory
 _OVERSEARCH = 2  # in an edge between two faces, half of the nearest photons are the other face's
 _N_DISC_RAYS = 16
 _LOWEST = np.float32(0.1)  # cosine: few photons come in lower, and each would weigh the more
+LEAST_ESTIMATES = 4
+"""Photons in all, over those that an estimate takes: fewer say nothing of where the light is, and cost much time."""
+
 LEAST_SHARE = np.float32(1 / 8)  # half of a corner between three walls: with less, the receiver is on no surface
 
 

@@ -17,7 +17,7 @@ from ..sampling.warps import frame, sample_uniform_disk
 from ..scene import Scene
 from ..scene.z_curve import z_curve
 from ..tracers import LightTracer, Tracer
-from .density import LEAST_SHARE, LOW_DENSITY, slope_of_photons
+from .density import LEAST_ESTIMATES, LEAST_SHARE, LOW_DENSITY, slope_of_photons
 from .irradiance import Estimate
 
 _OFF_SURFACE = np.float32(0.1)
@@ -31,7 +31,6 @@ _TOGETHER, _FEW = 1024, 32  # receivers that lie together, for which flights are
 _FIRST_LOOK, _MOST_LOOKS = 4, 64  # flights that are looked at first, and at most, over those that an estimate takes
 _PAIRS = 1 << 18  # of receivers and flights together, which bounds the memory
 _N_DISC_RAYS = 16
-_LEAST_FLIGHTS = 4  # of an estimate's
 
 
 @dataclass(frozen=True)
@@ -90,7 +89,7 @@ class MidAir:
             flights = flights.where(flights.focused == (kind == PathKind.CAUSTIC))
         if kind == PathKind.CAUSTIC and receivers.takes_caustics is not None:
             rows = rows[receivers.takes_caustics[rows]]
-        if len(flights) < _LEAST_FLIGHTS * n_nearest:  # too few to say where the light is
+        if len(flights) < LEAST_ESTIMATES * n_nearest:
             light.put(rows, Estimate.dark(len(rows), receivers.directional))
         elif len(rows):
             density = DiscDensity(self._tracer, flights, self.log.ball, n_nearest, max_radius)
