@@ -170,6 +170,22 @@ def _first(true: np.ndarray) -> np.ndarray:
     return true.argmax(axis=1)[:, None]
 
 
+def points_of_discs(x: np.ndarray, normals: np.ndarray, r: np.ndarray, disc: np.ndarray | None = None) -> np.ndarray:
+    """Points of discs of radii (n,) around x (n, 3), at right angles to unit normals, (n, k, 3), m.
+
+    Parameters
+    ----------
+    disc : (k, 2) float32, optional
+        The same points in a disc of radius 1; evenly spread without it.
+    """
+    if disc is None:
+        disc = sample_uniform_disk(below_one(sobol(2, 0).random(_N_DISC_RAYS)))
+    tangent, bitangent = frame(normals)
+    offset = disc[None, :, :1] * tangent[:, None] + disc[None, :, 1:] * bitangent[:, None]
+    points: np.ndarray = x[:, None] + r[:, None, None] * offset
+    return points
+
+
 def surface_share(
     tracer: Tracer, x: np.ndarray, normals: np.ndarray, r: np.ndarray, disc: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -185,13 +201,9 @@ def surface_share(
     disc : (k, 2) float32, optional
         The points, in a disc of radius 1; evenly spread without it.
     """
-    if disc is None:
-        disc = sample_uniform_disk(below_one(sobol(2, 0).random(_N_DISC_RAYS)))
-    n_rays = len(disc)
-    tangent, bitangent = frame(normals)
     top = (SLICE * r)[:, None] * normals
-    offset = disc[None, :, :1] * tangent[:, None] + disc[None, :, 1:] * bitangent[:, None]
-    raised = (x[:, None] + r[:, None, None] * offset + top[:, None]).reshape(-1, 3).astype(np.float32)
+    raised = points_of_discs(x, normals, r, disc) + top[:, None]
+    n_rays, raised = raised.shape[1], raised.reshape(-1, 3).astype(np.float32)
     down = np.repeat(-normals, n_rays, 0)
     thickness = np.repeat(2 * SLICE * r, n_rays)
     hits = tracer.closest_hit(raised, down)
