@@ -44,17 +44,8 @@ def bake(
     settings: BakeSettings,
     tracer: Tracer,
     progress: Progress | None = None,
-    inspector: Inspector | None = None,
-    photon_tracer: Tracer | None = None,
 ) -> Irradiance:
     """Trace photons through `scene` and gather them at `receivers`.
-
-    Parameters
-    ----------
-    inspector : Inspector, optional
-        Is shown the photons (W) and the light volume's cells (W/m²).
-    photon_tracer : Tracer, optional
-        Traces the photons, which forgive it more than those who look for them do; without it `tracer` traces all.
 
     Raises
     ------
@@ -65,7 +56,7 @@ def bake(
     """
     if len(receivers) == 0:
         return no_light()
-    return solve(scene, receivers, settings, tracer, progress, inspector, photon_tracer).irradiance()
+    return solve(scene, receivers, settings, tracer, progress).irradiance()
 
 
 def no_light() -> Irradiance:
@@ -81,18 +72,9 @@ def solve(
     settings: BakeSettings,
     tracer: Tracer,
     progress: Progress | None = None,
-    inspector: Inspector | None = None,
-    photon_tracer: Tracer | None = None,
-    started: float | None = None,
-) -> "Solution":
-    """Trace photons through `scene`, those that `receivers` (at least one) need, and keep them; as `bake` else.
-
-    Parameters
-    ----------
-    started : float, s
-        When the time began that the settings give, by `time.perf_counter`; without it, now.
-    """
-    return solve_apart(scene, [scene], receivers, settings, tracer, progress, inspector, photon_tracer, started)[0]
+) -> Solution:
+    """Trace photons through `scene`, those that `receivers` (at least one) need, and keep them; as `bake` else."""
+    return solve_apart(scene, [scene], receivers, settings, tracer, progress)[0]
 
 
 def solve_apart(
@@ -105,13 +87,19 @@ def solve_apart(
     inspector: Inspector | None = None,
     photon_tracer: Tracer | None = None,
     started: float | None = None,
-) -> "list[Solution]":
+) -> list[Solution]:
     """`solve` for several lights, each with as many photons as the settings say; they share what has no light in it.
 
     Parameters
     ----------
     lit : sequence of Scene
         `scene` with a part of its lights each, by `Scene.lit_by`.
+    inspector : Inspector, optional
+        Is shown the photons (W) and the light volume's cells (W/m²).
+    photon_tracer : Tracer, optional
+        Traces the photons, which forgive it more than those who look for them do; without it `tracer` traces all.
+    started : float, s
+        When the time began that the settings give, by `time.perf_counter`; without it, now.
     """
     progress, inspector = progress or Progress(), inspector or Inspector()
     _check(receivers, settings)
@@ -145,7 +133,7 @@ def _solved(
     inspector: Inspector,
     deadline: float,
     n_lights: int,
-) -> "Solution":
+) -> Solution:
     """The light of a scene, which is one of so many that have the time together."""
     home = survey.home if survey else region
     sources = light_sources(scene, region if region.radius > 0 else home)

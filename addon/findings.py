@@ -49,7 +49,7 @@ _KNOWN: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     (r"are not finite", "not finite", ()),
     (r"^Emissive faces of", "emits in a wall's plane", ()),
     (r"texels a met(?:re|er) instead of", "larger than Max Size", ("max_size",)),
-    (r"are linked? from another file|is linked from another file", "linked from another file", ("bake_copies",)),
+    (r"(?:are|is) linked from another file", "linked from another file", ("bake_copies",)),
     (r"lies over itself|lie in one place of UV map", "UV map lies over itself", ("make_uv_map",)),
     (r"could not be unwrapped|charts of", "could not be unwrapped", ()),
     (r"are not meshes and got no light", "not a mesh", ("bake_copies",)),
@@ -73,8 +73,8 @@ def grouped(warnings: Iterable[str]) -> list[Finding]:
 
 def _skeleton(sentence: str) -> str:
     """A sentence without its names and numbers, or what it is known to say."""
-    for pattern, line, _ in _KNOWN:
-        if line and re.search(pattern, sentence):
+    for pattern, _, _ in _KNOWN:
+        if re.search(pattern, sentence):
             return pattern
     return re.sub(r"\d[\d.,]*", "#", re.sub(r"'[^']*'(?:, '[^']*')*", "'…'", sentence))
 
@@ -85,8 +85,7 @@ def _joined(sentences: list[str], kind: WarningKind) -> Finding:
     several = re.match(r"(\d+) object\(s\)", first)
     if several and known[0]:
         line = f"{counted(int(several[1]), 'object')}: {known[0]}"
-        names = tuple(getattr(first, "names", ())) or _names_in(sentences)
-        return Finding(line, tuple(sentences), names, kind, known[1])
+        return Finding(line, tuple(sentences), _names_in(sentences), kind, known[1])
     subject = _SUBJECT.match(first)
     if not subject and len(sentences) == 1 and known[0]:
         return Finding(known[0], tuple(sentences), (), kind, known[1])

@@ -3,9 +3,9 @@
 import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field, replace
-from threading import Event, Thread
+from threading import Thread
 from typing import TypeVar
 
 import numpy as np
@@ -149,19 +149,18 @@ def aside(function: Callable[[], B], check: Callable[[], None]) -> B:
     Then `check` raises its exception within a tenth of a second, and the thread, of which nothing is wanted any more,
     ends by itself when it looks next. It may touch nothing that others change; `join_cancelled` waits for it.
     """
-    done, result = Event(), Future[B]()
+    result = Future[B]()
 
     def work() -> None:
         try:
             result.set_result(function())
         except BaseException as error:
             result.set_exception(error)
-        done.set()
 
     thread = Thread(target=work, name="Photon Bake (work)")
     thread.start()
     try:
-        while not done.wait(_LOOK):
+        while not wait([result], _LOOK).done:
             check()
     except BaseException:
         _cancelled.append(thread)

@@ -2,12 +2,11 @@
 
 import numpy as np
 
-from .gather import ProbeLight, caustics_at_probes, gather_probes
+from .gather import LEAST_ESTIMATES, ProbeLight, caustics_at_probes, gather_probes
 from .parallel import Workers
 from .solution import Solution
 
 _OF_RAYS = 0.9  # of the stage
-_LEAST_ESTIMATES = 4
 
 
 def probe_light(solution: Solution, positions: np.ndarray, n_rays: int, workers: Workers) -> ProbeLight:
@@ -27,6 +26,6 @@ def probe_light(solution: Solution, positions: np.ndarray, n_rays: int, workers:
     flights = solution.mid_air.log.flights() if solution.mid_air else None
     if flights is not None:
         flights = flights.where(flights.focused)
-        if len(flights) >= _LEAST_ESTIMATES * n_nearest:  # fewer do not say where the light is
+        if len(flights) >= LEAST_ESTIMATES * n_nearest:
             light = light.plus(caustics_at_probes(flights, positions, n_nearest, workers.part(_OF_RAYS, 1.0)))
     return light

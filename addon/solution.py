@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from .gather import (
+    LEAST_ESTIMATES,
     OF_SCATTERED,
     Cascade,
     DirectLight,
@@ -40,7 +41,6 @@ from .tracers import LightTracer
 
 _LEAST_EXTENT = 1e-3  # m, of the receivers: a lone one has none
 _OF_VOLUMES = 0.4  # of the stages of photon volumes, that come before them: gloss and caustics
-_LEAST_ESTIMATES = 4
 _CAUSTIC_SHARE = 4  # caustics are sharp: their estimate takes as many times fewer photons
 
 
@@ -202,8 +202,7 @@ class Solution:
         caustics = Estimate.dark(len(at), at.directional)
         if takers is not None and not takers.any():
             return caustics, len(focused)
-        # So few say nothing of where the light is, and cost much time
-        if len(focused) >= _LEAST_ESTIMATES * n_nearest:
+        if len(focused) >= LEAST_ESTIMATES * n_nearest:
             density = self._density(focused, n_nearest)
             if takers is not None:
                 caustics.put(takers, density.at(at.where(takers), self.workers)[0])

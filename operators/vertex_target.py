@@ -36,7 +36,7 @@ from .written import Written
 if TYPE_CHECKING:
     from ..addon.gather import Irradiance
     from ..addon.output.vertex_light import VertexSamples
-    from ..addon.refinement import FaceSamples
+    from ..addon.refinement import WidePoints
     from ..addon.solution import Solution
 
 _LEAST_EXTENT = 1e-3  # m, of the vertices: those that lie very far away, or in one place, have none
@@ -181,7 +181,7 @@ class VertexPoints:
     target: VertexTarget
     tracer: Tracer
     warnings: list[str]
-    beside: "FaceSamples | None" = None
+    beside: "WidePoints | None" = None
 
     @staticmethod
     def fitted(

@@ -3,7 +3,7 @@
 from .build_cache import Survey, build_radiance_cache, survey_surfaces
 from .camera_gloss import camera_gloss, reflected_direct
 from .camera_highlights import reflected_highlights
-from .density import PhotonDensity, search_radius
+from .density import LEAST_ESTIMATES, PhotonDensity, search_radius
 from .direct_irradiance import direct_irradiance, direct_slope
 from .direct_light import DirectLight
 from .disc_density import MidAir
@@ -21,6 +21,7 @@ from .thinned_density import thinned_density
 from .upsampling import upsampled
 
 __all__ = [
+    "LEAST_ESTIMATES",
     "OF_SCATTERED",
     "Cascade",
     "DirectLight",

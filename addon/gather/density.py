@@ -33,6 +33,9 @@ _PAIRS = 1 << 19  # of receivers and photons in a chunk, which bounds the memory
 _OVERSEARCH = 2  # in an edge between two faces, half of the nearest photons are the other face's
 _N_DISC_RAYS = 16
 _LOWEST = np.float32(0.1)  # cosine: few photons come in lower, and each would weigh the more
+LEAST_ESTIMATES = 4
+"""Photons in all, over those that an estimate takes: fewer say nothing of where the light is, and cost much time."""
+
 LEAST_SHARE = np.float32(1 / 8)  # half of a corner between three walls: with less, the receiver is on no surface
 
 
@@ -167,6 +170,22 @@ def _first(true: np.ndarray) -> np.ndarray:
     return true.argmax(axis=1)[:, None]
 
 
+def points_of_discs(x: np.ndarray, normals: np.ndarray, r: np.ndarray, disc: np.ndarray | None = None) -> np.ndarray:
+    """Points of discs of radii (n,) around x (n, 3), at right angles to unit normals, (n, k, 3), m.
+
+    Parameters
+    ----------
+    disc : (k, 2) float32, optional
+        The same points in a disc of radius 1; evenly spread without it.
+    """
+    if disc is None:
+        disc = sample_uniform_disk(below_one(sobol(2, 0).random(_N_DISC_RAYS)))
+    tangent, bitangent = frame(normals)
+    offset = disc[None, :, :1] * tangent[:, None] + disc[None, :, 1:] * bitangent[:, None]
+    points: np.ndarray = x[:, None] + r[:, None, None] * offset
+    return points
+
+
 def surface_share(
     tracer: Tracer, x: np.ndarray, normals: np.ndarray, r: np.ndarray, disc: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -182,13 +201,9 @@ def surface_share(
     disc : (k, 2) float32, optional
         The points, in a disc of radius 1; evenly spread without it.
     """
-    if disc is None:
-        disc = sample_uniform_disk(below_one(sobol(2, 0).random(_N_DISC_RAYS)))
-    n_rays = len(disc)
-    tangent, bitangent = frame(normals)
     top = (SLICE * r)[:, None] * normals
-    offset = disc[None, :, :1] * tangent[:, None] + disc[None, :, 1:] * bitangent[:, None]
-    raised = (x[:, None] + r[:, None, None] * offset + top[:, None]).reshape(-1, 3).astype(np.float32)
+    raised = points_of_discs(x, normals, r, disc) + top[:, None]
+    n_rays, raised = raised.shape[1], raised.reshape(-1, 3).astype(np.float32)
     down = np.repeat(-normals, n_rays, 0)
     thickness = np.repeat(2 * SLICE * r, n_rays)
     hits = tracer.closest_hit(raised, down)

@@ -11,13 +11,12 @@ import numpy as np
 from ..parallel import Workers, slices
 from ..photons import FlightLog, Flights, PathKind, Sphere
 from ..receivers import Receivers
-from ..sampling.streams import below_one, sobol
 from ..sampling.vectors import dot, largest, rows
-from ..sampling.warps import frame, sample_uniform_disk
+from ..sampling.warps import frame
 from ..scene import Scene
 from ..scene.z_curve import z_curve
 from ..tracers import LightTracer, Tracer
-from .density import LEAST_SHARE, LOW_DENSITY, slope_of_photons
+from .density import LEAST_ESTIMATES, LEAST_SHARE, LOW_DENSITY, points_of_discs, slope_of_photons
 from .irradiance import Estimate
 
 _OFF_SURFACE = np.float32(0.1)
@@ -30,8 +29,6 @@ _DISCS = 42  # stream of random numbers
 _TOGETHER, _FEW = 1024, 32  # receivers that lie together, for which flights are chosen; and of these some once more
 _FIRST_LOOK, _MOST_LOOKS = 4, 64  # flights that are looked at first, and at most, over those that an estimate takes
 _PAIRS = 1 << 18  # of receivers and flights together, which bounds the memory
-_N_DISC_RAYS = 16
-_LEAST_FLIGHTS = 4  # of an estimate's
 
 
 @dataclass(frozen=True)
@@ -90,7 +87,7 @@ class MidAir:
             flights = flights.where(flights.focused == (kind == PathKind.CAUSTIC))
         if kind == PathKind.CAUSTIC and receivers.takes_caustics is not None:
             rows = rows[receivers.takes_caustics[rows]]
-        if len(flights) < _LEAST_FLIGHTS * n_nearest:  # too few to say where the light is
+        if len(flights) < LEAST_ESTIMATES * n_nearest:
             light.put(rows, Estimate.dark(len(rows), receivers.directional))
         elif len(rows):
             density = DiscDensity(self._tracer, flights, self.log.ball, n_nearest, max_radius)
@@ -181,11 +178,9 @@ class DiscDensity:
 
     def _seen_share(self, x: np.ndarray, normals: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Share of each disc that its middle sees, (n,) float32; and whether something hides a part, (n,) bool."""
-        disc = sample_uniform_disk(below_one(sobol(2, 0).random(_N_DISC_RAYS)))
-        tangent, bitangent = frame(normals)
-        offset = disc[None, :, :1] * tangent[:, None] + disc[None, :, 1:] * bitangent[:, None]
-        ends = (x[:, None] + r[:, None, None] * offset).reshape(-1, 3).astype(np.float32)
-        hidden = self._tracer.occluded(np.repeat(x, _N_DISC_RAYS, 0), ends).reshape(len(x), _N_DISC_RAYS)
+        ends = points_of_discs(x, normals, r).astype(np.float32)
+        n_rays = ends.shape[1]
+        hidden = self._tracer.occluded(np.repeat(x, n_rays, 0), ends.reshape(-1, 3)).reshape(len(x), n_rays)
         return np.maximum((~hidden).mean(axis=1, dtype=np.float32), LEAST_SHARE), hidden.any(axis=1)
 
 

@@ -31,18 +31,6 @@ class OwnRays:
         """Those of some receivers."""
         return OwnRays(self.off[rows], self.stderr[rows], self.taken[rows])
 
-    @staticmethod
-    def together(parts: "Sequence[OwnRays | None]") -> "OwnRays | None":
-        """Of several kinds of light, whose errors are independent; None where one of them has none."""
-        known = [part for part in parts if part is not None]
-        if len(known) < len(parts):
-            return None
-        squares = (
-            np.sqrt(np.sum([a**2 for a in arrays], axis=0))
-            for arrays in zip(*((p.stderr, p.taken) for p in known), strict=True)
-        )
-        return OwnRays(np.sum([part.off for part in known], axis=0), *squares)
-
 
 @dataclass(frozen=True)
 class Estimate:
@@ -142,7 +130,10 @@ class Irradiance:
 
     @staticmethod
     def together(lights: "Sequence[Irradiance]") -> "Irradiance":
-        """The light of several kinds of lights at the same receivers, whose errors are independent."""
+        """The light of several kinds of lights at the same receivers, whose errors are independent.
+
+        Noise is taken out of each by itself, which alone asks for `caustics` and `own_rays`: they are left out.
+        """
         first = lights[0]
         if len(lights) == 1:
             return first
@@ -157,7 +148,6 @@ class Irradiance:
             counts=counts,
             slope=np.sum(slopes, axis=0) if slopes else None,
             gathered=first.gathered,
-            own_rays=OwnRays.together([light.own_rays for light in lights]),
         )
 
     @staticmethod

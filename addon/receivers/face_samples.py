@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..parallel import Workers, slices
+from ..parallel import Workers
+from ..sampling.sequences import R2_STEPS
 from ..sampling.vectors import dot, largest, rows
-from ..sampling.warps import frame
+from ..sampling.warps import frame, sample_uniform_triangle
 from ..tracers import Tracer
 from .receivers import AttributeTarget, Receivers
 from .texel_points import LEAST_LIFT, LIFT
@@ -35,8 +36,6 @@ _SIDES = 4  # rays along the surface
 _MOST_BACKS = 3  # of them see backs, inside of a solid
 _CLOSE = np.float32(0.1)  # of a sample's radius: what hangs as low above it hides it
 _CHUNK = 1 << 15
-_GOLDEN = np.array([0.7548776662466927, 0.5698402909980532])
-"""Steps of the R2 sequence, whose first points are even in a square (Roberts 2018)."""
 
 
 @dataclass(frozen=True)
@@ -193,10 +192,9 @@ def _even_points(index: np.ndarray, face: np.ndarray, number: np.ndarray) -> np.
     index, number : (s,) int
         Of the point within its triangle, and of points there.
     """
-    start = face[:, None] * _GOLDEN[::-1] % 1
-    u, v = ((start + (index[:, None] + 1) * _GOLDEN) % 1).T
-    root = np.sqrt(u)
-    weight = np.stack([1 - root, root * (1 - v), root * v], axis=1)
+    start = face[:, None] * R2_STEPS[::-1] % 1  # of the R₂ sequence, another one for each triangle
+    a, c = sample_uniform_triangle((start + (index[:, None] + 1) * R2_STEPS) % 1)
+    weight = np.stack([a, 1 - a - c, c], axis=1)
     weight[number == 1] = 1 / 3
     return weight
 
@@ -219,7 +217,7 @@ def _hidden(
     """
     hidden = np.zeros(len(position), bool)
 
-    def look(chunk: slice) -> np.ndarray:
+    def look(chunk: slice, _: np.random.Generator) -> np.ndarray:
         at, up = position[chunk], normal[chunk]
         above = tracer.closest_hit(at, up)
         found = above.distance < _CLOSE * radius[chunk]
@@ -232,8 +230,6 @@ def _hidden(
         found[k] = n_backs >= _MOST_BACKS
         return found
 
-    chunks = list(slices(len(position), _CHUNK))
-    for chunk, found in zip(chunks, workers.map(look, chunks), strict=True):
+    for chunk, found in workers.chunks(STAGE, len(position), _CHUNK, look, ()):
         hidden[chunk] = found
-        workers.progress.update(STAGE, chunk.stop / len(position))
     return hidden

@@ -5,7 +5,7 @@ say of it (`samples`), in rounds that gather the light of all new vertices at on
 of splits, which Blender's side carries out on stored meshes. `coarse` finds the meshes that need it in a bake's light.
 """
 
-from .coarse import COARSE, WIDEST, FaceSamples
+from .coarse import COARSE, WIDEST, WidePoints
 from .rounds import BUDGET, TOLERANCE, Refinement, RefineOptions, refine
 from .triangles import Placed, Triangles
 
@@ -14,10 +14,10 @@ __all__ = [
     "COARSE",
     "TOLERANCE",
     "WIDEST",
-    "FaceSamples",
     "Placed",
     "RefineOptions",
     "Refinement",
     "Triangles",
+    "WidePoints",
     "refine",
 ]

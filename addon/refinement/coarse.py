@@ -19,7 +19,7 @@ _OF_TRIANGLE = 4
 
 
 @dataclass(frozen=True)
-class FaceSamples:
+class WidePoints:
     """Points in the widest triangles of objects, with their light.
 
     Attributes
@@ -35,21 +35,21 @@ class FaceSamples:
     samples: Samples
 
     @staticmethod
-    def of(meshes: list[Placed], seed: int) -> "FaceSamples | None":
+    def of(meshes: list[Placed], seed: int) -> "WidePoints | None":
         """Points in triangles of at least one mesh, the widest of all; None without any."""
         if not any(len(mesh.corner) for mesh in meshes):
             return None
         triangles = Triangles.of(meshes)
         counts = np.zeros(len(triangles), np.int64)
         counts[np.argsort(-triangles.area, kind="stable")[: _N_POINTS // _OF_TRIANGLE]] = _OF_TRIANGLE
-        return FaceSamples(meshes, triangles, Samples.placed(counts, seed, 0))
+        return WidePoints(meshes, triangles, Samples.placed(counts, seed, 0))
 
     @property
     def receivers(self) -> Receivers:
         owner = self.triangles.owner[self.samples.triangle]
         return on_objects([self.samples.receivers(self.triangles)], [owner], self.meshes)
 
-    def lit(self, light: np.ndarray, stderr: np.ndarray) -> "FaceSamples":
+    def lit(self, light: np.ndarray, stderr: np.ndarray) -> "WidePoints":
         """The same points with their light (s, 3), W/m², and its standard error (s,)."""
         return replace(self, samples=self.samples.lit(light, stderr))
 

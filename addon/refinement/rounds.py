@@ -15,10 +15,10 @@ TOLERANCE = 0.05
 
 _LEAST_SAMPLES = 4  # in a triangle
 _SAMPLES_OF_BUDGET = 1.0  # at first, in all triangles by their areas
-_NEGLIGIBLE = (
-    1 / 16
-)  # of what a triangle of mean area may be off when the budget is used up: edges of shadows end there
 _MOST_ROUNDS = 64
+
+_NEGLIGIBLE = 1 / 16
+"""Of what a triangle of mean area may be off when the budget is used up: edges of shadows end there."""
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ def flush_emitters(scene: Scene, tracer: Tracer, first: np.ndarray, second: np.n
         foot = (outward * facing < 0) | ~before.hit[of_pair]
         seen &= ~(within[of_pair] & foot)
     objects = scene.object_of_triangle[np.stack([first, second], axis=1)[seen]]
-    pairs = [(int(one), int(other)) for one, other in np.unique(objects, axis=0)]
+    pairs = dict.fromkeys((int(one), int(other)) for one, other in np.unique(objects, axis=0))
     return [(a, b) for a, b in pairs if a <= b or (b, a) not in pairs]  # of two that emit, one sentence
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from photon_bake.addon.errors import BakeError, Cancelled
 from photon_bake.addon.progress import Progress
-from photon_bake.addon.refinement import FaceSamples, Placed, RefineOptions, Triangles, refine
+from photon_bake.addon.refinement import Placed, RefineOptions, Triangles, WidePoints, refine
 
 
 def square(name="Square", mesh="Square", half=4.0, at=(0, 0, 0), n=1):
@@ -162,7 +162,7 @@ def test_numbers_out_of_range_are_refused(options):
 def test_wide_triangles_are_said_to_be_too_coarse():
     meshes = [square("Lit"), square("Plain", "Plain", at=(50, 0, 0))]
     light = light_of(wide_bump)
-    samples = FaceSamples.of(meshes, 0)
+    samples = WidePoints.of(meshes, 0)
     samples = samples.lit(*light(samples.receivers))
     triangles = Triangles.of(meshes)
     corners = np.repeat(wide_bump(triangles.position[triangles.point.ravel()])[:, None], 3, axis=1)

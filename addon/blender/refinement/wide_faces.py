@@ -7,7 +7,7 @@ import numpy as np
 
 from ...errors import BakeError
 from ...receivers import ReceiverMesh, Receivers
-from ...refinement import WIDEST, FaceSamples, Placed
+from ...refinement import WIDEST, Placed, WidePoints
 from ..overrides import keeps_its_mesh
 from .reading import check_refinable, placed
 
@@ -61,15 +61,15 @@ class WideFaces:
             wide.target.append(i)
         return wide
 
-    def lit_by(self, solution: "Solution", seed: int) -> FaceSamples | None:
+    def lit_by(self, solution: "Solution", seed: int) -> WidePoints | None:
         """Points in these triangles, with the light of a solution; None without any."""
-        samples = FaceSamples.of(self.meshes, seed)
+        samples = WidePoints.of(self.meshes, seed)
         if samples is None:
             return None
         found = solution.gather(samples.receivers)
         return samples.lit(found.value, found.stderr)
 
-    def coarse(self, samples: FaceSamples | None, receivers: Receivers, light: "Irradiance") -> list[str]:
+    def coarse(self, samples: WidePoints | None, receivers: Receivers, light: "Irradiance") -> list[str]:
         """Names of the objects whose light at receivers does not tell the light of points between them."""
         if samples is None or not len(light.value):
             return []

@@ -9,7 +9,11 @@ from ...sampling.vectors import rows
 from .records import Records
 from .weights import Weights
 
-_MOST_BEYOND = 4.0  # times what those around records tell, squared: light is not known farther beyond them
+_MOST_BEYOND = 4.0
+"""Times what those around records tell, squared: light is not known farther beyond them. It holds for few receivers, at
+borders of faces and behind contacts. Around a column on a floor, with an error of 4.8 % of the light, 4 says 5.9 %; 16
+says 6.6 %, and no bound 6.9 %, without any more error; 1 has more, in proportion to what it says."""
+
 _CHUNK = 1 << 15
 
 

@@ -66,11 +66,6 @@ class Weights:
         positive = np.maximum(self.weight, 0)
         return Weights(self.record, positive / np.maximum(positive.sum(axis=1, keepdims=True), 1e-30))
 
-    def own(self, receiver: np.ndarray) -> np.ndarray:
-        """What the points `receiver` (m,), which are the records, take from their own, (m,) float32."""
-        rows = self.record[receiver] == np.arange(len(receiver))[:, None]
-        return (self.weight[receiver] * rows).sum(axis=1)
-
     def column_sums(self, n_records: int) -> np.ndarray:
         """Sum over the points of what they take from each record, (m,) float64."""
         return np.bincount(self.record.ravel(), self.weight.ravel(), n_records)

@@ -1,6 +1,6 @@
 """Gathered light to values of vertices."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -107,7 +107,7 @@ def finish_vertices(
         workers.progress.update(STAGE, some.stop / len(faces))
     value = np.sum(list(passes.values()), axis=0, dtype=np.float32)
     gathered = None if light.gathered is None else light.gathered[:n]
-    finished = replace(light, value=value, stderr=stderr, passes=passes, gathered=gathered, caustics=None)
+    finished = Irradiance(value, stderr, passes, light.counts, gathered=gathered)
     _, light_of_all, area_of_all = sum(of_names.values(), np.zeros(3))
     least = LEAST_LIGHT * light_of_all / max(area_of_all, 1e-30)
     return FinishedVertices(finished, {name: _relative(sums, least) for name, sums in of_names.items()})

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...sampling.vectors import dot
+from ...sampling.warps import frame
 from ..coverage import middles_in
 from .faces import Faces
 
@@ -53,7 +54,7 @@ class Projection:
         # The axis of the smallest cone about the normals lies near the mean of the two that are farthest apart
         middle = _unit(mean + _steepest(normals, chart, mean, has_area, n))
         mean = np.where((least < steep)[:, None], middle, mean)
-        across, up = _basis(mean)
+        across, up = frame(mean)
         position = faces.positions[faces.corner_vertex].astype(np.float64)
         of_corner = chart[faces.face_of_corner]
         uv = np.stack([dot(position, across[of_corner]), dot(position, up[of_corner])], axis=1)
@@ -83,18 +84,6 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
     """Vectors (n, 3) of length 1; (0, 0, 1) for those without a length."""
     length = np.sqrt(dot(vectors, vectors))[:, None]
     return np.where(length > 0, vectors / np.where(length > 0, length, 1), (0.0, 0.0, 1.0))
-
-
-def _basis(normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors that are right-handed with unit normals (n, 3) (Duff et al. 2017)."""
-    x, y, z = normals.T
-    sign = np.where(z < 0, -1.0, 1.0)
-    a = -1 / (sign + z)
-    b = x * y * a
-    return (
-        np.stack([1 + sign * x * x * a, sign * b, -sign * x], axis=1),
-        np.stack([b, sign + y * y * a, -y], axis=1),
-    )
 
 
 def faces_above(faces: Faces, seen: Projection, doubtful: np.ndarray, check: Callable[[], None]) -> np.ndarray:
