@@ -8,6 +8,7 @@ import bpy
 from ...errors import BakeError
 from ...output import file_name
 from ...output.camera import frame_path, origin_of
+from ..paths import from_blend_file
 
 _BAKED = "photon_bake_pass"
 """Custom property of a scene: where its last pass went to, and which file and scene that says it is of."""
@@ -29,10 +30,8 @@ def own_name(pattern: str, scene: Any) -> str:
 
 
 def remember_pass(scene: Any, folder: Path, name: str) -> None:
-    """Keep in a scene where its pass was written; as seen from the saved file, if it lies in the same folder."""
-    beside = bpy.data.filepath and folder.is_relative_to(Path(bpy.data.filepath).parent)
-    place = bpy.path.relpath(str(folder)) if beside else str(folder)
-    scene[_BAKED] = {"folder": place, "name": name, "file": blend_name(), "scene": scene.name}
+    """Keep in a scene where its pass was written."""
+    scene[_BAKED] = {"folder": from_blend_file(folder), "name": name, "file": blend_name(), "scene": scene.name}
 
 
 def has_pass(scene: Any) -> bool:

@@ -16,6 +16,7 @@ from ..lightmap.images import lightmaps_by_file
 from ..lightmap.meshes import write_uv_map
 from ..lightmap.writing import IMAGE, SCALE_OFFSET, UV_MAP
 from ..meshes import UVMaps
+from ..paths import path_of
 from ..temporary import Temporary
 from ..visibility import objects_of
 
@@ -130,7 +131,7 @@ def _with_groups(name: str, names: list[str]) -> list[str]:
 
 def _put_beside(name: str, image: "bpy.types.Image | None", folder: Path, exported: Exported) -> None:
     """Copy a lightmap's file to a folder, unless it is there."""
-    source = Path(bpy.path.abspath(image.filepath)) if image else folder / name
+    source = path_of(image) if image else folder / name
     if not source.is_file():
         exported.missing.append(name)
         return

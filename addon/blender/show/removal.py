@@ -6,6 +6,7 @@ import bpy
 
 from ..lightmap.images import OF
 from ..lightmap.writing import IMAGE, SCALE_OFFSET, UV_MAP, remove_made_uv_map
+from ..paths import path_of
 
 
 def remove_lightmaps(files: bool = False) -> tuple[int, list[str]]:
@@ -24,7 +25,7 @@ def remove_lightmaps(files: bool = False) -> tuple[int, list[str]]:
         Sentences about files that could not be deleted.
     """
     images = [image for image in bpy.data.images if OF in image]
-    paths = [Path(bpy.path.abspath(image.filepath)) for image in images if image.filepath]
+    paths = [path_of(image) for image in images if image.filepath]
     for obj in bpy.data.objects:
         if UV_MAP in obj and obj.is_editable:
             if obj.type == "MESH" and obj.data.is_editable:
