@@ -12,6 +12,7 @@ import numpy as np
 
 from ...errors import BakeError
 from ...output import atomic_path, check_writable
+from ..light_layers import with_groups
 from ..lightmap.images import lightmaps_by_file
 from ..lightmap.meshes import write_uv_map
 from ..lightmap.writing import IMAGE, SCALE_OFFSET, UV_MAP
@@ -90,7 +91,7 @@ def export_gltf(
             raise BakeError(f"{path} was not exported: {str(error).strip()}") from error
     exported = Exported([obj.name for obj in mapped], [obj.name for obj in lit])
     images = lightmaps_by_file()
-    for name in dict.fromkeys(obj[key] for obj in mapped for key in _images_of(obj)):
+    for name in dict.fromkeys(obj[key] for obj in mapped for key in with_groups(IMAGE, obj.keys())):
         _put_beside(name, images.get(name), path.parent, exported)
     return exported
 
@@ -117,16 +118,6 @@ def _export(path: Path, file_format: str, options: dict[str, bool]) -> None:
 
 def _has_lightmap(obj: "bpy.types.Object") -> bool:
     return IMAGE in obj and SCALE_OFFSET in obj and obj.get(UV_MAP) in obj.data.uv_layers
-
-
-def _images_of(obj: "bpy.types.Object") -> list[str]:
-    """Custom properties of an object that name lightmaps."""
-    return _with_groups(IMAGE, list(obj.keys()))
-
-
-def _with_groups(name: str, names: list[str]) -> list[str]:
-    """What has a name, and what holds light groups' light beside it, as `light_layers` has it."""
-    return [one for one in names if one == name or one.startswith(f"{name}.")]
 
 
 def _put_beside(name: str, image: "bpy.types.Image | None", folder: Path, exported: Exported) -> None:
@@ -156,7 +147,7 @@ def _in_engines_terms(
                 obj.data = temporary.add(mesh.copy())
                 obj.data.name = mesh.name
                 if obj in lit:
-                    for name in _with_groups(attribute, [one.name for one in obj.data.color_attributes]):
+                    for name in with_groups(attribute, obj.data.color_attributes.keys()):
                         _as_custom_attribute(obj.data, name)
                     obj.data[LIGHT_ATTRIBUTE] = exported_name(attribute)
                 if obj in mapped:
