@@ -97,11 +97,6 @@ class Subjects:
     all: list[Subject]
     faces: dict[str, Faces]
 
-    @staticmethod
-    def none() -> "Subjects":
-        """No surfaces."""
-        return Subjects([], {})
-
     def __add__(self, others: "Subjects") -> "Subjects":
         return Subjects(self.all + others.all, self.faces | others.faces)
 
