@@ -1,4 +1,4 @@
-"""The settings of a bake as Blender shows and saves them, made from `BakeSettings`."""
+"""The settings of a bake as Blender shows and saves them, made from `BakeSettings` and those of its targets."""
 
 from dataclasses import Field, fields
 from typing import Any, TypeVar, get_args, get_type_hints
