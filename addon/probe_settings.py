@@ -31,7 +31,7 @@ class ProbeSettings:
         "they fill; empty: the scene's light probe volumes, or else the bounds of all that is baked",
     )
     spacing: float = knob(
-        1.0, "Metres between probes that fill bounds; light probe volumes have a resolution of their own", 0.01, 1e4
+        1.0, "Meters between probes that fill bounds; light probe volumes have a resolution of their own", 0.01, 1e4
     )
     max_probes: int = knob(4096, "Probes that fill bounds at most: more of them lie further apart", 1, 1_000_000)
     n_probe_rays: int = knob(1024, "Rays that each probe looks around with", 64, 65_536)

@@ -21,7 +21,7 @@ PROBE_CHOICE_OPTIONS = {"--harmonics": "harmonics", "--axes": "axes"}
 OF_PROBES = {**PROBE_OPTIONS, **PROBE_CHOICE_OPTIONS}
 """Options that say nothing without probes."""
 
-_METAVARS = {"place": "NAME", "spacing": "METRES"}
+_METAVARS = {"place": "NAME", "spacing": "METERS"}
 
 
 def add_probe_options(parser: ArgumentParser) -> None:

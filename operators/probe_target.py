@@ -13,7 +13,7 @@ import numpy as np
 from ..addon.blender.light_probes import probe_places
 from ..addon.blender.warn import Warnings
 from ..addon.errors import Advice, BakeError
-from ..addon.output import atomic_path, check_place
+from ..addon.output import atomic_path, check_place, file_name
 from ..addon.parallel import Workers
 from ..addon.probe_settings import ProbeSettings
 from ..addon.progress import Progress
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from ..addon.output.probes import LitProbes
     from ..addon.solution import Solution
 
-_FORBIDDEN = str.maketrans(dict.fromkeys('<>:"/\\|?*', "_"))
 _BYTES_OF_PROBE = 1024
 """In all files, about."""
 
@@ -56,10 +55,10 @@ class WantedProbes:
     ) -> "ProbeTarget":
         """See `Wanted.read`."""
         places = probe_places(depsgraph, names, self.settings, Warnings(warnings))
-        stem = self.scene.translate(_FORBIDDEN)
+        stem = file_name(self.scene)
         path = self.folder / f"{stem}_probes.json"
         volumes = [
-            {color: self.folder / f"{stem}_{grid.name.translate(_FORBIDDEN)}_probes_{color}.exr" for color in "RGB"}
+            {color: self.folder / f"{stem}_{file_name(grid.name)}_probes_{color}.exr" for color in "RGB"}
             for grid in places.grids
         ]
         if len({str(of_grid["R"]).lower() for of_grid in volumes}) < len(volumes):

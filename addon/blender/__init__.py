@@ -2,7 +2,8 @@
 
 The only engine room that knows `bpy`. It turns data-blocks into the plain arrays of `addon.scene` and
 `addon.receivers`, and values into colour attributes; nothing here computes light. Reading changes no data-block:
-`write_color_attribute` and `write_lightmaps` do, after a bake, and what shows lightmaps in materials or hides them.
+`write_color_attribute`, `write_lightmaps` and baked copies do, after a bake, and what people ask for besides: refined
+meshes, baked light in materials and in the compositor.
 """
 
 from .bake_objects import bake_objects

@@ -25,7 +25,7 @@ _COLLECTION, _SUFFIX = "Photon Bake", " (Baked)"
 _ORIGINAL = "photon_bake_original"
 """Custom property of a copy: the object that it stands for; of our collection: that it is ours."""
 
-_HIDE_RENDER = "photon_bake_hide_render"
+HIDE_RENDER = "photon_bake_hide_render"
 """Custom property of an original: whether it was hidden in renders before."""
 
 _INDEX = "photon_bake_index"
@@ -125,8 +125,8 @@ def place_copies(made: list[MadeMesh]) -> "list[bpy.types.Object]":
     for obj, one in zip(placed, made, strict=True):
         obj.name = obj.data.name = one.owner.name + _SUFFIX
     for owner in owners:
-        if _HIDE_RENDER not in owner:
-            owner[_HIDE_RENDER] = owner.hide_render
+        if HIDE_RENDER not in owner:
+            owner[HIDE_RENDER] = owner.hide_render
         owner.hide_render = True
     return placed
 
@@ -173,7 +173,7 @@ def _keep_light(obj: "bpy.types.Object", before: "bpy.types.Object") -> None:
             color.data.foreach_get("color", values)
             mesh.color_attributes.new(color.name, color.data_type, color.domain).data.foreach_set("color", values)
     for name, value in before.items():
-        if name not in obj and name != _HIDE_RENDER and not hasattr(value, "to_dict"):
+        if name not in obj and name != HIDE_RENDER and not hasattr(value, "to_dict"):
             obj[name] = value
 
 
@@ -248,8 +248,8 @@ def remove_copies() -> int:
     copies = list(_copies())
     _remove(copies)
     for owner in _originals():
-        owner.hide_render = bool(owner[_HIDE_RENDER])
-        del owner[_HIDE_RENDER]
+        owner.hide_render = bool(owner[HIDE_RENDER])
+        del owner[HIDE_RENDER]
     bpy.data.batch_remove([one for one in bpy.data.collections if _ORIGINAL in one and not one.all_objects])
     return len(copies)
 
@@ -259,7 +259,7 @@ def originals_shown() -> Iterator[None]:
     """Show the originals in renders and hide their copies, for a while."""
     hidden = {obj: obj.hide_render for obj in (*_originals(), *_copies())}
     for obj in hidden:
-        obj.hide_render = bool(obj.get(_HIDE_RENDER, True))
+        obj.hide_render = bool(obj.get(HIDE_RENDER, True))
     try:
         yield
     finally:
@@ -280,7 +280,7 @@ def _take_looks(obj: "bpy.types.Object", owner: "bpy.types.Object") -> None:
     for name in ("receiver_collection", "blocker_collection"):
         setattr(obj.light_linking, name, getattr(owner.light_linking, name))
     for name, value in owner.items():
-        if name != _HIDE_RENDER and not hasattr(value, "to_dict"):  # groups are settings of add-ons
+        if name != HIDE_RENDER and not hasattr(value, "to_dict"):  # groups are settings of add-ons
             obj[name] = value
 
 
@@ -308,7 +308,7 @@ def _copies() -> "Iterator[bpy.types.Object]":
 
 
 def _originals() -> "list[bpy.types.Object]":
-    return [obj for obj in bpy.data.objects if _HIDE_RENDER in obj]
+    return [obj for obj in bpy.data.objects if HIDE_RENDER in obj]
 
 
 def _remove(copies: "list[bpy.types.Object]") -> None:

@@ -1,7 +1,7 @@
 """A Blender scene as a `Scene`."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import compress, pairwise
 
 import bpy
@@ -10,20 +10,17 @@ import numpy as np
 from ..errors import BakeError
 from ..progress import Progress
 from ..scene import LightGroups, Lights, Scene, SceneObjects, World
-from .instance_groups import alike, reads_by_instance
-from .lamps import in_light_group, light_group_of, read_lamp
+from .lamps import in_light_group, light_group_of
 from .light_links import Placed, link_lights
 from .materials import READING, MaterialTable
-from .meshes import LocalMesh, count_triangles, evaluated_mesh, read_mesh, used_slots
+from .meshes import LocalMesh, count_triangles, read_mesh
 from .missing_files import warn_of_missing_files
-from .object_values import ObjectValues, Reading, Values
 from .placing import Model, Models, PlacedMeshes
-from .render_graph import is_stand_in
-from .visibility import ALL_RAYS, LIGHT_RAYS, NOT_READ, RAYS, has_hair, rays_that_see, warn_of_hair
+from .scene_contents import SceneContents, Source
+from .visibility import RAYS, warn_of_hair
 from .warn import Warnings
 from .world import WorldReading, light_group_of_world, read_world
 
-_ROWS = 256  # of instances, between two looks at the progress
 _WALKED, _PLACED = 0.3, 0.6
 """Parts of the stage after which all is found, and all placed: the rest are materials that Cycles evaluates."""
 
@@ -90,8 +87,8 @@ def read_scene(
     warn, progress = Warnings(warnings), progress or Progress()
     _check_light_group(depsgraph.view_layer, light_group)
     materials = MaterialTable(warn)
-    found = _Found(depsgraph, materials, light_group, for_camera, warn)
-    found.walk(progress)
+    found = SceneContents(depsgraph, materials, light_group, for_camera, warn)
+    found.walk(progress.part(0, _WALKED))
     warn_of_hair(found.hairy, warn)
     placed = _place(found.sources, _matrices(depsgraph), materials, progress.part(_WALKED, _PLACED))
     for name in dict.fromkeys(placed.lost_names):
@@ -134,184 +131,6 @@ def _check_light_group(view_layer: "bpy.types.ViewLayer", name: str) -> None:
         )
 
 
-@dataclass
-class _Source:
-    """A mesh with its materials, and its instances; the lists have one entry an instance.
-
-    Attributes
-    ----------
-    mesh : bpy.types.Mesh
-        With faces.
-    material_of_slot : dict of int to int
-        Of the slots that faces use.
-    rows : list of int
-        Which of the dependency graph's instances they are.
-    names : list of str
-    rays : list of int
-        Masks of the `RAYS` that see them.
-    placed_by : list of Placed
-    """
-
-    mesh: "bpy.types.Mesh"
-    material_of_slot: dict[int, int]
-    rows: list[int] = field(default_factory=list)
-    names: list[str] = field(default_factory=list)
-    rays: list[int] = field(default_factory=list)
-    placed_by: list[Placed] = field(default_factory=list)
-
-
-@dataclass
-class _Look:
-    """What the instances of an object with one data-block have in common; `source` is known once rays see one.
-
-    Attributes
-    ----------
-    original : bpy.types.Object
-    rays : int
-        Mask of the `RAYS` that see it.
-    """
-
-    kind: str
-    name: str
-    original: "bpy.types.Object"
-    rays: int
-    known: bool = False
-    source: _Source | None = None
-
-
-class _Found:
-    """The lamps and meshes of a dependency graph.
-
-    Of its instances there may be very many, and asking Blender is slow: what they have in common is asked once.
-    """
-
-    def __init__(
-        self,
-        depsgraph: "bpy.types.Depsgraph",
-        materials: MaterialTable,
-        light_group: str,
-        for_camera: bool,
-        warnings: Warnings,
-    ) -> None:
-        self.lights: list[Lights] = []
-        self.lamps: list[bpy.types.Object] = []
-        self.groups_of_lamps: list[str] = []
-        self._depsgraph = depsgraph
-        self._light_group = light_group
-        self._counted_rays = ALL_RAYS if for_camera else LIGHT_RAYS
-        self._materials = materials
-        self._warnings = warnings
-        self._looks: dict[tuple[bpy.types.Object, bpy.types.ID | None, int], _Look | None] = {}
-        self._values_of_row: dict[int, dict[Reading, np.ndarray]] = {}
-        self._parents: dict[bpy.types.Object, tuple[bpy.types.Object, int]] = {}
-        self._used_slots: dict[bpy.types.Mesh, list[int]] = {}
-        self._sources: dict[bpy.types.Mesh, dict[tuple[int, ...], _Source]] = {}
-
-    @property
-    def sources(self) -> list[_Source]:
-        """The sources of one mesh follow each other."""
-        return [source for of_mesh in self._sources.values() for source in of_mesh.values()]
-
-    @property
-    def hairy(self) -> list["bpy.types.Object"]:
-        """The original objects that have hair, points or a volume."""
-        looks = [look for look in self._looks.values() if look]
-        return list(dict.fromkeys(one.original for one in looks if one.kind in NOT_READ or has_hair(one.original)))
-
-    def walk(self, progress: Progress) -> None:
-        """Find all there is."""
-        self._tell_instances_apart()
-        n = len(self._depsgraph.object_instances)
-        for row, instance in enumerate(self._depsgraph.object_instances):
-            if row % _ROWS == 0:
-                progress.update(READING, _WALKED * row / n)
-            if not instance.show_self:
-                continue
-            known = self._values_of_row.get(row, {})
-            look = self._look(instance.object, known)
-            if look is None or look.kind not in {"MESH", "LIGHT"}:
-                continue
-            parent, rays = self._of_parent(instance.parent)
-            placed_by, rays = (look.original, parent), look.rays & rays
-            if look.kind == "LIGHT":
-                self._add_lamp(instance, look.name, placed_by)
-            elif rays & self._counted_rays:
-                if not look.known:
-                    values = ObjectValues.of(instance, dict(known))
-                    look.known, look.source = True, self._source(instance.object, values)
-                if look.source is not None:
-                    look.source.rows.append(row)
-                    look.source.names.append(look.name)
-                    look.source.rays.append(rays)
-                    look.source.placed_by.append(placed_by)
-
-    def _look(self, obj: "bpy.types.Object", known: dict[Reading, np.ndarray]) -> _Look | None:
-        """What is known of an evaluated object of which materials read some values; None where it is our own."""
-        key = (obj.original, obj.data, id(known) if known else 0)
-        if key not in self._looks:
-            look = _Look(obj.type, obj.name, obj.original, rays_that_see(obj, self._depsgraph.view_layer))
-            self._looks[key] = None if is_stand_in(obj.original) else look
-        return self._looks[key]
-
-    def _tell_instances_apart(self) -> None:
-        """Find what materials read that differs by instance; objects with very many values are told of."""
-        if not reads_by_instance(bpy.data.materials):
-            return
-        for original, n, values_of_row in alike(self._depsgraph, self._differing):
-            self._values_of_row |= values_of_row
-            n_groups = len({id(values) for values in values_of_row.values()})
-            if n > n_groups:
-                self._warnings.add(
-                    f"The instances of '{original.name}' look different by {n} values that their material reads of "
-                    f"each, and are baked in {n_groups} groups that have the mean of theirs."
-                )
-
-    def _differing(self, obj: "bpy.types.Object") -> tuple[list[Reading], int]:
-        """What the materials of an evaluated object read that differs by instance, and as how many it may be held."""
-        of_slots = [self._materials.differing(material) for material in self._slots(obj)]
-        readings = sorted({reading for readings, _ in of_slots for reading in readings})
-        return readings, min((most for readings, most in of_slots if readings), default=0)
-
-    def _add_lamp(self, instance: "bpy.types.DepsgraphObjectInstance", name: str, placed_by: Placed) -> None:
-        if in_light_group(*placed_by, self._light_group):
-            lamp = read_lamp(instance.object, np.array(instance.matrix_world, np.float64), name, self._warnings)
-            self.lights.append(lamp)
-            self.lamps += [placed_by[0]] * len(lamp)
-            self.groups_of_lamps += [light_group_of(*placed_by)] * len(lamp)
-
-    def _of_parent(self, parent: "bpy.types.Object | None") -> "tuple[bpy.types.Object | None, int]":
-        """The original of an instance's parent, and the mask of the `RAYS` that see what it instances."""
-        if parent is None:
-            return None, ALL_RAYS
-        if parent not in self._parents:
-            self._parents[parent] = parent.original, rays_that_see(parent, self._depsgraph.view_layer)
-        return self._parents[parent]
-
-    def _source(self, obj: "bpy.types.Object", values: Values) -> _Source | None:
-        """The source that a mesh object's instances share with those of all others like it; None without faces."""
-        mesh = evaluated_mesh(obj, self._depsgraph)
-        if not len(mesh.polygons):
-            return None
-        material_of_slot = self._material_of_slot(obj, mesh, values)
-        of_mesh = self._sources.setdefault(mesh, {})
-        return of_mesh.setdefault(tuple(material_of_slot.values()), _Source(mesh, material_of_slot))
-
-    def _slots(self, obj: "bpy.types.Object") -> "list[bpy.types.Material | None]":
-        """The materials of an evaluated object's slots."""
-        override = self._depsgraph.view_layer.material_override
-        return [override] if override else [slot.material for slot in obj.material_slots] or [None]
-
-    def _material_of_slot(self, obj: "bpy.types.Object", mesh: "bpy.types.Mesh", values: Values) -> dict[int, int]:
-        """Material of each slot that an object's faces use. Slots past the last one mean the last."""
-        if mesh not in self._used_slots:
-            self._used_slots[mesh] = used_slots(mesh)
-        slots = self._slots(obj)
-        return {
-            used: self._materials.add(slots[min(used, len(slots) - 1)], obj, mesh, values)
-            for used in self._used_slots[mesh]
-        }
-
-
 def _matrices(depsgraph: "bpy.types.Depsgraph") -> np.ndarray:
     """Matrices of a graph's instances, local to world, (n, 4, 4) float32."""
     instances = depsgraph.object_instances
@@ -320,7 +139,7 @@ def _matrices(depsgraph: "bpy.types.Depsgraph") -> np.ndarray:
     return columns.transpose(0, 2, 1)
 
 
-def _place(sources: list[_Source], matrices: np.ndarray, materials: MaterialTable, progress: Progress) -> PlacedMeshes:
+def _place(sources: list[Source], matrices: np.ndarray, materials: MaterialTable, progress: Progress) -> PlacedMeshes:
     """All instances of all sources; they become objects in the sources' order."""
     n_copies = np.array([len(source.rows) for source in sources], np.int64)
     n_vertices = np.array([len(source.mesh.vertices) for source in sources], np.int64)
@@ -350,9 +169,9 @@ class _Reader:
 
     def __init__(self, materials: MaterialTable) -> None:
         self._materials = materials
-        self._last: tuple[_Source, Model] | None = None
+        self._last: tuple[Source, Model] | None = None
 
-    def model(self, source: _Source) -> Model:
+    def model(self, source: Source) -> Model:
         """A source's mesh and materials as arrays."""
         if self._last and self._last[0] is source:
             return self._last[1]
@@ -378,7 +197,7 @@ class _Reader:
 
 
 def _objects(
-    sources: list[_Source],
+    sources: list[Source],
     left: np.ndarray,
     view_layer: "bpy.types.ViewLayer",
     light_group: str,

@@ -8,7 +8,7 @@
 | layer of a camera's pass | Indirect | Indirect_Key |
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +16,13 @@ import bpy
 
 from ..errors import BakeError
 from ..lightmap_settings import LightmapSettings
+from ..output import file_name
 from ..output.camera import GROUP_LAYER
 from ..scene import OTHER
 from .color_attribute import MAX_NAME_BYTES
 from .lightmap.images import load_lightmaps
 from .lightmap.layout import Layout
 from .lightmap.writing import IMAGE
-
-_FORBIDDEN = str.maketrans(dict.fromkeys('<>:"/\\|?*', "_"))
 
 
 def attribute_of(attribute: str, group: str) -> str:
@@ -34,6 +33,11 @@ def attribute_of(attribute: str, group: str) -> str:
 def property_of(group: str) -> str:
     """The custom property of objects that names the file of their lightmap of a group."""
     return f"{IMAGE}.{group}"
+
+
+def with_groups(name: str, names: Iterable[str]) -> list[str]:
+    """Those of some attributes or properties that hold all light under a name, or a group's beside it."""
+    return [one for one in names if one == name or one.startswith(f"{name}.")]
 
 
 def group_names(view_layer: Any, attribute: str = "") -> tuple[str, ...]:
@@ -58,7 +62,7 @@ def group_names(view_layer: Any, attribute: str = "") -> tuple[str, ...]:
         )
     files: dict[str, str] = {OTHER.lower(): ""}
     for name in names:
-        other = files.setdefault(name.translate(_FORBIDDEN).lower(), name)
+        other = files.setdefault(file_name(name).lower(), name)
         if other == "":
             raise BakeError(f"Light group '{name}' has the name of the light that is in no group: rename it.")
         if other != name:
@@ -90,8 +94,9 @@ def write_lightmap_layers(
     for place, obj in zip(layout.places, objects, strict=True):
         if obj is None or not obj.is_editable:
             continue
-        for name in [name for name in obj.keys() if name.startswith(f"{IMAGE}.")]:  # noqa: SIM118
-            del obj[name]
+        for name in with_groups(IMAGE, obj.keys()):
+            if name != IMAGE:
+                del obj[name]
         for group, of_image in paths.items():
             if place.image in of_image:
                 obj[property_of(group)] = of_image[place.image].name

@@ -93,7 +93,7 @@ def _at_corners(mesh: "bpy.types.Mesh", one: "bpy.types.Attribute") -> np.ndarra
     if one.domain == "EDGE":
         values = _mean_of_edges(mesh, values)
     if one.domain in {"POINT", "EDGE"}:
-        return values.take(_corner_vertices(mesh), axis=0)
+        return values.take(corner_vertex(mesh), axis=0)
     if one.domain == "FACE":
         n_corners = np.empty(len(mesh.polygons), np.int32)
         mesh.polygons.foreach_get("loop_total", n_corners)
@@ -109,11 +109,6 @@ def _mean_of_edges(mesh: "bpy.types.Mesh", values: np.ndarray) -> np.ndarray:
     return (np.stack(totals, axis=1) / n_edges[:, None]).astype(np.float32)
 
 
-def _corner_vertices(mesh: "bpy.types.Mesh") -> np.ndarray:
-    """The vertex of each corner, (c,) int32."""
-    return attribute(mesh, ".corner_vert", "value", (len(mesh.loops),), np.int32)
-
-
 def count_triangles(mesh: "bpy.types.Mesh") -> int:
     """Triangles that a mesh's faces are cut into, without cutting them: a face of n corners gives n − 2."""
     return len(mesh.loops) - 2 * len(mesh.polygons)
@@ -124,7 +119,7 @@ def read_mesh(mesh: "bpy.types.Mesh") -> LocalMesh:
     corners = triangle_corners(mesh)
     n = len(corners)
     vertices = attribute(mesh, "position", "vector", (len(mesh.vertices), 3), np.float32)
-    triangles = _corner_vertices(mesh).take(corners)
+    triangles = corner_vertex(mesh).take(corners)
     normals, normal_of_corner = _read_normals(mesh, triangles, corners)
     used = _used(len(vertices), triangles)
     if used is not None:

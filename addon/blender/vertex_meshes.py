@@ -237,19 +237,6 @@ def check_is_mesh(obj: "bpy.types.Object") -> None:
         )
 
 
-def check_shape(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> None:
-    """Make sure that a mesh object has surfaces that are there.
-
-    Raises
-    ------
-    BakeError
-        If not, naming the object and what to do.
-    """
-    if not len(obj.data.polygons):
-        raise BakeError(f"Object '{obj.name}' has no faces to bake to: give it some, or leave it out.")
-    check_placed(obj, depsgraph)
-
-
 def check_placed(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") -> None:
     """Make sure that an object is there, and spans a space.
 

@@ -53,7 +53,7 @@ def read_world(depsgraph: "bpy.types.Depsgraph", light_group: str = "") -> World
     """
     black = WorldReading(World.constant(0))
     view_layer = depsgraph.view_layer
-    world = getattr(view_layer, "world_override", None) or depsgraph.scene.world
+    world = _world_of(depsgraph)
     if world is None or not view_layer.use_sky or not _seen_by_diffuse_rays(world):
         return black
     if light_group and world.lightgroup != light_group:
@@ -72,8 +72,12 @@ def read_world(depsgraph: "bpy.types.Depsgraph", light_group: str = "") -> World
 
 def light_group_of_world(depsgraph: "bpy.types.Depsgraph") -> str:
     """The name of the light group that the world is in; empty where it is in none."""
-    world = getattr(depsgraph.view_layer, "world_override", None) or depsgraph.scene.world
+    world = _world_of(depsgraph)
     return str(world.lightgroup) if world else ""
+
+
+def _world_of(depsgraph: "bpy.types.Depsgraph") -> "bpy.types.World | None":
+    return getattr(depsgraph.view_layer, "world_override", None) or depsgraph.scene.world
 
 
 def _own_values(surface: Place) -> np.ndarray:

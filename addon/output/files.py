@@ -11,6 +11,13 @@ from typing import BinaryIO
 
 from ..errors import BakeError
 
+_FORBIDDEN = str.maketrans(dict.fromkeys('<>:"/\\|?*', "_"))
+
+
+def file_name(name: str) -> str:
+    """A name with an underscore for each sign that no file name may hold, on any system."""
+    return name.translate(_FORBIDDEN)
+
 
 @contextmanager
 def atomic_path(path: Path) -> Iterator[Path]:

@@ -6,7 +6,7 @@ from typing import Any
 import bpy
 
 from ..blender.compositing.nodes import Color, set_mix
-from .show_properties import update_levels
+from .show_properties import strength_property, update_levels
 
 LIGHT_GROUPS = [
     ("together", "All Together", "One layer that has all light", 0),
@@ -32,14 +32,7 @@ class PhotonBakeLightLayer(bpy.types.PropertyGroup):
         "use": bpy.props.BoolProperty(
             name="Use", description="Whether this light is in the mix", default=True, update=_changed
         ),
-        "strength": bpy.props.FloatProperty(
-            name="Strength",
-            description="What this light is multiplied by; 1 is as it was baked",
-            default=1.0,
-            min=0.0,
-            soft_max=4.0,
-            update=_changed,
-        ),
+        "strength": strength_property("this light", "as it was baked", _changed),
         "color": bpy.props.FloatVectorProperty(
             name="Color",
             description="What this light is multiplied by besides; white is as it was baked",

@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from .state import bake_state
+from .panels.tab import settings_column
 
 
 class _ObjectPanel:
@@ -39,10 +39,7 @@ class PHOTON_BAKE_PT_object_properties(_ObjectPanel, bpy.types.Panel):
 def draw_object_settings(layout: Any, context: Any) -> None:
     """Draw the settings of the active object; those of linked objects cannot be changed, as everywhere in Blender."""
     obj = context.object
-    column = layout.column()
-    column.use_property_split = True
-    column.use_property_decorate = False
-    column.enabled = not bake_state.running
+    column = settings_column(layout)
     column.prop(obj.photon_bake, "exclude")
     rest = column.column()
     rest.active = not obj.photon_bake.exclude

@@ -1,7 +1,7 @@
-"""The settings of a bake as Blender shows and saves them, made from `BakeSettings`."""
+"""The settings of a bake as Blender shows and saves them, made from `BakeSettings` and those of its targets."""
 
 from dataclasses import Field, fields
-from typing import Any, get_args, get_type_hints
+from typing import Any, TypeVar, get_args, get_type_hints
 
 import bpy
 
@@ -15,6 +15,8 @@ from .mixer_properties import LIGHT_GROUPS, PhotonBakeLightLayer
 from .show_properties import PhotonBakeShownProperties
 from .zero_values import SUBTYPES, zero_properties
 
+_Settings = TypeVar("_Settings", BakeSettings, LightmapSettings, CameraSettings, ProbeSettings)
+
 QUALITIES: tuple[Quality, ...] = get_args(Quality)
 KNOBS = fields(BakeSettings)
 LIGHTMAP_KNOBS = fields(LightmapSettings)
@@ -23,6 +25,7 @@ PROBE_KNOBS = fields(ProbeSettings)
 PRESET_KNOBS = [knob.name for knob in KNOBS if len({getattr(settings_for(q), knob.name) for q in QUALITIES}) > 1]
 """The knobs that the quality presets differ in."""
 
+_CHOICES = {**CHOICES, **LIGHTMAP_CHOICES, **PASS_CHOICES, **PROBE_CHOICES}
 CHOICE_MEANINGS = {
     "gather": "How photons become light",
     "tracer": "What finds where photons meet the scene",
@@ -35,7 +38,7 @@ CHOICE_MEANINGS = {
     "harmonics": "Spherical harmonics that files of probes hold",
     "axes": "Axes that files of probes are in",
 }
-"""What the knobs of `CHOICES`, `LIGHTMAP_CHOICES` and `PASS_CHOICES` mean."""
+"""What the knobs of `_CHOICES` mean."""
 
 _CHOICE_WORDS = {
     "final": ("Final Gather", "Every vertex looks around with rays: smooth, and exact with enough of them"),
@@ -89,9 +92,6 @@ CHOICE_NUMBERS = {
 }
 """What .blend files keep of the knobs' choices: never to be given to another choice, or files would open with that."""
 
-_WRITTEN_TO = {"OUTPUT_PATH", "PATH_SUPPORTS_BLEND_RELATIVE"}
-"""Options of folders: they need not be there, and // is the folder of the .blend file."""
-
 _WANTED = [
     ("vertex", "Vertices", "A color attribute on each mesh", "VERTEXSEL", 1),
     ("lightmap", "Lightmaps", "Images, on UV maps of their own", "TEXTURE", 2),
@@ -127,7 +127,7 @@ def _property(settings: type, knob: Field) -> Any:
     """Blender's property for a knob of a settings class, from the knob's own default, range and meaning."""
     kind = get_type_hints(settings)[knob.name]
     meta: dict[str, Any] = {"name": label(knob.name), "default": knob.default}
-    choices = {**CHOICES, **LIGHTMAP_CHOICES, **PASS_CHOICES, **PROBE_CHOICES}.get(knob.name)
+    choices = _CHOICES.get(knob.name)
     if choices:
         numbers = CHOICE_NUMBERS[knob.name]
         words = {choice: _CHOICE_WORDS.get(f"{knob.name} {choice}") or _CHOICE_WORDS[choice] for choice in choices}
@@ -154,6 +154,22 @@ def _properties(settings: type) -> dict[str, Any]:
     return found
 
 
+def _folder(files: str, default: str) -> Any:
+    """Blender's property for a folder of files, which need not be there."""
+    return bpy.props.StringProperty(
+        name="Folder",
+        description=f"Where {files} go; // is the folder of the .blend file",
+        default=f"//{default}",
+        subtype="DIR_PATH",
+        options={"OUTPUT_PATH", "PATH_SUPPORTS_BLEND_RELATIVE"},
+    )
+
+
+def _taken(group: Any, settings: type[_Settings]) -> _Settings:
+    """The knobs of a property group as the engine takes them."""
+    return settings(**{knob.name: getattr(group, knob.name) for knob in fields(settings)})
+
+
 def _get_quality(properties: "PhotonBakeProperties") -> int:
     """The preset whose values the knobs have, or Custom: nothing of its own is stored, so the two cannot disagree."""
     for i, quality in enumerate(QUALITIES):
@@ -174,57 +190,42 @@ class PhotonBakeLightmapProperties(bpy.types.PropertyGroup):
     """What ``scene.photon_bake.lightmap`` holds: every knob of `LightmapSettings` under its own name, and a folder."""
 
     __annotations__ = {
-        "folder": bpy.props.StringProperty(
-            name="Folder",
-            description="Where the images' files go; // is the folder of the .blend file",
-            default=f"//{LIGHTMAP_FOLDER}",
-            subtype="DIR_PATH",
-            options=_WRITTEN_TO,
-        ),
+        "folder": _folder("the images' files", LIGHTMAP_FOLDER),
         **_properties(LightmapSettings),
     }
 
     def settings(self) -> LightmapSettings:
         """The knobs as the engine takes them."""
-        return LightmapSettings(**{knob.name: getattr(self, knob.name) for knob in LIGHTMAP_KNOBS})
+        return _taken(self, LightmapSettings)
 
 
 class PhotonBakeCameraProperties(bpy.types.PropertyGroup):
     """What ``scene.photon_bake.camera`` holds: every knob of `CameraSettings` under its own name, and a folder."""
 
     __annotations__ = {
-        "folder": bpy.props.StringProperty(
-            name="Folder",
-            description="Where the pass's files go; // is the folder of the .blend file",
-            default=f"//{PASS_FOLDER}",
-            subtype="DIR_PATH",
-            options=_WRITTEN_TO,
-        ),
+        "folder": _folder("the pass's files", PASS_FOLDER),
         **_properties(CameraSettings),
     }
 
     def settings(self) -> CameraSettings:
         """The knobs as the engine takes them."""
-        return CameraSettings(**{knob.name: getattr(self, knob.name) for knob in CAMERA_KNOBS})
+        return _taken(self, CameraSettings)
 
 
 class PhotonBakeProbeProperties(bpy.types.PropertyGroup):
     """What ``scene.photon_bake.probes`` holds: every knob of `ProbeSettings` under its own name, and a folder."""
 
     __annotations__ = {
-        "folder": bpy.props.StringProperty(
-            name="Folder",
-            description="Where the probes' files go; // is the folder of the .blend file",
-            default=f"//{PROBE_FOLDER}",
-            subtype="DIR_PATH",
-            options=_WRITTEN_TO,
-        ),
+        "folder": _folder("the probes' files", PROBE_FOLDER),
         **_properties(ProbeSettings),
     }
 
     def settings(self) -> ProbeSettings:
         """The knobs as the engine takes them."""
-        return ProbeSettings(**{knob.name: getattr(self, knob.name) for knob in PROBE_KNOBS})
+        return _taken(self, ProbeSettings)
+
+
+_OF_TARGETS = (PhotonBakeLightmapProperties, PhotonBakeCameraProperties, PhotonBakeProbeProperties)
 
 
 class PhotonBakeProperties(bpy.types.PropertyGroup):
@@ -297,16 +298,15 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
 
     def settings(self) -> BakeSettings:
         """The knobs as the engine takes them."""
-        return BakeSettings(**{knob.name: getattr(self, knob.name) for knob in KNOBS})
+        return _taken(self, BakeSettings)
 
 
 def register() -> None:
     """Give every scene its settings, ``scene.photon_bake``."""
-    bpy.utils.register_class(PhotonBakeLightmapProperties)
-    bpy.utils.register_class(PhotonBakeCameraProperties)
+    for cls in _OF_TARGETS:
+        bpy.utils.register_class(cls)
     mixer_properties.register()
     show_properties.register()
-    bpy.utils.register_class(PhotonBakeProbeProperties)
     bpy.utils.register_class(PhotonBakeProperties)
     bpy.types.Scene.photon_bake = bpy.props.PointerProperty(type=PhotonBakeProperties, name="Photon Bake")
 
@@ -317,6 +317,5 @@ def unregister() -> None:
     bpy.utils.unregister_class(PhotonBakeProperties)
     show_properties.unregister()
     mixer_properties.unregister()
-    bpy.utils.unregister_class(PhotonBakeProbeProperties)
-    bpy.utils.unregister_class(PhotonBakeCameraProperties)
-    bpy.utils.unregister_class(PhotonBakeLightmapProperties)
+    for cls in reversed(_OF_TARGETS):
+        bpy.utils.unregister_class(cls)

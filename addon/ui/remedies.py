@@ -1,7 +1,5 @@
 """What can be done about a finding, by a button: its name and its tooltip. The doing is `operators.remedy`'s."""
 
-import bpy
-
 REMEDIES: dict[str, tuple[str, str]] = {
     "bake_copies": (
         "Turn On Bake Copies",
@@ -28,8 +26,3 @@ REMEDIES: dict[str, tuple[str, str]] = {
     "quality": ("Raise Quality", "Take the next better quality"),
     "noise": ("Noise 5 %", "Send rays where they are needed until the noise is 5 %"),
 }
-
-
-def is_offered(remedy: str) -> bool:
-    """Whether a remedy can be used; one may need an operator that is not there."""
-    return remedy != "refine" or hasattr(bpy.types, "PHOTON_BAKE_OT_refine")

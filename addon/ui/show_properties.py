@@ -24,6 +24,18 @@ _IN_COMPOSITOR = (
 )
 
 
+def strength_property(what: str, one: str, update: Any) -> Any:
+    """Blender's property for what some light is multiplied by; `one` says what 1 is."""
+    return bpy.props.FloatProperty(
+        name="Strength",
+        description=f"What {what} is multiplied by; 1 is {one}",
+        default=1.0,
+        min=0.0,
+        soft_max=4.0,
+        update=update,
+    )
+
+
 class PhotonBakeShownProperties(bpy.types.PropertyGroup):
     """How strong baked light is shown, and whether it is; changes are seen at once."""
 
@@ -37,14 +49,7 @@ class PhotonBakeShownProperties(bpy.types.PropertyGroup):
             default=True,
             update=_changed,
         ),
-        "strength": bpy.props.FloatProperty(
-            name="Strength",
-            description="What baked light is multiplied by; 1 is what bounces add to direct light",
-            default=1.0,
-            min=0.0,
-            soft_max=4.0,
-            update=_changed,
-        ),
+        "strength": strength_property("baked light", "what bounces add to direct light", _changed),
         "after_bake": bpy.props.BoolProperty(
             name="Show After Bake",
             description="Use baked light in materials as soon as a bake has ended",

@@ -66,7 +66,6 @@ PROBE_SHARES = {"Lighting probes": 4}
 
 _OF_RECEIVERS = {"Gathering light", "Adding direct light"}
 
-
 REFINE_SHARES = {"Refining meshes": 8, "Splitting edges": 1}
 """The same for refining meshes."""
 
@@ -81,8 +80,6 @@ class BakeState:
     stage : str
     fraction : float
         Of the whole bake, in [0, 1]; never falls.
-    outcome : Outcome
-        Of the last bake.
     scene : int
         The session id of the scene that is baked, or was.
     """
@@ -95,10 +92,15 @@ class BakeState:
     def _begin(self, scene: int) -> None:
         self.stage, self.fraction = "", 0.0
         self._done: dict[str, float] = {}
-        self.scene, self.outcome = scene, Outcome()
+        self.scene = scene
         self._outcomes.pop(scene, None)
         self._shares: dict[str, float] = {}
         self._started = perf_counter()
+
+    @property
+    def outcome(self) -> Outcome:
+        """Of the last bake; an empty one while it runs, or where it said nothing."""
+        return self._outcomes.get(self.scene) or Outcome()
 
     @property
     def result(self) -> str:
@@ -119,8 +121,6 @@ class BakeState:
     def forget(self) -> None:
         """Another file is open: its scenes were never baked."""
         self._outcomes.clear()
-        if not self.running:
-            self.outcome = Outcome()
 
     @property
     def running(self) -> bool:
@@ -136,7 +136,6 @@ class BakeState:
     def stop(self, outcome: Outcome | None = None) -> None:
         """Say how the bake ended."""
         self.progress = None
-        self.outcome = outcome or Outcome()
         if outcome is not None:
             self._outcomes[self.scene] = outcome
 

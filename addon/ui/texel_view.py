@@ -9,6 +9,7 @@ import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
 
+from ..blender.lightmap.images import lightmaps_by_file
 from ..blender.overrides import density_factor
 from ..blender.texel_density import texel_surface
 from .redraw import redraw_view3d
@@ -58,11 +59,13 @@ class TexelView:
         gpu.state.blend_set("ALPHA")
         self._shader.bind()
         looked = gpu.matrix.get_projection_matrix() @ gpu.matrix.get_model_view_matrix()
+        images: dict[str, bpy.types.Image] | None = None
         for obj in context.view_layer.objects:
             if obj is None or obj.type != "MESH" or obj.mode == "EDIT" or not obj.visible_get():
                 continue
             if obj.session_uid not in self._batches:
-                self._batches[obj.session_uid] = self._batch(obj, depsgraph, context.scene)
+                images = lightmaps_by_file() if images is None else images
+                self._batches[obj.session_uid] = self._batch(obj, depsgraph, context.scene, images)
             batch = self._batches[obj.session_uid]
             if batch is not None:
                 self._shader.uniform_float("model_view_projection", looked @ obj.matrix_world)
@@ -78,10 +81,10 @@ class TexelView:
             elif isinstance(update.id, bpy.types.Mesh | bpy.types.Scene):
                 self._batches.clear()
 
-    def _batch(self, obj: "bpy.types.Object", depsgraph: Any, scene: Any) -> Any:
+    def _batch(self, obj: "bpy.types.Object", depsgraph: Any, scene: Any, images: dict[str, Any]) -> Any:
         """An object's surface on the graphics card; None where it has no texels."""
         settings = scene.photon_bake.lightmap.settings()
-        surface = texel_surface(obj, depsgraph, settings)
+        surface = texel_surface(obj, depsgraph, settings, images)
         if surface is None:
             return None
         asked = settings.density * density_factor(obj)

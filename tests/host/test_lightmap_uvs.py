@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender.lightmap.checks import overlapping
+from photon_bake.addon.blender.lightmap.checks import middles
 from photon_bake.addon.blender.lightmap.reading import LightmapReading
 from photon_bake.addon.blender.meshes import count_triangles
 from photon_bake.addon.errors import BakeError
@@ -14,6 +14,12 @@ from photon_bake.addon.receivers.coverage import texels_of
 from scipy.ndimage import maximum_filter, minimum_filter
 
 from .scenes import CUBE_FACES, add_cube, add_mesh, add_plane, in_graph
+
+
+def overlapping(uv, size):
+    """Which triangles (t, 3, 2) share the middle of a texel of the image (height, width) with others."""
+    texel, triangle = middles(uv, size)
+    return np.unique(triangle[np.bincount(texel, minlength=size[0] * size[1])[texel] > 1])
 
 
 def laid_out(warnings=None, copies=False, density_of=None, **settings):

@@ -5,6 +5,7 @@ import gpu
 import numpy as np
 import pytest
 from mathutils import Matrix
+from photon_bake.addon.blender.lightmap.images import lightmaps_by_file
 from photon_bake.addon.blender.texel_density import texel_surface
 from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.ui.texel_view import texel_view
@@ -28,7 +29,8 @@ def floor(empty_scene):
 
 
 def surface(obj, **settings):
-    return texel_surface(obj, bpy.context.evaluated_depsgraph_get(), LightmapSettings(**settings))
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    return texel_surface(obj, depsgraph, LightmapSettings(**settings), lightmaps_by_file())
 
 
 def test_texels_a_metre_of_a_lightmap(floor):

@@ -1,11 +1,11 @@
 """Renders of direct light alone, to which a pass is added, and a switch that is off where renders have more."""
 
-from functools import reduce
 from typing import Any
 
 import bpy
 
 from ..show.eevee_world import dim_world, restore_worlds
+from ..show.scene_settings import owner_of
 from ..visibility import rendered_objects
 
 MARK = "photon_bake"
@@ -21,7 +21,6 @@ _PASS = "pass"
 
 _EEVEE = 0
 """Blender's number of its own engine, which is registered first in any case."""
-
 
 _WATCHED = {
     "engine": "render.engine",
@@ -93,12 +92,10 @@ def remove_switch(socket: Any) -> None:
 
 def _value(scene: Any, path: str) -> Any:
     """A setting of the scene; None where this Blender does not have it, as without its engine."""
-    owner: Any = scene
-    for name in path.split("."):
-        owner = getattr(owner, name, None)
-    return owner
+    owner, name = owner_of(scene, path)
+    return getattr(owner, name, None)
 
 
 def _set(scene: Any, path: str, value: Any) -> None:
-    *parents, name = path.split(".")
-    setattr(reduce(getattr, parents, scene), name, value)
+    owner, name = owner_of(scene, path)
+    setattr(owner, name, value)

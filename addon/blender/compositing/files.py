@@ -6,13 +6,14 @@ from typing import Any
 import bpy
 
 from ...errors import BakeError
+from ...output import file_name
 from ...output.camera import frame_path, origin_of
+from ..paths import from_blend_file
 
 _BAKED = "photon_bake_pass"
 """Custom property of a scene: where its last pass went to, and which file and scene that says it is of."""
 
 _UNSAVED = "(unsaved)"
-_FORBIDDEN = str.maketrans(dict.fromkeys('<>:"/\\|?*#', "_"))
 
 
 def blend_name() -> str:
@@ -21,18 +22,16 @@ def blend_name() -> str:
 
 
 def own_name(pattern: str, scene: Any) -> str:
-    """The name that files of a scene's pass get, ``{file}`` and ``{scene}`` in it replaced."""
+    """The name that files of a scene's pass get, ``{file}`` and ``{scene}`` in it replaced; # is a frame's digit."""
     names = {"{file}": Path(bpy.data.filepath).stem or "untitled", "{scene}": scene.name}
     for placeholder, name in names.items():
-        pattern = pattern.replace(placeholder, name.translate(_FORBIDDEN))
+        pattern = pattern.replace(placeholder, file_name(name).replace("#", "_"))
     return pattern
 
 
 def remember_pass(scene: Any, folder: Path, name: str) -> None:
-    """Keep in a scene where its pass was written; as seen from the saved file, if it lies in the same folder."""
-    beside = bpy.data.filepath and folder.is_relative_to(Path(bpy.data.filepath).parent)
-    place = bpy.path.relpath(str(folder)) if beside else str(folder)
-    scene[_BAKED] = {"folder": place, "name": name, "file": blend_name(), "scene": scene.name}
+    """Keep in a scene where its pass was written."""
+    scene[_BAKED] = {"folder": from_blend_file(folder), "name": name, "file": blend_name(), "scene": scene.name}
 
 
 def has_pass(scene: Any) -> bool:

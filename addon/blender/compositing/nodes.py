@@ -9,6 +9,8 @@ import bpy
 
 from ...errors import BakeError
 from ...output.camera import GROUP_LAYER
+from ..nodes import socket
+from ..paths import from_blend_file, path_of
 from .direct_only import MARK, bring_back_indirect, leave_out_indirect, remove_switch, switch_with_indirect
 
 _MIX_FACTOR, _MIX_A, _MIX_B, _MIX_RESULT = "Factor_Float", "A_Color", "B_Color", "Result_Color"
@@ -53,9 +55,9 @@ def add_pass(scene: Any, paths: list[Path], mix: Mapping[str, Color] | None = No
         targets = [link.to_socket for link in render.outputs["Image"].links]
         place = render.location.x + 260, render.location.y
         node = _mix(tree, "ADD", "Add Indirect Light", place, render.outputs["Image"], light)
-        switch_with_indirect(_socket(node.inputs, _MIX_FACTOR), scene)
+        switch_with_indirect(socket(node.inputs, _MIX_FACTOR), scene)
         for target in targets or [_output(tree).inputs[0]]:
-            _link(tree, _socket(node.outputs, _MIX_RESULT), target)
+            tree.links.new(socket(node.outputs, _MIX_RESULT), target)
     leave_out_indirect(scene)
 
 
@@ -64,12 +66,12 @@ def set_mix(scene: Any, mix: Mapping[str, Color]) -> None:
     tree = _existing_tree(scene)
     for node in tree.nodes if tree else []:
         if node.get(_LAYER) and node[_LAYER] in mix:
-            _socket(node.inputs, _MIX_B).default_value = (*mix[node[_LAYER]], 1)
+            socket(node.inputs, _MIX_B).default_value = (*mix[node[_LAYER]], 1)
 
 
 def reload_pass(path: Path) -> None:
     """Have compositors show what a file has become: it may have other light groups apart than before."""
-    images = [one for one in bpy.data.images if MARK in one and Path(bpy.path.abspath(one.filepath)) == path]
+    images = [one for one in bpy.data.images if MARK in one and path_of(one) == path]
     for image in images:
         image.reload()
     for scene in bpy.data.scenes:
@@ -83,29 +85,29 @@ def reload_pass(path: Path) -> None:
 def _mix_anew(tree: Any, source: Any) -> None:
     """Put other nodes between a pass and what it is added to, with the levels of those that were there."""
     apart = [node for node in tree.nodes if _LAYER in node]
-    mix = {node[_LAYER]: tuple(_socket(node.inputs, _MIX_B).default_value)[:3] for node in apart}
+    mix = {node[_LAYER]: tuple(socket(node.inputs, _MIX_B).default_value)[:3] for node in apart}
     for node in apart:
         tree.nodes.remove(node)
     light = _mixed(tree, source, mix)
     for node in [node for node in tree.nodes if MARK in node and node.bl_idname == "ShaderNodeMix"]:
         if _LAYER not in node:
-            _link(tree, light, _socket(node.inputs, _MIX_B))
+            tree.links.new(light, socket(node.inputs, _MIX_B))
 
 
 def _mixed(tree: Any, source: Any, mix: Mapping[str, Color]) -> Any:
     """The socket that gives all indirect light: the sum of the light groups' where the pass has them apart."""
     start = f"{GROUP_LAYER}_"
-    apart = [socket for socket in source.outputs if socket.enabled and socket.name.startswith(start)]
+    apart = [one for one in source.outputs if one.enabled and one.name.startswith(start)]
     total = None if apart else source.outputs["Indirect"]
-    for i, socket in enumerate(apart):
-        group, place = socket.name.removeprefix(start), (-200, -150 - 60 * i)
-        node = _mix(tree, "MULTIPLY", group, place, socket)
+    for i, output in enumerate(apart):
+        group, place = output.name.removeprefix(start), (-200, -150 - 60 * i)
+        node = _mix(tree, "MULTIPLY", group, place, output)
         node[_LAYER], node.hide = group, True
-        _socket(node.inputs, _MIX_B).default_value = (*mix.get(group, (1, 1, 1)), 1)
-        light = _socket(node.outputs, _MIX_RESULT)
+        socket(node.inputs, _MIX_B).default_value = (*mix.get(group, (1, 1, 1)), 1)
+        light = socket(node.outputs, _MIX_RESULT)
         if total is not None:
             node = _mix(tree, "ADD", "Add Light Groups", (-20, -150 - 60 * i), total, light)
-            node[_LAYER], node.hide, light = "", True, _socket(node.outputs, _MIX_RESULT)
+            node[_LAYER], node.hide, light = "", True, socket(node.outputs, _MIX_RESULT)
         total = light
     return total
 
@@ -114,10 +116,10 @@ def _mix(tree: Any, blend: str, label: str, place: tuple[float, float], a: Any, 
     """A node that mixes colors in whole, and its inputs linked."""
     node = _new(tree, "ShaderNodeMix", place)
     node.data_type, node.blend_type, node.label = "RGBA", blend, label
-    _socket(node.inputs, _MIX_FACTOR).default_value = 1.0
-    _link(tree, a, _socket(node.inputs, _MIX_A))
+    socket(node.inputs, _MIX_FACTOR).default_value = 1.0
+    tree.links.new(a, socket(node.inputs, _MIX_A))
     if b is not None:
-        _link(tree, b, _socket(node.inputs, _MIX_B))
+        tree.links.new(b, socket(node.inputs, _MIX_B))
     return node
 
 
@@ -135,11 +137,11 @@ def remove_pass(scene: Any) -> bool:
         return False
     ours = [node for node in tree.nodes if MARK in node]
     for node in [node for node in ours if node.bl_idname == "ShaderNodeMix"]:
-        remove_switch(_socket(node.inputs, _MIX_FACTOR))
-        before = next((link.from_socket for link in _socket(node.inputs, _MIX_A).links), None)
-        targets = [link.to_socket for link in _socket(node.outputs, _MIX_RESULT).links]
+        remove_switch(socket(node.inputs, _MIX_FACTOR))
+        before = next((link.from_socket for link in socket(node.inputs, _MIX_A).links), None)
+        targets = [link.to_socket for link in socket(node.outputs, _MIX_RESULT).links]
         for target in targets if before and before.node.bl_idname == "CompositorNodeRLayers" else []:
-            _link(tree, before, target)
+            tree.links.new(before, target)
     images = [node.image for node in ours if node.bl_idname == "CompositorNodeImage" and node.image]
     for node in ours:
         tree.nodes.remove(node)
@@ -157,8 +159,7 @@ def _load(paths: list[Path]) -> Any:
         raise BakeError(f"{paths[0]} is not there: bake the camera's pass first.")
     image = bpy.data.images.load(str(paths[0]))
     image[MARK] = True
-    if bpy.data.filepath and paths[0].is_relative_to(Path(bpy.data.filepath).parent):
-        image.filepath = bpy.path.relpath(str(paths[0]))
+    image.filepath = from_blend_file(paths[0])
     if len(paths) > 1:
         image.source = "SEQUENCE"
     return image
@@ -226,12 +227,3 @@ def _new(tree: Any, idname: str, location: tuple[float, float]) -> Any:
     node = tree.nodes.new(idname)
     node.location, node[MARK] = location, True
     return node
-
-
-def _link(tree: Any, source: Any, target: Any) -> None:
-    tree.links.new(source, target)
-
-
-def _socket(sockets: Any, identifier: str) -> Any:
-    """A socket by its identifier: several have one name."""
-    return next(socket for socket in sockets if socket.identifier == identifier)

@@ -12,9 +12,12 @@ import numpy as np
 
 from ...errors import BakeError
 from ...output import atomic_path, check_writable
+from ..light_layers import with_groups
 from ..lightmap.images import lightmaps_by_file
 from ..lightmap.meshes import write_uv_map
 from ..lightmap.writing import IMAGE, SCALE_OFFSET, UV_MAP
+from ..meshes import UVMaps
+from ..paths import path_of
 from ..temporary import Temporary
 from ..visibility import objects_of
 
@@ -87,8 +90,9 @@ def export_gltf(
         except RuntimeError as error:
             raise BakeError(f"{path} was not exported: {str(error).strip()}") from error
     exported = Exported([obj.name for obj in mapped], [obj.name for obj in lit])
-    for name in dict.fromkeys(obj[key] for obj in mapped for key in _images_of(obj)):
-        _put_beside(name, path.parent, exported)
+    images = lightmaps_by_file()
+    for name in dict.fromkeys(obj[key] for obj in mapped for key in with_groups(IMAGE, obj.keys())):
+        _put_beside(name, images.get(name), path.parent, exported)
     return exported
 
 
@@ -116,20 +120,9 @@ def _has_lightmap(obj: "bpy.types.Object") -> bool:
     return IMAGE in obj and SCALE_OFFSET in obj and obj.get(UV_MAP) in obj.data.uv_layers
 
 
-def _images_of(obj: "bpy.types.Object") -> list[str]:
-    """Custom properties of an object that name lightmaps."""
-    return _with_groups(IMAGE, list(obj.keys()))
-
-
-def _with_groups(name: str, names: list[str]) -> list[str]:
-    """What has a name, and what holds light groups' light beside it, as `light_layers` has it."""
-    return [one for one in names if one == name or one.startswith(f"{name}.")]
-
-
-def _put_beside(name: str, folder: Path, exported: Exported) -> None:
+def _put_beside(name: str, image: "bpy.types.Image | None", folder: Path, exported: Exported) -> None:
     """Copy a lightmap's file to a folder, unless it is there."""
-    image = lightmaps_by_file().get(name)
-    source = Path(bpy.path.abspath(image.filepath)) if image else folder / name
+    source = path_of(image) if image else folder / name
     if not source.is_file():
         exported.missing.append(name)
         return
@@ -154,7 +147,7 @@ def _in_engines_terms(
                 obj.data = temporary.add(mesh.copy())
                 obj.data.name = mesh.name
                 if obj in lit:
-                    for name in _with_groups(attribute, [one.name for one in obj.data.color_attributes]):
+                    for name in with_groups(attribute, obj.data.color_attributes.keys()):
                         _as_custom_attribute(obj.data, name)
                     obj.data[LIGHT_ATTRIBUTE] = exported_name(attribute)
                 if obj in mapped:
@@ -183,11 +176,7 @@ def _arrange(mesh: "bpy.types.Mesh", uv_map: str, scale_offset: np.ndarray) -> N
     """Leave a mesh with the UV map that materials read and, second, the lightmap's in its place."""
     layers = mesh.uv_layers
     rendered = next((one.name for one in layers if one.active_render), "")
-    maps = []
-    for name in (rendered, uv_map):
-        uv = np.empty((len(mesh.loops), 2), np.float32)
-        layers[name].uv.foreach_get("vector", uv.reshape(-1))
-        maps.append(uv)
+    maps = [UVMaps(mesh).corners(name) for name in (rendered, uv_map)]
     for name in [one.name for one in layers]:
         layers.remove(layers[name])
     write_uv_map(mesh, rendered if rendered != uv_map else "UVMap", maps[0])

@@ -64,7 +64,7 @@ def _overlaps(
     if not there:
         return {}
     mesh_of_triangle = np.repeat(there, [len(meshes[i].uv) for i in there])
-    texel, triangle = _middles(np.concatenate([meshes[i].uv for i in there]), size, progress.check)
+    texel, triangle = middles(np.concatenate([meshes[i].uv for i in there]), size, progress.check)
     mesh = mesh_of_triangle[triangle]
     n_all = np.bincount(mesh, minlength=len(meshes))
     problems: dict[int, str] = {}
@@ -99,17 +99,11 @@ def _overlap(meshes: Sequence[LightmapMesh], worst: int, partners: np.ndarray, s
 
 def overlap_share(uv: np.ndarray, size: tuple[int, int]) -> float:
     """Share of the texels of triangles (t, 3, 2) in an image (height, width) that more than one of them has."""
-    texel, _ = _middles(uv, size)
+    texel, _ = middles(uv, size)
     return float((np.bincount(texel, minlength=size[0] * size[1])[texel] > 1).mean()) if len(texel) else 0.0
 
 
-def overlapping(uv: np.ndarray, size: tuple[int, int]) -> np.ndarray:
-    """Which triangles (t, 3, 2) share the middle of a texel of the image (height, width) with others."""
-    texel, triangle = _middles(uv, size)
-    return np.unique(triangle[np.bincount(texel, minlength=size[0] * size[1])[texel] > 1])
-
-
-def _middles(
+def middles(
     uv: np.ndarray, size: tuple[int, int], check: Callable[[], None] = lambda: None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Texels whose middle lies inside of a triangle: pairs of the texel's number and the triangle."""

@@ -6,6 +6,7 @@ from pathlib import Path
 import bpy
 
 from ...lightmap_settings import LightmapSettings
+from ..paths import from_blend_file
 
 OF = "photon_bake_lightmap"
 """Custom property of the images that are lightmaps: the name of what they are of."""
@@ -41,15 +42,9 @@ def _load(path: Path, name: str, settings: LightmapSettings) -> None:
         image[OF] = name
     elif image.packed_file is not None:
         image.unpack(method="REMOVE")
-    image.source, image.filepath = "FILE", _from_blend_file(path)
+    image.source, image.filepath = "FILE", from_blend_file(path)
     image.colorspace_settings.name = "Non-Color" if encoded else "Linear Rec.709"
     image.alpha_mode = "CHANNEL_PACKED" if encoded else "NONE"
     image[ENCODING], image[RANGE] = settings.file_format, settings.value_range
     image.reload()
     image.use_fake_user = True  # nothing else may refer to it yet
-
-
-def _from_blend_file(path: Path) -> str:
-    """The path as seen from the saved file, if it lies in the same folder or below it."""
-    folder = Path(bpy.data.filepath).parent
-    return bpy.path.relpath(str(path)) if bpy.data.filepath and path.is_relative_to(folder) else str(path)

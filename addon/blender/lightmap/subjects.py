@@ -10,7 +10,7 @@ from ...errors import BakeError
 from ...progress import Progress
 from ...receivers import LightmapMesh
 from ...receivers.uv_maps import Faces
-from ..meshes import attribute, corner_vertex, evaluated_mesh, read_mesh
+from ..meshes import corner_vertex, evaluated_mesh, read_mesh
 from ..shown_meshes import meshes_of
 from ..transforms import place_normals, to_world
 from ..warn import Warnings
@@ -96,11 +96,6 @@ class Subjects:
 
     all: list[Subject]
     faces: dict[str, Faces]
-
-    @staticmethod
-    def none() -> "Subjects":
-        """No surfaces."""
-        return Subjects([], {})
 
     def __add__(self, others: "Subjects") -> "Subjects":
         return Subjects(self.all + others.all, self.faces | others.faces)
@@ -204,5 +199,4 @@ def _same_corners(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh") -> bool:
     """Whether modifiers leave the faces' corners alone, or only give them new vertices."""
     if len(mesh.loops) != len(evaluated.loops) or len(mesh.polygons) != len(evaluated.polygons):
         return False
-    before, after = (attribute(one, ".corner_vert", "value", (len(one.loops),), np.int32) for one in (mesh, evaluated))
-    return np.array_equal(before, after)
+    return np.array_equal(corner_vertex(mesh), corner_vertex(evaluated))

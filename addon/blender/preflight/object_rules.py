@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 
 from ...lightmap_settings import MADE_UV_MAP
+from ..baked_copies import HIDE_RENDER
 from ..lightmap.meshes import MAX_UV_MAPS
 from ..modifiers import COPIES_FACES, active_modifiers
 from ..nodes import all_nodes
@@ -187,7 +188,7 @@ def _hidden(asked: Asked) -> list[Found]:
         and obj.type == "MESH"
         and obj not in shown
         and obj.display_type not in {"WIRE", "BOUNDS"}
-        and "photon_bake_hide_render" not in obj
+        and HIDE_RENDER not in obj
         and len(obj.data.polygons)
         and obj.visible_get(view_layer=asked.view_layer)
         and (not asked.selected_only or obj.select_get(view_layer=asked.view_layer))

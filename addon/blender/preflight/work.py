@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 
 from ...estimates import Work
+from ..meshes import count_triangles
 from ..modifiers import active_modifiers
 from .asked import Asked
 
@@ -32,8 +33,7 @@ def work_of(asked: Asked) -> Work:
 def _n_triangles(obj: "bpy.types.Object") -> int:
     """Triangles that renders make of an object, or of what it instances, about."""
     if obj.type == "MESH":
-        mesh = obj.data
-        return int((len(mesh.loops) - 2 * len(mesh.polygons)) * prod(map(_factor, active_modifiers(obj, "RENDER"))))
+        return int(count_triangles(obj.data) * prod(map(_factor, active_modifiers(obj, "RENDER"))))
     if obj.instance_type == "COLLECTION" and obj.instance_collection is not None:
         return sum(_n_triangles(one) for one in obj.instance_collection.all_objects if one.type == "MESH")
     return 0

@@ -4,8 +4,10 @@ from pathlib import Path
 
 import bpy
 
+from ..light_layers import with_groups
 from ..lightmap.images import OF
 from ..lightmap.writing import IMAGE, SCALE_OFFSET, UV_MAP, remove_made_uv_map
+from ..paths import path_of
 
 
 def remove_lightmaps(files: bool = False) -> tuple[int, list[str]]:
@@ -24,14 +26,12 @@ def remove_lightmaps(files: bool = False) -> tuple[int, list[str]]:
         Sentences about files that could not be deleted.
     """
     images = [image for image in bpy.data.images if OF in image]
-    paths = [Path(bpy.path.abspath(image.filepath)) for image in images if image.filepath]
+    paths = [path_of(image) for image in images if image.filepath]
     for obj in bpy.data.objects:
         if UV_MAP in obj and obj.is_editable:
             if obj.type == "MESH" and obj.data.is_editable:
                 remove_made_uv_map(obj.data, obj[UV_MAP])
-            for name in [name for name in obj.keys() if name.startswith(IMAGE)]:  # noqa: SIM118
-                del obj[name]
-            for name in (UV_MAP, SCALE_OFFSET):
+            for name in (*with_groups(IMAGE, obj.keys()), UV_MAP, SCALE_OFFSET):
                 obj.pop(name, None)
     bpy.data.batch_remove(images)
     return len(images), _delete(paths) if files else []

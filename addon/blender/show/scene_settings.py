@@ -26,7 +26,7 @@ def show_direct_light(scene: "bpy.types.Scene", translucent: bool) -> None:
         return
     before = {}
     for path, value in {**DIRECT_LIGHT, **(TRANSLUCENT_LIGHT if translucent else {})}.items():
-        owner, name = _owner(scene, path)
+        owner, name = owner_of(scene, path)
         if owner is not None:
             was_set = owner.is_property_set(name) or not path.startswith("cycles")
             before[path] = getattr(owner, name) if was_set else ""
@@ -39,7 +39,7 @@ def restore_settings(scene: "bpy.types.Scene") -> None:
     if _BEFORE not in scene:
         return
     for path, value in scene[_BEFORE].to_dict().items():
-        owner, name = _owner(scene, path)
+        owner, name = owner_of(scene, path)
         if owner is None:
             continue
         if value == "":
@@ -49,7 +49,7 @@ def restore_settings(scene: "bpy.types.Scene") -> None:
     del scene[_BEFORE]
 
 
-def _owner(scene: "bpy.types.Scene", path: str) -> tuple[Any, str]:
+def owner_of(scene: "bpy.types.Scene", path: str) -> tuple[Any, str]:
     """What has a setting, and the setting's name; None where this Blender has no such setting."""
     *parents, name = path.split(".")
     owner: Any = scene

@@ -16,6 +16,7 @@ import bpy
 from ..lightmap.images import ENCODING, RANGE, lightmaps_by_file
 from ..lightmap.writing import SCALE_OFFSET, UV_MAP
 from ..nodes import SHOWN
+from ..paths import path_of
 from .layers import Layer
 
 SHEET, TILE = "photon_bake_sheet", "photon_bake_tile"
@@ -96,23 +97,19 @@ def _place(objects: "list[bpy.types.Object]", sheet: int, tile: int | None, imag
 
 
 def _has_pixels(image: "bpy.types.Image") -> bool:
-    return image.packed_file is not None or _path(image).is_file()
-
-
-def _path(image: "bpy.types.Image") -> Path:
-    return Path(bpy.path.abspath(image.filepath))
+    return image.packed_file is not None or path_of(image).is_file()
 
 
 def _tiled(name: str, images: "list[bpy.types.Image]") -> "bpy.types.Image":
     """A packed image whose tiles are other images' files."""
     with TemporaryDirectory(prefix="photon_bake_") as folder:
-        suffix = _path(images[0]).suffix
+        suffix = path_of(images[0]).suffix
         for i, image in enumerate(images):
             tile = Path(folder, f"{name}.{_FIRST_TILE + i}{suffix}")
             if image.packed_file is not None:
                 tile.write_bytes(image.packed_file.data)
             else:
-                shutil.copyfile(_path(image), tile)
+                shutil.copyfile(path_of(image), tile)
         tiled = bpy.data.images.load(str(Path(folder, f"{name}.{_FIRST_TILE}{suffix}")))
         tiled.name, tiled[SHOWN] = name, True
         tiled.source, tiled.filepath = "TILED", str(Path(folder, f"{name}.<UDIM>{suffix}"))

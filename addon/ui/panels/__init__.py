@@ -1,4 +1,4 @@
-"""The Photon Bake tab of the 3D View's sidebar, one file a panel; `added` is where other rooms' sections come in."""
+"""The Photon Bake tab of the 3D View's sidebar, one file a panel."""
 
 import bpy
 

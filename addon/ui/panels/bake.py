@@ -4,8 +4,9 @@ from typing import Any
 
 import bpy
 
+from ..mixer_panel import draw_mixer
+from ..show_panel import draw_baked_light, draw_pass
 from ..state import bake_state
-from .added import draw_added
 from .outcome import draw_outcome
 from .preflight import draw_preflight
 from .presets import PHOTON_BAKE_PT_presets
@@ -32,7 +33,9 @@ class PHOTON_BAKE_PT_bake(Tab, bpy.types.Panel):
         row.active = properties.targets != {"camera"}
         row.prop(properties, "selected_only")
         column.prop(properties, "strict")
-        draw_added("bake", self.layout, context)
+        draw_baked_light(self.layout, context)
+        draw_pass(self.layout, context)
+        draw_mixer(self.layout, context)
         draw_preflight(self.layout, context, characters_in(context))
         draw_outcome(self.layout, context.scene, characters_in(context))
 

@@ -4,7 +4,6 @@ from typing import Any
 
 import bpy
 
-from .added import draw_added
 from .tab import TargetSection, draw_knobs, settings_column
 
 
@@ -19,4 +18,3 @@ class PHOTON_BAKE_PT_camera(TargetSection, bpy.types.Panel):
         column = settings_column(self.layout)
         draw_knobs(column, camera, "folder", "file_name", "n_pixel_samples", "n_gloss_rays")
         draw_knobs(column, camera, "pass_denoiser", "precision", "compression")
-        draw_added("camera", self.layout, context)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ...findings import Finding
-from ..remedies import REMEDIES, is_offered
+from ..remedies import REMEDIES
 from .tab import draw_sentence
 
 _ICONS = {"difference": "INFO", "advice": "INFO", "missing": "LIBRARY_DATA_BROKEN"}
@@ -40,7 +40,7 @@ def _draw_body(layout: Any, finding: Finding, source: str, index: int, width: in
         draw_sentence(column, sentence, "DOT", width)
     if len(finding.sentences) > _MOST:
         column.label(text=f"and {len(finding.sentences) - _MOST:,} more", icon="BLANK1")
-    for remedy in filter(is_offered, finding.remedies):
+    for remedy in finding.remedies:
         button = layout.operator("photon_bake.remedy", text=REMEDIES[remedy][0])
         button.remedy, button.source, button.index = remedy, source, index
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from .added import draw_added
+from ..show_panel import draw_remove_lightmaps
 from .tab import TargetSection, draw_knobs, settings_column
 
 
@@ -31,7 +31,7 @@ class PHOTON_BAKE_PT_lightmaps(TargetSection, bpy.types.Panel):
         column.prop(lightmap, "denoiser")
         column.prop(lightmap, "directional")
         self.layout.operator("photon_bake.export_gltf", icon="EXPORT")
-        draw_added("lightmaps", self.layout, context)
+        draw_remove_lightmaps(self.layout, context)
 
 
 def _draw_uv_map(column: Any, lightmap: Any, obj: "bpy.types.Object | None") -> None:

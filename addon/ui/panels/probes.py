@@ -4,7 +4,6 @@ from typing import Any
 
 import bpy
 
-from .added import draw_added
 from .tab import TargetSection, draw_knobs, settings_column
 
 
@@ -18,4 +17,3 @@ class PHOTON_BAKE_PT_probes(TargetSection, bpy.types.Panel):
         probes = context.scene.photon_bake.probes
         column = settings_column(self.layout)
         draw_knobs(column, probes, "folder", "place", "spacing", "max_probes", "n_probe_rays", "harmonics", "axes")
-        draw_added("probes", self.layout, context)

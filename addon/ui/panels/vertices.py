@@ -4,7 +4,6 @@ from typing import Any
 
 import bpy
 
-from .added import draw_added
 from .tab import TargetSection, settings_column
 
 
@@ -23,4 +22,3 @@ class PHOTON_BAKE_PT_vertices(TargetSection, bpy.types.Panel):
         row.operator("photon_bake.remove_copies", text="", icon="X")
         column.prop(properties, "fit")
         column.prop(properties, "denoise")
-        draw_added("vertices", self.layout, context)
