@@ -18,10 +18,10 @@ from photon_bake.addon.settings import CHOICES, BakeSettings, settings_for
 from photon_bake.addon.ui import properties
 from photon_bake.addon.ui.properties import CHOICE_NUMBERS
 from photon_bake.addon.ui.state import STAGE_SHARES, bake_state, share_done
-from photon_bake.operators import bake_indirect
-from photon_bake.operators.bake_indirect import TICK, Solver, Watch
+from photon_bake.operators import solving
 from photon_bake.operators.bake_job import BakeJob
 from photon_bake.operators.lightmap_target import WantedLightmaps
+from photon_bake.operators.solving import TICK, Solver, Watch
 from photon_bake.operators.vertex_target import VertexPoints, WantedVertices
 from photon_bake.operators.written import Written
 
@@ -259,7 +259,7 @@ def test_turned_off_while_a_bake_runs_in_a_window(room, monkeypatch):
         solver = Solver(BakeJob.prepare(bpy.context, [WantedVertices()], progress), None, progress, Inspector())
         watch = Watch(solver, context)
         assert begun.wait(10) and watch.alive and context.timers
-        slow.setattr(bake_indirect, "bpy", SimpleNamespace(context=context))
+        slow.setattr(solving, "bpy", SimpleNamespace(context=context))
         photon_bake.unregister()
     try:
         assert not solver.is_alive() and not context.timers and not bake_state.running
