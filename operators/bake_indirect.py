@@ -1,6 +1,5 @@
 """Bake Indirect: the button, and the same from a script."""
 
-from pathlib import Path
 from typing import Any
 
 import bpy
@@ -17,7 +16,7 @@ from .bake_job import BakeJob
 from .baked_light import shown_after_bake
 from .camera_target import WantedCamera
 from .describe import describe
-from .folders import path_of, without_folder
+from .folders import path_of, scene_name, without_folder
 from .lightmap_target import WantedLightmaps
 from .probe_target import WantedProbes
 from .solving import Solver, Solving
@@ -127,17 +126,15 @@ def _outcome(job: BakeJob, solved: Solved, written: Written) -> Outcome:
 def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
     """What the panel asks for; with copies of objects whose mesh cannot hold their light, or without."""
     wanted: list[Wanted] = []
-    groups = _groups(properties)
+    groups, scene = _groups(properties), scene_name(bpy.context.scene)
     if "lightmap" in properties.targets:
         folder = path_of(properties.lightmap.folder, "the lightmaps have")
-        scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
         wanted.append(WantedLightmaps(properties.lightmap.settings(), folder, scene, None, groups, copies))
     if "camera" in properties.targets:
         folder = path_of(properties.camera.folder, "the camera's pass has")
         wanted.append(WantedCamera(properties.camera.settings(), folder, groups))
     if "probes" in properties.targets:
         folder = path_of(properties.probes.folder, "the probes have")
-        scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
         wanted.append(WantedProbes(properties.probes.settings(), folder, scene))
     if "vertex" in properties.targets:
         on_vertices = properties.fit, properties.denoise

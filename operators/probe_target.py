@@ -13,7 +13,7 @@ import numpy as np
 from ..addon.blender.light_probes import probe_places
 from ..addon.blender.warn import Warnings
 from ..addon.errors import Advice, BakeError
-from ..addon.output import atomic_path, check_place
+from ..addon.output import atomic_path, check_place, file_name
 from ..addon.parallel import Workers
 from ..addon.probe_settings import ProbeSettings
 from ..addon.progress import Progress
@@ -21,6 +21,7 @@ from ..addon.receivers import ProbePlaces, Receivers
 from ..addon.scene import Scene
 from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
+from .folders import check_folder, make_folder
 from .versions import own_version
 from .written import Written
 
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from ..addon.output.probes import LitProbes
     from ..addon.solution import Solution
 
-_FORBIDDEN = str.maketrans(dict.fromkeys('<>:"/\\|?*', "_"))
 _BYTES_OF_PROBE = 1024
 """In all files, about."""
 
@@ -56,18 +56,17 @@ class WantedProbes:
     ) -> "ProbeTarget":
         """See `Wanted.read`."""
         places = probe_places(depsgraph, names, self.settings, Warnings(warnings))
-        stem = self.scene.translate(_FORBIDDEN)
+        stem = file_name(self.scene)
         path = self.folder / f"{stem}_probes.json"
         volumes = [
-            {color: self.folder / f"{stem}_{grid.name.translate(_FORBIDDEN)}_probes_{color}.exr" for color in "RGB"}
+            {color: self.folder / f"{stem}_{file_name(grid.name)}_probes_{color}.exr" for color in "RGB"}
             for grid in places.grids
         ]
         if len({str(of_grid["R"]).lower() for of_grid in volumes}) < len(volumes):
             raise BakeError(
                 "Light probe volumes have names that differ only in signs no file name may hold: rename one."
             )
-        if self.folder.exists() and not self.folder.is_dir():
-            raise BakeError(f"{self.folder} is a file; give a folder for the probes.")
+        check_folder(self.folder, "the probes")
         for one in [path, *(one for of_grid in volumes for one in of_grid.values())]:
             check_place(one)
         return ProbeTarget(places, self.settings, path, volumes, scene.name)
@@ -195,10 +194,7 @@ class ProbeFiles:
         from ..addon.output.probes import write_probe_file
 
         target, settings = self.target, self.target.settings
-        try:
-            target.path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise BakeError(f"The folder {target.path.parent} cannot be made ({error.strerror}).") from error
+        make_folder(target.path.parent)
         software = f"Photon Bake {own_version()}, Blender {bpy.app.version_string}"
         about = {"software": software, "scene": target.scene, "light": "all" if self.direct else "indirect"}
         names = [{color: path.name for color, path in of_grid.items()} for of_grid in target.volumes]

@@ -16,14 +16,13 @@ import bpy
 
 from ..errors import BakeError
 from ..lightmap_settings import LightmapSettings
+from ..output import file_name
 from ..output.camera import GROUP_LAYER
 from ..scene import OTHER
 from .color_attribute import MAX_NAME_BYTES
 from .lightmap.images import load_lightmaps
 from .lightmap.layout import Layout
 from .lightmap.writing import IMAGE
-
-_FORBIDDEN = str.maketrans(dict.fromkeys('<>:"/\\|?*', "_"))
 
 
 def attribute_of(attribute: str, group: str) -> str:
@@ -58,7 +57,7 @@ def group_names(view_layer: Any, attribute: str = "") -> tuple[str, ...]:
         )
     files: dict[str, str] = {OTHER.lower(): ""}
     for name in names:
-        other = files.setdefault(name.translate(_FORBIDDEN).lower(), name)
+        other = files.setdefault(file_name(name).lower(), name)
         if other == "":
             raise BakeError(f"Light group '{name}' has the name of the light that is in no group: rename it.")
         if other != name:

@@ -11,6 +11,8 @@ from typing import BinaryIO
 
 from ..errors import BakeError
 
+_FORBIDDEN = str.maketrans(dict.fromkeys('<>:"/\\|?*', "_"))
+
 
 @contextmanager
 def atomic_path(path: Path) -> Iterator[Path]:
@@ -120,6 +122,11 @@ def check_place(path: Path) -> None:
                 f"The file name {name} is too long for its folder, which takes {longest} bytes: shorten it."
             )
     check_writable(there / path.relative_to(there).parts[0])
+
+
+def file_name(name: str) -> str:
+    """A name for a file: what no file name may hold, on any system, becomes an underscore."""
+    return name.translate(_FORBIDDEN)
 
 
 def existing_folder(folder: Path) -> Path:

@@ -6,13 +6,13 @@ from typing import Any
 import bpy
 
 from ...errors import BakeError
+from ...output import file_name
 from ...output.camera import frame_path, origin_of
 
 _BAKED = "photon_bake_pass"
 """Custom property of a scene: where its last pass went to, and which file and scene that says it is of."""
 
 _UNSAVED = "(unsaved)"
-_FORBIDDEN = str.maketrans(dict.fromkeys('<>:"/\\|?*#', "_"))
 
 
 def blend_name() -> str:
@@ -24,7 +24,7 @@ def own_name(pattern: str, scene: Any) -> str:
     """The name that files of a scene's pass get, ``{file}`` and ``{scene}`` in it replaced."""
     names = {"{file}": Path(bpy.data.filepath).stem or "untitled", "{scene}": scene.name}
     for placeholder, name in names.items():
-        pattern = pattern.replace(placeholder, name.translate(_FORBIDDEN))
+        pattern = pattern.replace(placeholder, file_name(name).replace("#", "_"))
     return pattern
 
 

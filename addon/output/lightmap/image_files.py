@@ -7,6 +7,7 @@ import numpy as np
 
 from ...errors import BakeError
 from ..exr import write_exr
+from ..files import file_name
 from ..png import write_png
 from ..radiance_hdr import write_radiance_hdr
 from .shared_scale import to_rgbd, to_rgbm
@@ -24,8 +25,6 @@ SUFFIX: dict[FileFormat, str] = {
 PATTERN = "{scene}_{image}_{kind}"
 """How files are called, less their suffix; ``kind`` is what is in them, as in ``indirect`` or ``L0``."""
 
-_FORBIDDEN = str.maketrans(dict.fromkeys('<>:"/\\|?*', "_"))
-
 
 def image_path(
     folder: Path, scene: str, image: str, kind: str, file_format: FileFormat, pattern: str = PATTERN
@@ -41,7 +40,7 @@ def image_path(
         name = pattern.format(scene=scene, image=image, kind=kind)
     except (KeyError, IndexError, ValueError) as error:
         raise BakeError(f"The file name {pattern!r} may hold {{scene}}, {{image}} and {{kind}} alone.") from error
-    return folder / (name.translate(_FORBIDDEN) + SUFFIX[file_format])
+    return folder / (file_name(name) + SUFFIX[file_format])
 
 
 def write_lightmap(
