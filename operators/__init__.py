@@ -9,7 +9,7 @@ from ..addon.parallel import join_cancelled
 from ..addon.ui.state import bake_state
 from . import baked_light, command_line, export_gltf
 from .add_preset import PHOTON_BAKE_OT_add_preset
-from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, stop_watched
+from .bake_indirect import PHOTON_BAKE_OT_bake_indirect
 from .cancel import PHOTON_BAKE_OT_cancel
 from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
 from .copy_object_settings import PHOTON_BAKE_OT_copy_object_settings
@@ -20,6 +20,7 @@ from .refine import PHOTON_BAKE_OT_refine, PHOTON_BAKE_OT_restore_meshes, Photon
 from .remedy import PHOTON_BAKE_OT_check, PHOTON_BAKE_OT_remedy, PHOTON_BAKE_OT_select_found
 from .remove_copies import PHOTON_BAKE_OT_remove_copies
 from .reset_mixer import PHOTON_BAKE_OT_reset_mixer
+from .solving import stop_watched
 
 CLASSES = (
     PHOTON_BAKE_OT_bake_indirect,

@@ -1,102 +1,28 @@
 """Bake Indirect: the button, and the same from a script."""
 
-from pathlib import Path
-from threading import Thread
 from typing import Any
 
 import bpy
 
 from ..addon.blender.light_layers import group_names
-from ..addon.errors import BakeError, Cancelled
-from ..addon.inspector import Inspector
-from ..addon.progress import Progress
-from ..addon.settings import BakeSettings
+from ..addon.errors import BakeError
 from ..addon.ui.checks import checks, key_of
 from ..addon.ui.debug_views import debug_views
 from ..addon.ui.outcomes import Outcome
 from ..addon.ui.pace import learn
-from ..addon.ui.redraw import redraw_panels
 from ..addon.ui.staleness import follow, own_changes
 from ..addon.ui.state import bake_state, duration
-from ..addon.ui.status_bar import hide_progress, show_progress
 from .bake_job import BakeJob
 from .baked_light import shown_after_bake
 from .camera_target import WantedCamera
 from .describe import describe
-from .folders import path_of, without_folder
+from .folders import path_of, scene_name, without_folder
 from .lightmap_target import WantedLightmaps
 from .probe_target import WantedProbes
+from .solving import Solver, Solving
 from .target import Solved, Wanted
 from .vertex_target import WantedVertices
 from .written import Written
-
-TICK = 0.1
-"""Seconds between two looks at the bake's thread."""
-
-
-class Solver(Thread):
-    """Solves a bake, off the main thread if it is started.
-
-    It knows nothing of the operator, which Blender takes away when a file is opened or the extension is turned off.
-    """
-
-    def __init__(self, job: BakeJob, settings: BakeSettings, progress: Progress, inspector: Inspector) -> None:
-        super().__init__(name="Photon Bake")
-        self.job, self.progress = job, progress
-        self._settings, self._inspector = settings, inspector
-        self._solved: Solved | None = None
-        self._error: Exception | None = None
-
-    def run(self) -> None:
-        try:
-            self._solved = self.job.solve(self._settings, self.progress, self._inspector)
-        except Exception as error:
-            self._error = error
-
-    def solved(self) -> Solved:
-        """What came out; raises what went wrong."""
-        if self._solved is None or self.progress.cancelled:
-            raise self._error or Cancelled
-        return self._solved
-
-
-class Watch:
-    """A bake's thread, and the timer by which a window looks at it: Blender takes neither away with the operator."""
-
-    def __init__(self, solver: Solver, context: Any) -> None:
-        self._solver = solver
-        self._timer = context.window_manager.event_timer_add(TICK, window=context.window)
-        _watches.append(self)
-        solver.start()
-
-    @property
-    def alive(self) -> bool:
-        """Whether the thread runs."""
-        return self._solver.is_alive()
-
-    def end(self, window_manager: Any) -> None:
-        """Look no longer."""
-        if self in _watches:
-            _watches.remove(self)
-            window_manager.event_timer_remove(self._timer)
-
-    def stop(self, window_manager: Any) -> None:
-        """Cancel the bake, and wait for its thread to end."""
-        self._solver.progress.cancel()
-        self._solver.join()
-        self.end(window_manager)
-        bake_state.stop()
-
-
-_watches: list[Watch] = []
-"""The bake that runs in a window, if one does."""
-
-
-def stop_watched() -> None:
-    """Stop the bake that runs in a window, if one does: for `unregister`, which ends operators without a word."""
-    for watch in list(_watches):
-        watch.stop(bpy.context.window_manager)
-
 
 _WHERE = {
     "vertex": "a color attribute of each mesh",
@@ -107,14 +33,12 @@ _WHERE = {
 """What light of a target is baked to, for the tooltip."""
 
 
-class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
+class PHOTON_BAKE_OT_bake_indirect(Solving, bpy.types.Operator):
     """Bake indirect light"""
 
     bl_idname = "photon_bake.bake_indirect"
     bl_label = "Bake Indirect"
     bl_options = {"REGISTER", "UNDO"}
-    _job: BakeJob | None = None
-    _writes_files = True
 
     __annotations__ = {
         "copies": bpy.props.BoolProperty(
@@ -128,61 +52,12 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
         where = [words for target, words in _WHERE.items() if target in targets]
         return f"Bake indirect light into {' and '.join(where)}" if where else "Choose first what to bake to"
 
-    @classmethod
-    def poll(cls, context: Any) -> bool:
-        if bake_state.running:
-            cls.poll_message_set("A bake is running; wait for it or cancel it")
-            return False
-        return True
-
-    def execute(self, context: Any) -> set[str]:
-        """Bake to the end on the calling thread, for scripts."""
-        try:
-            self._prepare(context)
-            self._solver.run()
-            return self._finish()
-        except Exception as error:
-            return self._fail(error)
-        finally:
-            bake_state.progress = None  # Ctrl-C is no Exception
-
     def invoke(self, context: Any, event: Any) -> set[str]:
-        """Bake in a thread of its own, so that the window stays awake."""
-        if bpy.app.background:
-            return self.execute(context)
-        if self._writes_files and without_folder(context.scene.photon_bake):
+        """Bake in a thread of its own, after asking for a folder where files have none."""
+        if not bpy.app.background and without_folder(context.scene.photon_bake):
             bpy.ops.photon_bake.choose_folder("INVOKE_DEFAULT", copies=self.copies)
             return {"CANCELLED"}
-        try:
-            self._prepare(context)
-        except Exception as error:
-            return self._fail(error)
-        self._watch = Watch(self._solver, context)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
-
-    def modal(self, context: Any, event: Any) -> set[str]:
-        """Show the progress, hear Esc, and write the light when the thread is done."""
-        if event.type == "ESC" and event.value == "PRESS" and _over_view(context, event):
-            bake_state.cancel()
-            return {"RUNNING_MODAL"}
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}
-        redraw_panels(context)
-        show_progress(context)
-        if self._watch.alive and not self._solver.progress.cancelled:  # its thread ends by itself, and leaves nothing
-            return {"PASS_THROUGH"}
-        self._watch.end(context.window_manager)
-        hide_progress(context)
-        try:
-            return self._finish()
-        except Exception as error:
-            return self._fail(error)
-
-    def cancel(self, context: Any) -> None:
-        """Blender ends the operator, because a file is opened or the window is closed."""
-        self._watch.stop(context.window_manager)
-        hide_progress(context)
+        return super().invoke(context, event)
 
     def _prepare(self, context: Any) -> None:
         self._scene, properties = context.scene.name, context.scene.photon_bake
@@ -221,16 +96,6 @@ class PHOTON_BAKE_OT_bake_indirect(bpy.types.Operator):
             self.report({"ERROR"}, f"{' '.join(written.failures)} The rest was written.")
         return {"FINISHED"}
 
-    def _fail(self, error: Exception) -> set[str]:
-        """End without light; a script's call raises the sentence."""
-        if isinstance(error, Cancelled):
-            bake_state.stop(Outcome(result="Cancelled."))
-            return {"CANCELLED"}
-        sentence = describe(error)
-        bake_state.stop(Outcome(error=sentence, warnings=self._job.warnings if self._job else []))
-        self.report({"ERROR"}, sentence)
-        return {"CANCELLED"}
-
 
 def _foretold(context: Any) -> float:
     """Seconds that the bake is expected to take; 0 where a fault of the check's should not stop it."""
@@ -239,16 +104,6 @@ def _foretold(context: Any) -> float:
     except Exception as error:
         describe(error)
         return 0.0
-
-
-def _over_view(context: Any, event: Any) -> bool:
-    """Whether the pointer is over a 3D view: elsewhere Esc means something else."""
-    return any(
-        area.type == "VIEW_3D"
-        and 0 <= event.mouse_x - area.x < area.width
-        and 0 <= event.mouse_y - area.y < area.height
-        for area in context.screen.areas
-    )
 
 
 def _outcome(job: BakeJob, solved: Solved, written: Written) -> Outcome:
@@ -271,17 +126,15 @@ def _outcome(job: BakeJob, solved: Solved, written: Written) -> Outcome:
 def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
     """What the panel asks for; with copies of objects whose mesh cannot hold their light, or without."""
     wanted: list[Wanted] = []
-    groups = _groups(properties)
+    groups, scene = _groups(properties), scene_name(bpy.context.scene)
     if "lightmap" in properties.targets:
         folder = path_of(properties.lightmap.folder, "the lightmaps have")
-        scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
         wanted.append(WantedLightmaps(properties.lightmap.settings(), folder, scene, None, groups, copies))
     if "camera" in properties.targets:
         folder = path_of(properties.camera.folder, "the camera's pass has")
         wanted.append(WantedCamera(properties.camera.settings(), folder, groups))
     if "probes" in properties.targets:
         folder = path_of(properties.probes.folder, "the probes have")
-        scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
         wanted.append(WantedProbes(properties.probes.settings(), folder, scene))
     if "vertex" in properties.targets:
         on_vertices = properties.fit, properties.denoise

@@ -10,21 +10,10 @@ from ..addon.blender.show import is_shown, leave_baked_light, remove_lightmaps
 from ..addon.errors import BakeError
 from ..addon.ui.show_properties import show_baked_light
 from ..addon.ui.staleness import own_changes
-from ..addon.ui.state import bake_state
+from .solving import NotWhileBaking
 
 
-class _NotWhileBaking:
-    """An operator that waits for a bake to end."""
-
-    @classmethod
-    def poll(cls, context: Any) -> bool:
-        if bake_state.running:
-            cls.poll_message_set("A bake is running; wait for it or cancel it")  # type: ignore[attr-defined]
-            return False
-        return True
-
-
-class PHOTON_BAKE_OT_use_baked_light(_NotWhileBaking, bpy.types.Operator):
+class PHOTON_BAKE_OT_use_baked_light(NotWhileBaking, bpy.types.Operator):
     """Add base color times baked light to all materials, and turn off the bounces that it replaces"""
 
     bl_idname = "photon_bake.use_baked_light"
@@ -41,7 +30,7 @@ class PHOTON_BAKE_OT_use_baked_light(_NotWhileBaking, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class PHOTON_BAKE_OT_leave_baked_light(_NotWhileBaking, bpy.types.Operator):
+class PHOTON_BAKE_OT_leave_baked_light(NotWhileBaking, bpy.types.Operator):
     """Take baked light out of all materials, and set bounces back to what they were"""
 
     bl_idname = "photon_bake.leave_baked_light"
@@ -54,7 +43,7 @@ class PHOTON_BAKE_OT_leave_baked_light(_NotWhileBaking, bpy.types.Operator):
         return {"FINISHED"}
 
 
-class PHOTON_BAKE_OT_remove_lightmaps(_NotWhileBaking, bpy.types.Operator):
+class PHOTON_BAKE_OT_remove_lightmaps(NotWhileBaking, bpy.types.Operator):
     """Remove the images of lightmaps, the UV maps that were made for them and all that objects know of them"""
 
     bl_idname = "photon_bake.remove_lightmaps"

@@ -23,6 +23,7 @@ from ..addon.receivers import Camera, PixelFilter, Receivers
 from ..addon.scene import Scene
 from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
+from .folders import check_folder, make_folder
 from .versions import own_version
 from .written import Written
 
@@ -68,7 +69,8 @@ class WantedCamera:
         frame = scene.frame_current
         name = own_name(self.settings.file_name, scene)
         path = frame_path(self.folder, name, frame)
-        _check_folder(self.folder, path)
+        check_folder(self.folder, "the camera's pass")
+        check_place(path)
         if self.settings.pass_denoiser == "oidn" and not has_oidn():
             raise BakeError("OpenImageDenoise (pyoidn) is not installed: install the extension's zip, or choose auto.")
         software = f"Photon Bake {own_version()}, Blender {bpy.app.version_string}"
@@ -77,13 +79,6 @@ class WantedCamera:
         return CameraTarget(
             camera, read_pixel_filter(scene), read_frame(scene), self.settings, path, name, origin, len(self.groups)
         )
-
-
-def _check_folder(folder: Path, path: Path) -> None:
-    """Find out before the work whether the file can be written after it."""
-    if folder.exists() and not folder.is_dir():
-        raise BakeError(f"{folder} is a file; give a folder for the camera's pass.")
-    check_place(path)
 
 
 @dataclass(frozen=True)
@@ -188,10 +183,7 @@ class CameraPicture:
     def write(self) -> Written:
         """See `Product.write`."""
         target = self.target
-        try:
-            target.path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise BakeError(f"The folder {target.path.parent} cannot be made ({error.strerror}).") from error
+        make_folder(target.path.parent)
         settings = json.dumps({**self.made_with, **asdict(target.settings)})
         metadata = {
             **target.origin,

@@ -26,6 +26,7 @@ from .camera_target import WantedCamera
 from .command_options import COMMAND, Options, parse
 from .console import ProgressLine, ctrl_c_cancels, say
 from .describe import describe
+from .folders import scene_name
 from .lightmap_target import WantedLightmaps
 from .probe_target import WantedProbes
 from .refine import draft_of
@@ -175,16 +176,15 @@ def _show(options: Options) -> list[str]:
 def _wanted(options: Options) -> list[Wanted]:
     """What is baked; lightmaps first, as files may fail to be written, and then nothing else should be."""
     wanted: list[Wanted] = []
+    scene = scene_name(bpy.context.scene)
     attribute = options.attribute if "vertex" in options.targets else ""
     groups = group_names(bpy.context.view_layer, attribute) if options.light_groups else ()
     if options.lightmaps is not None:
-        scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
         of_lightmaps = options.preview, groups, options.copies
         wanted.append(WantedLightmaps(options.lightmaps, options.output, scene, *of_lightmaps))
     if options.camera is not None:
         wanted.append(WantedCamera(options.camera, options.camera_output, groups))
     if options.probes is not None:
-        scene = Path(bpy.data.filepath).stem or bpy.context.scene.name
         wanted.append(WantedProbes(options.probes, options.probe_output, scene))
     if "vertex" in options.targets:
         wanted.append(WantedVertices(options.attribute, options.copies, groups, options.fit, options.denoise))

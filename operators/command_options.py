@@ -156,34 +156,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
     if given.save == "" and not loaded_file:
         parser.error("--save has no file to save over; give --save FILE.blend")
     targets = list(dict.fromkeys(given.target or ["vertex"]))
-    for option, name in _OF_LIGHTMAPS.items():
-        if getattr(given, name) is not None and "lightmap" not in targets:
-            parser.error(f"{option} is for lightmaps: give --target lightmap too")
-    for option, name in OF_CAMERAS.items():
-        if getattr(given, name) is not None and "camera" not in targets:
-            parser.error(f"{option} is for a camera's pass: give --target camera too")
-    if given.light_groups and given.light_group:
-        parser.error("--light-group bakes one group alone and --light-groups each apart: give one of them")
-    for option, name in OF_PROBES.items():
-        if getattr(given, name) is not None and "probes" not in targets:
-            parser.error(f"{option} is for probes: give --target probes too")
-    if given.copies and not {"vertex", "lightmap"} & set(targets):
-        parser.error("--copies is for light on objects: give --target vertex or lightmap too")
-    if given.refine is not None and "vertex" not in targets:
-        parser.error("--refine is for light on vertices: give --target vertex too")
-    if given.refine_budget is not None and given.refine is None:
-        parser.error("--refine-budget is for refined meshes: give --refine too")
-    for option, is_default in (("--no-fit", given.fit), ("--no-vertex-denoise", given.denoise)):
-        if not is_default and "vertex" not in targets:
-            parser.error(f"{option} is for light on vertices: give --target vertex too")
-    if given.output is not None and targets == ["vertex"]:
-        parser.error("--output is for files: give --target lightmap, camera or probes too")
-    if targets != ["vertex"] and given.output is None and not loaded_file:
-        parser.error("the files have no folder: give --output DIR")
-    if given.show and not {"vertex", "lightmap"} & set(targets):
-        parser.error("--show is for light in materials: give --target vertex or lightmap too")
-    if given.frames is not None and targets != ["camera"]:
-        parser.error("--frames is for a camera's pass alone: bake other targets without it")
+    _refuse_mixtures(parser, given, targets, loaded_file)
     try:
         settings = settings_for(
             given.quality, **_given(given, [*KNOB_OPTIONS.values(), *CHOICES, "add_direct", "open_side", "interpolate"])
@@ -193,7 +166,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         probes = probe_settings(given) if "probes" in targets else None
         refine = None
         if given.refine is not None:
-            refine = RefineOptions(given.refine, given.refine_budget or BUDGET)
+            refine = RefineOptions(given.refine, BUDGET if given.refine_budget is None else given.refine_budget)
     except BakeError as error:
         parser.error(str(error))
     if settings.gather == "photon_volumes" and targets != ["camera"]:
@@ -226,6 +199,38 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         strict=given.strict,
         show=given.show,
     )
+
+
+def _refuse_mixtures(parser: ArgumentParser, given: Namespace, targets: list[str], loaded_file: str) -> None:
+    """End with a line about options that say nothing beside the others, or that shut each other out."""
+    of_targets = (
+        (_OF_LIGHTMAPS, "lightmap", "lightmaps"),
+        (OF_CAMERAS, "camera", "a camera's pass"),
+        (OF_PROBES, "probes", "probes"),
+    )
+    for of_target, target, what in of_targets:
+        for option, name in of_target.items():
+            if getattr(given, name) is not None and target not in targets:
+                parser.error(f"{option} is for {what}: give --target {target} too")
+    if given.light_groups and given.light_group:
+        parser.error("--light-group bakes one group alone and --light-groups each apart: give one of them")
+    if given.copies and not {"vertex", "lightmap"} & set(targets):
+        parser.error("--copies is for light on objects: give --target vertex or lightmap too")
+    if given.refine is not None and "vertex" not in targets:
+        parser.error("--refine is for light on vertices: give --target vertex too")
+    if given.refine_budget is not None and given.refine is None:
+        parser.error("--refine-budget is for refined meshes: give --refine too")
+    for option, is_default in (("--no-fit", given.fit), ("--no-vertex-denoise", given.denoise)):
+        if not is_default and "vertex" not in targets:
+            parser.error(f"{option} is for light on vertices: give --target vertex too")
+    if given.output is not None and targets == ["vertex"]:
+        parser.error("--output is for files: give --target lightmap, camera or probes too")
+    if targets != ["vertex"] and given.output is None and not loaded_file:
+        parser.error("the files have no folder: give --output DIR")
+    if given.show and not {"vertex", "lightmap"} & set(targets):
+        parser.error("--show is for light in materials: give --target vertex or lightmap too")
+    if given.frames is not None and targets != ["camera"]:
+        parser.error("--frames is for a camera's pass alone: bake other targets without it")
 
 
 def _given(given: Namespace, names: list[str]) -> dict[str, Any]:

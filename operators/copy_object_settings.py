@@ -5,10 +5,10 @@ from typing import Any
 import bpy
 
 from ..addon.ui.object_properties import settings_of
-from ..addon.ui.state import bake_state
+from .solving import NotWhileBaking
 
 
-class PHOTON_BAKE_OT_copy_object_settings(bpy.types.Operator):
+class PHOTON_BAKE_OT_copy_object_settings(NotWhileBaking, bpy.types.Operator):
     """Copy the active object's Photon Bake settings to all selected objects"""
 
     bl_idname = "photon_bake.copy_object_settings"
@@ -16,14 +16,10 @@ class PHOTON_BAKE_OT_copy_object_settings(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context: Any) -> bool:
-        if bake_state.running:
-            cls.poll_message_set("A bake is running; wait for it or cancel it")
-            return False
+    def _lacking(cls, context: Any) -> str:
         if context.object is None or not any(obj != context.object for obj in context.selected_objects):
-            cls.poll_message_set("Select other objects too: the active one's settings are copied to them")
-            return False
-        return True
+            return "Select other objects too: the active one's settings are copied to them"
+        return ""
 
     def execute(self, context: Any) -> set[str]:
         values = settings_of(context.object)

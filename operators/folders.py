@@ -1,4 +1,4 @@
-"""Folders for files: where the panel says, or, in a file that was never saved, where somebody is asked to choose."""
+"""Folders for files, chosen where a file was never saved, and what files are named by."""
 
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,37 @@ def without_folder(properties: Any) -> list[Any]:
     """The settings of those targets whose folder is beside a file that was never saved."""
     of_target = {"lightmap": properties.lightmap, "camera": properties.camera, "probes": properties.probes}
     return [of for target, of in of_target.items() if target in properties.targets and nowhere(of.folder)]
+
+
+def check_folder(folder: Path, what: str) -> None:
+    """Find out before the work whether a folder can be made for files.
+
+    Raises
+    ------
+    BakeError
+        If something else has its name.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise BakeError(f"{folder} is a file; give a folder for {what}.")
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder for files where it is missing.
+
+    Raises
+    ------
+    BakeError
+        If it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BakeError(f"The folder {folder} cannot be made ({error.strerror}).") from error
+
+
+def scene_name(scene: Any) -> str:
+    """What the files of a scene are named by: the .blend file, or the scene itself in one that was never saved."""
+    return Path(bpy.data.filepath).stem or str(scene.name)
 
 
 class PHOTON_BAKE_OT_choose_folder(bpy.types.Operator):

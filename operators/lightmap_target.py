@@ -26,6 +26,7 @@ from ..addon.progress import Progress
 from ..addon.receivers import AttributeTarget, LightmapMesh, Receivers
 from ..addon.scene import Scene
 from ..addon.tracers import Tracer
+from .folders import check_folder
 from .written import Written
 
 if TYPE_CHECKING:
@@ -110,8 +111,7 @@ def _check_paths(names: Sequence[str], paths_of: Sequence[Mapping[str, Path]], f
                 f"The names of objects '{other}' and '{name}' differ only in signs no file name may hold: rename one "
                 "of them, or have their lightmaps in one image (Atlas: Shared)."
             )
-    if folder.exists() and not folder.is_dir():
-        raise BakeError(f"{folder} is a file; give a folder for the lightmaps.")
+    check_folder(folder, "the lightmaps")
     for paths in paths_of:
         for path in paths.values():
             check_place(path)

@@ -4,6 +4,7 @@ from argparse import ArgumentParser, Namespace
 from dataclasses import fields
 from pathlib import Path
 
+from ..addon.knobs import meaning_of
 from ..addon.probe_settings import PROBE_CHOICES, PROBE_FOLDER, ProbeSettings
 from ..addon.ui.properties import CHOICE_MEANINGS
 
@@ -32,7 +33,7 @@ def add_probe_options(parser: ArgumentParser) -> None:
     knobs = {knob.name: knob for knob in fields(ProbeSettings)}
     for option, name in PROBE_OPTIONS.items():
         knob = knobs[name]
-        meaning = knob.metadata["meaning"]
+        meaning = meaning_of(knob)
         help_ = f"{meaning[0].lower()}{meaning[1:]}" + (f"; default {knob.default}" if knob.default else "")
         group.add_argument(option, dest=name, type=knob.type, metavar=_METAVARS.get(name, "N"), help=help_)
     for option, name in PROBE_CHOICE_OPTIONS.items():

@@ -21,6 +21,7 @@ from ..addon.receivers import ProbePlaces, Receivers
 from ..addon.scene import Scene
 from ..addon.settings import BakeSettings
 from ..addon.tracers import Tracer
+from .folders import check_folder, make_folder
 from .versions import own_version
 from .written import Written
 
@@ -65,8 +66,7 @@ class WantedProbes:
             raise BakeError(
                 "Light probe volumes have names that differ only in signs no file name may hold: rename one."
             )
-        if self.folder.exists() and not self.folder.is_dir():
-            raise BakeError(f"{self.folder} is a file; give a folder for the probes.")
+        check_folder(self.folder, "the probes")
         for one in [path, *(one for of_grid in volumes for one in of_grid.values())]:
             check_place(one)
         return ProbeTarget(places, self.settings, path, volumes, scene.name)
@@ -194,10 +194,7 @@ class ProbeFiles:
         from ..addon.output.probes import write_probe_file
 
         target, settings = self.target, self.target.settings
-        try:
-            target.path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise BakeError(f"The folder {target.path.parent} cannot be made ({error.strerror}).") from error
+        make_folder(target.path.parent)
         software = f"Photon Bake {own_version()}, Blender {bpy.app.version_string}"
         about = {"software": software, "scene": target.scene, "light": "all" if self.direct else "indirect"}
         names = [{color: path.name for color, path in of_grid.items()} for of_grid in target.volumes]

@@ -10,9 +10,9 @@ from ..addon.settings import BakeSettings, settings_for
 from ..addon.ui.debug_views import debug_views
 from ..addon.ui.outcomes import Outcome
 from ..addon.ui.state import bake_state, duration
-from .bake_indirect import PHOTON_BAKE_OT_bake_indirect, Solver, Watch
 from .bake_job import BakeJob
 from .refine_target import WantedRefinement
+from .solving import NotWhileBaking, Solver, Solving
 
 _DEFAULTS = RefineOptions()
 
@@ -21,13 +21,12 @@ class PhotonBakeObjectName(bpy.types.PropertyGroup):
     """The name of an object: its own property ``name`` is all it needs."""
 
 
-class PHOTON_BAKE_OT_refine(bpy.types.Operator):
+class PHOTON_BAKE_OT_refine(Solving, bpy.types.Operator):
     """Split the edges of faces whose light is not linear between their vertices, as a draft bake finds it"""
 
     bl_idname = "photon_bake.refine"
     bl_label = "Refine Meshes"
     bl_options = {"UNDO"}
-    _job: BakeJob | None = None
 
     __annotations__ = {
         "objects": bpy.props.CollectionProperty(
@@ -57,26 +56,6 @@ class PHOTON_BAKE_OT_refine(bpy.types.Operator):
             default=False,
         ),
     }
-
-    # It goes on as a bake does: to the end for scripts, in a thread of its own in a window
-    poll = PHOTON_BAKE_OT_bake_indirect.poll
-    execute = PHOTON_BAKE_OT_bake_indirect.execute
-    modal = PHOTON_BAKE_OT_bake_indirect.modal
-    _writes_files = False
-    cancel = PHOTON_BAKE_OT_bake_indirect.cancel
-    _fail = PHOTON_BAKE_OT_bake_indirect._fail
-
-    def invoke(self, context: Any, event: Any) -> set[str]:
-        """Find the splits in a thread of its own, so that the window stays awake."""
-        if bpy.app.background:
-            return self.execute(context)
-        try:
-            self._prepare(context)
-        except Exception as error:
-            return self._fail(error)
-        self._watch = Watch(self._solver, context)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
 
     def _prepare(self, context: Any) -> None:
         properties = context.scene.photon_bake
@@ -118,7 +97,7 @@ def said(counts: dict[str, int]) -> str:
     return f"Refined {meshes} mesh{'es' if meshes != 1 else ''} by {vertices:,} vertices"
 
 
-class PHOTON_BAKE_OT_restore_meshes(bpy.types.Operator):
+class PHOTON_BAKE_OT_restore_meshes(NotWhileBaking, bpy.types.Operator):
     """Give objects the meshes back that refined copies stand for"""
 
     bl_idname = "photon_bake.restore_meshes"
@@ -126,14 +105,8 @@ class PHOTON_BAKE_OT_restore_meshes(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
-    def poll(cls, context: Any) -> bool:
-        if bake_state.running:
-            cls.poll_message_set("A bake is running; wait for it or cancel it")
-            return False
-        if not has_refined_copies():
-            cls.poll_message_set("No object has a refined copy of its mesh")
-            return False
-        return True
+    def _lacking(cls, context: Any) -> str:
+        return "" if has_refined_copies() else "No object has a refined copy of its mesh"
 
     def execute(self, context: Any) -> set[str]:
         self.report({"INFO"}, f"Restored the meshes of {restore_meshes()} objects.")

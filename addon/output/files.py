@@ -14,11 +14,6 @@ from ..errors import BakeError
 _FORBIDDEN = str.maketrans(dict.fromkeys('<>:"/\\|?*', "_"))
 
 
-def file_name(name: str) -> str:
-    """A name with an underscore for each sign that no file name may hold, on any system."""
-    return name.translate(_FORBIDDEN)
-
-
 @contextmanager
 def atomic_path(path: Path) -> Iterator[Path]:
     """A path beside `path` to write to; its file takes `path`'s place if the block ends well, and goes if it does not.
@@ -127,6 +122,11 @@ def check_place(path: Path) -> None:
                 f"The file name {name} is too long for its folder, which takes {longest} bytes: shorten it."
             )
     check_writable(there / path.relative_to(there).parts[0])
+
+
+def file_name(name: str) -> str:
+    """A name for a file: what no file name may hold, on any system, becomes an underscore."""
+    return name.translate(_FORBIDDEN)
 
 
 def existing_folder(folder: Path) -> Path:

@@ -22,8 +22,8 @@ from own_scenes import OWN_SCENES
 from photon_bake.addon.inspector import Inspector
 from photon_bake.addon.progress import Progress
 from photon_bake.addon.settings import settings_for
-from photon_bake.operators.bake_indirect import Solver
 from photon_bake.operators.bake_job import BakeJob
+from photon_bake.operators.solving import Solver
 from photon_bake.operators.vertex_target import WantedVertices
 
 TICK, N_RECEIVERS, SECONDS_ALONE = 0.01, 200_000, 3.0

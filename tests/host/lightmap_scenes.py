@@ -48,3 +48,10 @@ def pixels_of(image):
     pixels = np.empty(len(image.pixels), np.float32)
     image.pixels.foreach_get(pixels)
     return pixels.reshape(image.size[1], image.size[0], -1)
+
+
+def state():
+    """What a bake of lightmaps may change."""
+    meshes = {mesh.name: [layer.name for layer in mesh.uv_layers] for mesh in bpy.data.meshes}
+    objects = {obj.name: sorted(obj.keys()) for obj in bpy.data.objects}
+    return meshes, objects, [image.name for image in bpy.data.images], [scene.name for scene in bpy.data.scenes]

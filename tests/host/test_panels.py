@@ -15,7 +15,7 @@ from photon_bake.addon.ui.panels.presets import VALUES
 from photon_bake.addon.ui.remedies import REMEDIES
 from photon_bake.addon.ui.state import bake_state
 from photon_bake.operators import folders
-from photon_bake.operators.bake_indirect import _over_view
+from photon_bake.operators.solving import over_view
 
 from .scenes import add_cube, add_lamp
 
@@ -299,7 +299,7 @@ def test_esc_cancels_over_a_view_alone(x, y, over):
     view = SimpleNamespace(type="VIEW_3D", x=100, y=0, width=50, height=50)
     text = SimpleNamespace(type="TEXT_EDITOR", x=200, y=0, width=100, height=50)
     context = SimpleNamespace(screen=SimpleNamespace(areas=[text, view]))
-    assert _over_view(context, SimpleNamespace(mouse_x=x, mouse_y=y)) == over
+    assert over_view(context, SimpleNamespace(mouse_x=x, mouse_y=y)) == over
 
 
 def test_a_bake_is_cancelled_from_menus_too(properties):

@@ -176,6 +176,7 @@ def test_the_command_leaves_meshes_where_the_bake_fails(room, monkeypatch):
     [
         (["--refine", "--target", "lightmap", "--output", "x"], "--refine is for light on vertices"),
         (["--refine-budget", "50"], "give --refine too"),
+        (["--refine", "--refine-budget", "0"], "choose a number from 1 to 10,000,000"),
         (["--refine", "-1"], "choose a number from 0.0001 to 1"),
     ],
 )
