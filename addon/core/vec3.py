@@ -1,0 +1,106 @@
+"""Triples of numbers inside kernels: points, directions and colours, as tuples of three float32 (or float64)."""
+
+import numpy as np
+
+from .compiling import part
+
+ZERO, ONE, TWO = np.float32(0), np.float32(1), np.float32(2)
+BLACK, WHITE = (ZERO, ZERO, ZERO), (ONE, ONE, ONE)
+
+
+@part
+def row(values, k):
+    """The k-th row of an (n, 3) array."""
+    return values[k, 0], values[k, 1], values[k, 2]
+
+
+@part
+def put(values, k, a):
+    """Write a triple into the k-th row of an (n, 3) array."""
+    values[k, 0], values[k, 1], values[k, 2] = a
+
+
+@part
+def add(values, k, a):
+    """Add a triple to the k-th row of an (n, 3) array."""
+    values[k, 0] += a[0]
+    values[k, 1] += a[1]
+    values[k, 2] += a[2]
+
+
+@part
+def dot(a, b):
+    """Scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@part
+def cross(a, b):
+    """Vector product."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@part
+def times(a, s):
+    """A triple times a scalar."""
+    return a[0] * s, a[1] * s, a[2] * s
+
+
+@part
+def mul(a, b):
+    """Component by component."""
+    return a[0] * b[0], a[1] * b[1], a[2] * b[2]
+
+
+@part
+def plus(a, b):
+    """Sum of two triples."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+@part
+def minus(a, b):
+    """Difference of two triples."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@part
+def negative(a):
+    """A triple turned round."""
+    return -a[0], -a[1], -a[2]
+
+
+@part
+def along(origin, distance, direction):
+    """The point at a distance along a ray."""
+    return plus(origin, times(direction, distance))
+
+
+@part
+def length(a):
+    """Euclidean length."""
+    return np.sqrt(dot(a, a))
+
+
+@part
+def normalized(a):
+    """A triple of length 1; of length 0 it stays 0."""
+    return times(a, ONE / max(length(a), np.float32(1e-30)))
+
+
+@part
+def largest(a):
+    """Largest component."""
+    return max(a[0], max(a[1], a[2]))
+
+
+@part
+def mean(a):
+    """Mean of the three components."""
+    return (a[0] + a[1] + a[2]) / np.float32(3)
+
+
+@part
+def wide(a):
+    """In float64, where the digits are needed."""
+    return np.float64(a[0]), np.float64(a[1]), np.float64(a[2])
