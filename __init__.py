@@ -5,7 +5,7 @@ def register() -> None:
     """Make the panel, the operators and the command known to Blender; fails where the zip is another Blender's."""
     from . import operators
     from .addon import ui
-    from .addon.zips import check_zip
+    from .addon.core.zips import check_zip
 
     check_zip()
     ui.register()

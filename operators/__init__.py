@@ -4,23 +4,24 @@ from typing import Any
 
 import bpy
 
-from ..addon.blender import render_graph
-from ..addon.parallel import join_cancelled
+from ..addon.blender.read import render_graph
+from ..addon.core.parallel import join_cancelled
 from ..addon.ui.state import bake_state
-from . import baked_light, command_line, export_gltf
+from . import baked_light, export_gltf
 from .add_preset import PHOTON_BAKE_OT_add_preset
 from .bake_indirect import PHOTON_BAKE_OT_bake_indirect
 from .cancel import PHOTON_BAKE_OT_cancel
+from .command_line import command_line
 from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
 from .copy_object_settings import PHOTON_BAKE_OT_copy_object_settings
 from .export_gltf import PHOTON_BAKE_OT_export_gltf
-from .folders import PHOTON_BAKE_OT_choose_folder
 from .guide import PHOTON_BAKE_OT_guide
+from .jobs.folders import PHOTON_BAKE_OT_choose_folder
+from .jobs.solving import stop_watched
 from .refine import PHOTON_BAKE_OT_refine, PHOTON_BAKE_OT_restore_meshes, PhotonBakeObjectName
 from .remedy import PHOTON_BAKE_OT_check, PHOTON_BAKE_OT_remedy, PHOTON_BAKE_OT_select_found
 from .remove_copies import PHOTON_BAKE_OT_remove_copies
 from .reset_mixer import PHOTON_BAKE_OT_reset_mixer
-from .solving import stop_watched
 
 CLASSES = (
     PHOTON_BAKE_OT_bake_indirect,

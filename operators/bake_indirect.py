@@ -4,25 +4,25 @@ from typing import Any
 
 import bpy
 
-from ..addon.blender.light_layers import group_names
-from ..addon.errors import BakeError
+from ..addon.blender.read.light_layers import group_names
+from ..addon.core.errors import BakeError
 from ..addon.ui.checks import checks, key_of
-from ..addon.ui.debug_views import debug_views
 from ..addon.ui.outcomes import Outcome
 from ..addon.ui.pace import learn
 from ..addon.ui.staleness import follow, own_changes
 from ..addon.ui.state import bake_state, duration
-from .bake_job import BakeJob
+from ..addon.ui.views.debug_views import debug_views
 from .baked_light import shown_after_bake
-from .camera_target import WantedCamera
-from .describe import describe
-from .folders import path_of, scene_name, without_folder
-from .lightmap_target import WantedLightmaps
-from .probe_target import WantedProbes
-from .solving import Solver, Solving
-from .target import Solved, Wanted
-from .vertex_target import WantedVertices
-from .written import Written
+from .jobs.bake_job import BakeJob
+from .jobs.describe import describe
+from .jobs.folders import path_of, scene_name, without_folder
+from .jobs.solving import Solver, Solving
+from .jobs.written import Written
+from .targets.camera import WantedCamera
+from .targets.lightmap import WantedLightmaps
+from .targets.probes import WantedProbes
+from .targets.target import Solved, Wanted
+from .targets.vertices import WantedVertices
 
 _WHERE = {
     "vertex": "a color attribute of each mesh",

@@ -7,10 +7,10 @@ from typing import Any
 import bpy
 
 from ..addon.blender.show import is_shown, leave_baked_light, remove_lightmaps
-from ..addon.errors import BakeError
-from ..addon.ui.show_properties import show_baked_light
+from ..addon.core.errors import BakeError
+from ..addon.ui.properties.show import show_baked_light
 from ..addon.ui.staleness import own_changes
-from .solving import NotWhileBaking
+from .jobs.solving import NotWhileBaking
 
 
 class PHOTON_BAKE_OT_use_baked_light(NotWhileBaking, bpy.types.Operator):

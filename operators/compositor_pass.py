@@ -8,10 +8,10 @@ from ..addon.blender.compositing.direct_only import light_probes
 from ..addon.blender.compositing.files import has_pass, pass_files
 from ..addon.blender.compositing.nodes import add_pass, remove_pass
 from ..addon.blender.show import is_shown
-from ..addon.errors import BakeError
-from ..addon.ui.mixer_properties import mix_of
+from ..addon.core.errors import BakeError
+from ..addon.ui.properties.mixer import mix_of
 from ..addon.ui.staleness import own_changes
-from .folders import nowhere, path_of
+from .jobs.folders import nowhere, path_of
 
 _PROBE = "Light probe '{}' brings indirect light into EEVEE's renders, on top of the pass: hide it in renders."
 

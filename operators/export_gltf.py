@@ -6,7 +6,7 @@ from typing import Any
 import bpy
 
 from ..addon.blender.gltf import Exported, export_gltf
-from ..addon.errors import BakeError
+from ..addon.core.errors import BakeError
 from .baked_light import baked_light_left
 
 

@@ -5,14 +5,14 @@ from typing import Any
 import bpy
 
 from ..addon.blender.refinement import has_refined_copies, restore_meshes
-from ..addon.refinement import RefineOptions
-from ..addon.settings import BakeSettings, settings_for
-from ..addon.ui.debug_views import debug_views
+from ..addon.pipeline.refinement import RefineOptions
+from ..addon.settings.bake import BakeSettings, settings_for
 from ..addon.ui.outcomes import Outcome
 from ..addon.ui.state import bake_state, duration
-from .bake_job import BakeJob
-from .refine_target import WantedRefinement
-from .solving import NotWhileBaking, Solver, Solving
+from ..addon.ui.views.debug_views import debug_views
+from .jobs.bake_job import BakeJob
+from .jobs.solving import NotWhileBaking, Solver, Solving
+from .targets.refine import WantedRefinement
 
 _DEFAULTS = RefineOptions()
 

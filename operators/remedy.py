@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ..addon.findings import Finding, grouped
+from ..addon.core.findings import Finding, grouped
 from ..addon.ui.checks import checks
 from ..addon.ui.remedies import REMEDIES
 from ..addon.ui.state import bake_state

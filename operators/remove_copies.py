@@ -4,8 +4,8 @@ from typing import Any
 
 import bpy
 
-from ..addon.blender.baked_copies import has_copies, remove_copies
-from .solving import NotWhileBaking
+from ..addon.blender.write.baked_copies import has_copies, remove_copies
+from .jobs.solving import NotWhileBaking
 
 
 class PHOTON_BAKE_OT_remove_copies(NotWhileBaking, bpy.types.Operator):

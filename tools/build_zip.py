@@ -23,7 +23,7 @@ import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from photon_bake.addon.zips import BLENDER_OF_PYTHON, zip_name
+from photon_bake.addon.core.zips import BLENDER_OF_PYTHON, zip_name
 
 ROOT = Path(__file__).resolve().parents[1]
 MANIFEST = "blender_manifest.toml"

@@ -215,7 +215,7 @@ def render(path: str, picture: str, attribute: str = "Indirect", samples: int = 
 def _progress_of_cycles() -> Iterator[None]:
     """Show how far the render is in place of Cycles' log; nothing where QUIET is set."""
     from photon_bake.addon.output import hushed
-    from photon_bake.operators.console import ProgressLine
+    from photon_bake.operators.command_line.console import ProgressLine
 
     line = ProgressLine(sys.stderr, {"Rendering": 1.0}, name="demo_scene")
 

@@ -19,7 +19,7 @@ import zipfile
 from pathlib import Path
 
 import build_zip
-from photon_bake.addon.zips import this_platform
+from photon_bake.addon.core.zips import this_platform
 
 ASK = "import bpy, sys; print('ANSWER %d.%d.%d %d.%d' % (*bpy.app.version, *sys.version_info[:2]))"
 TEST_REQUIREMENTS = ("pytest>=8", "hypothesis>=6.100")

@@ -6,14 +6,14 @@ The only engine room that knows `bpy`. It turns data-blocks into the plain array
 meshes, baked light in materials and in the compositor.
 """
 
-from .bake_objects import bake_objects
-from .bvh_tracer import BVHTracer
-from .camera import read_camera
-from .color_attribute import check_color_attribute, write_color_attribute
-from .extract import SceneReading, read_scene
-from .materials import READING
-from .render_graph import in_render_graph
-from .vertex_meshes import receiver_meshes
+from .read.bake_objects import bake_objects
+from .read.bvh_tracer import BVHTracer
+from .read.camera import read_camera
+from .read.materials.materials import READING
+from .read.meshes.vertex_meshes import receiver_meshes
+from .read.render_graph import in_render_graph
+from .read.scene import SceneReading, read_scene
+from .write.color_attribute import check_color_attribute, write_color_attribute
 
 __all__ = [
     "READING",

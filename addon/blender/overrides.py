@@ -5,7 +5,7 @@ from typing import Any
 
 import bpy
 
-from ..errors import Advice
+from ..core.errors import Advice
 from .warn import Warnings, listed
 
 NEVER = "never"

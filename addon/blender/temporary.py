@@ -5,9 +5,9 @@ from typing import Any
 import bpy
 import numpy as np
 
-from .expressions import constant
-from .nodes import SHOWN, Place
-from .object_values import Values, of_scene
+from .read.materials.expressions import constant
+from .read.materials.nodes import SHOWN, Place
+from .read.meshes.object_values import Values, of_scene
 
 
 class CyclesError(Exception):

@@ -6,8 +6,8 @@ is the square of the roughness. α = 0 is a perfect mirror, of which only the sa
 
 import numpy as np
 
-from ..sampling.vectors import dot
-from ..sampling.warps import TWO_PI
+from ..core.sampling.vectors import dot
+from ..core.sampling.warps import TWO_PI
 
 MIN_COS = np.float32(1e-6)
 """Of directions that graze the surface, which rounding may put on it."""

@@ -13,8 +13,8 @@ from itertools import accumulate
 
 import numpy as np
 
-from ..sampling.vectors import dot, largest
-from ..sampling.warps import sample_cosine_hemisphere
+from ..core.sampling.vectors import dot, largest
+from ..core.sampling.warps import sample_cosine_hemisphere
 from .albedo import base_share, glass_scale, glossy_albedo, glossy_scale
 from .fresnel import fresnel_dielectric, grazing_share
 from .lobes import ALL, Lobe

@@ -2,8 +2,8 @@
 
 A `kernel` is what Python calls with whole chunks; a `part` is what kernels call and becomes a part of them. Both are
 plain Python functions of scalars, small tuples and arrays; ``NUMBA_DISABLE_JIT=1`` runs them as such. They count no
-references (of tuples of many arrays that would cost more than rays), so they allocate nothing: who calls a kernel brings
-the arrays that it writes into. There is no fast-math, which would change infinities and NaN.
+references (of tuples of many arrays that would cost more than rays), so they allocate nothing: who calls a kernel
+brings the arrays that it writes into. There is no fast-math, which would change infinities and NaN.
 """
 
 import hashlib
@@ -32,7 +32,7 @@ def part(function: F) -> F:
 
 def kernel(function: F) -> F:
     """Decorate a function that Python calls: compiled at its first call, kept on disk, lets other threads run."""
-    # Numba looks at the kernel's own file alone to see whether what it keeps is stale, so the folder's name says the rest
+    # Numba looks at the kernel's own file alone to see whether it is stale; the folder's name says the rest
     numba.config.CACHE_DIR = str(_FOLDER / digest_of(Path(function.__code__.co_filename).resolve()))
     return numba.njit(cache=True, no_cfunc_wrapper=True, **_HOW)(function)
 

@@ -1,24 +1,24 @@
 """Photons to irradiance: a final gather into a radiance cache, a density estimate, or a volume of cells."""
 
-from .build_cache import Survey, build_radiance_cache, survey_surfaces
-from .camera_gloss import camera_gloss, reflected_direct
-from .camera_highlights import reflected_highlights
-from .density import LEAST_ESTIMATES, PhotonDensity, search_radius
-from .direct_irradiance import direct_irradiance, direct_slope
-from .direct_light import DirectLight
-from .disc_density import MidAir
-from .final import Effort, FinalGather
-from .gather_rays import GatherRays
-from .glossy_light import glossy_radiance
+from .density.density import LEAST_ESTIMATES, PhotonDensity, search_radius
+from .density.disc_density import MidAir
+from .density.thinned_density import thinned_density
+from .direct.direct_irradiance import direct_irradiance, direct_slope
+from .direct.direct_light import DirectLight
 from .irradiance import Estimate, Irradiance, OwnRays
+from .irradiance_cache import Effort, FinalGather
 from .light_volume import Cascade
-from .open_sides import OpenBacks
-from .photon_volumes import OF_SCATTERED, photon_volume_gloss, photon_volume_irradiance, scatter_light
-from .probe_light import ProbeLight, caustics_at_probes, gather_probes
-from .radiance_cache import RadianceCache
-from .screen_volume import screen_irradiance
-from .thinned_density import thinned_density
-from .upsampling import upsampled
+from .light_volume.glossy_light import glossy_radiance
+from .mid_air import OpenBacks
+from .photon_splatting import OF_SCATTERED, photon_volume_gloss, photon_volume_irradiance, scatter_light
+from .photon_splatting.upsampling import upsampled
+from .radiance_cache.build import Survey, build_radiance_cache, survey_surfaces
+from .radiance_cache.radiance_cache import RadianceCache
+from .rays.camera_gloss import camera_gloss, reflected_direct
+from .rays.camera_highlights import reflected_highlights
+from .rays.gather_rays import GatherRays
+from .rays.probe_light import ProbeLight, caustics_at_probes, gather_probes
+from .screen_volume.screen_volume import screen_irradiance
 
 __all__ = [
     "LEAST_ESTIMATES",

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..camera_settings import Compression
+from ..settings.camera import Compression
 from .files import whole_file
 from .hush import hushed
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..unrolling import unrolled
+from ..core.ranges import unrolled
 from .files import whole_file
 
 _SHORTEST_RUN, _LONGEST_RUN, _LONGEST_LITERAL = 4, 127, 128

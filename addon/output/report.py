@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from ..errors import WarningKind, kind_of
+from ..core.errors import WarningKind, kind_of
 from .files import atomic_path
 
 Status = Literal["done", "failed", "cancelled"]

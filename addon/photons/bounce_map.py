@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..sampling.streams import sobol_chunks
-from ..sampling.warps import sample_uniform_cone, to_world
+from ..core.sampling.streams import sobol_chunks
+from ..core.sampling.warps import sample_uniform_cone, to_world
+from ..emitters.distant_sources import SunSource
+from ..emitters.lamp_sources import PointSource
+from ..emitters.source import N_DIMENSIONS, Rays, Source, bounding_sphere
 from ..scene import Scene
-from ..tracers import Hits, LightTracer
-from .distant_sources import SunSource
-from .lamp_sources import PointSource
-from .source import N_DIMENSIONS, Rays, Source, bounding_sphere
+from ..tracing import Hits, LightTracer
 
 _WIDEST = 0.5  # cosine of half the cone of a spot that is seen as a frustum; a wider one is seen as a cube
 _PLACES = 3  # stream of random numbers: what pixels do not decide

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from ..sampling.vectors import dot, rows
-from .source import Sphere
+from ..core.sampling.vectors import dot, rows
+from ..emitters.source import Sphere
 
 
 @dataclass(frozen=True)

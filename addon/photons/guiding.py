@@ -16,12 +16,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..parallel import Workers
-from ..sampling.vectors import dot
+from ..core.parallel import Workers
+from ..core.sampling.vectors import dot
+from ..emitters.source import Rays, Source, Sphere
 from ..scene import Scene
-from ..tracers import LightTracer
+from ..tracing import LightTracer
 from .photons import Photons
-from .source import Rays, Source, Sphere
 from .tracing import Pass, emitted_points, shares, trace_photons
 
 EVEN = 0.25

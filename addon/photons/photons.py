@@ -5,8 +5,8 @@ from enum import IntEnum
 
 import numpy as np
 
-from ..sampling.octahedral import decode_octahedral
-from ..sampling.vectors import rows
+from ..core.sampling.octahedral import decode_octahedral
+from ..core.sampling.vectors import rows
 
 
 class PathKind(IntEnum):

@@ -5,11 +5,11 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ..bsdf import Lobe, glass_ways, is_focused, sample_bsdf, surface_at
-from ..sampling.streams import PathNumbers
-from ..sampling.vectors import dot, rows
-from ..sampling.warps import frame, sample_cosine_hemisphere, to_world
+from ..core.sampling.streams import PathNumbers
+from ..core.sampling.vectors import dot, rows
+from ..core.sampling.warps import frame, sample_cosine_hemisphere, to_world
 from ..scene import Scene
-from ..tracers import Hits, RayKind
+from ..tracing import Hits, RayKind
 
 ALL_LOBES = tuple(Lobe)
 NARROW_LOBES = (Lobe.GLOSSY, Lobe.GLASS)

@@ -7,19 +7,19 @@ from enum import Enum
 import numpy as np
 
 from ..bsdf import Lobe
-from ..parallel import Workers, slices
-from ..sampling.octahedral import encode_octahedral
-from ..sampling.streams import PathNumbers, sobol_chunks, stream
-from ..sampling.vectors import largest, rows
+from ..core.parallel import Workers, slices
+from ..core.sampling.octahedral import encode_octahedral
+from ..core.sampling.streams import PathNumbers, sobol_chunks, stream
+from ..core.sampling.vectors import largest, rows
+from ..emitters.source import N_DIMENSIONS, Rays, Source, Sphere
 from ..scene import ALL_BOUNCES, Scene
-from ..tracers import Hits, LightTracer, RayKind, seen_by
+from ..tracing import Hits, LightTracer, RayKind, seen_by
 from .bounce_map import View, view_of
-from .first_flight import first_flight
+from .emission_segment import first_flight
 from .flights import FlightLog, Flights
-from .homing import sent_home
 from .photons import PathKind, Photons
+from .region_directed import sent_home
 from .scattering import scatter
-from .source import N_DIMENSIONS, Rays, Source, Sphere
 
 CHUNK = 1 << 17
 """Photons that fly together: enough to hide Python's cost a call, few enough to stay in the processor's cache."""

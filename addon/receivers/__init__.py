@@ -1,16 +1,16 @@
 """Where light is wanted: points with a normal, and where each one's value goes."""
 
 from .attribute_map import AttributeMap, unreached_share
-from .camera import Camera, SeenSurface, seen_surface
-from .camera_points import CameraPoints, camera_points, diffuse_colors
-from .charts import Charts, LightmapMesh
+from .camera.camera import Camera, SeenSurface, seen_surface
+from .camera.lenses import Equirectangular, Fisheye, Lens, Orthographic, Perspective
+from .camera.pixel_filter import PixelFilter
+from .camera.points import CameraPoints, camera_points, diffuse_colors
 from .face_samples import FaceSamples, ShownFaces, face_samples
-from .lenses import Equirectangular, Fisheye, Lens, Orthographic, Perspective
-from .lightmap import Texels, texel_receivers
-from .pixel_filter import PixelFilter
+from .lightmap.charts import Charts, LightmapMesh
+from .lightmap.seams import Seams
+from .lightmap.texels import Texels, texel_receivers
 from .probes import ProbeGrid, ProbePlaces, grid_in_box, without_surroundings
 from .receivers import AttributeTarget, Receivers
-from .seams import Seams
 from .vertices import IN_PLACE, ReceiverMesh, joined, vertex_receivers
 
 __all__ = [

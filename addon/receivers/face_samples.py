@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..parallel import Workers
-from ..sampling.sequences import R2_STEPS
-from ..sampling.vectors import dot, largest, rows
-from ..sampling.warps import frame, sample_uniform_triangle
-from ..tracers import Tracer
+from ..core.parallel import Workers
+from ..core.sampling.sequences import R2_STEPS
+from ..core.sampling.vectors import dot, largest, rows
+from ..core.sampling.warps import frame, sample_uniform_triangle
+from ..tracing import Tracer
+from .lightmap.texel_points import LEAST_LIFT, LIFT
 from .receivers import AttributeTarget, Receivers
-from .texel_points import LEAST_LIFT, LIFT
 from .vertices import ReceiverMesh
 
 STAGE = "Placing samples of faces"

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from .camera import Camera, SeenSurface
+from .camera.camera import Camera, SeenSurface
 
 if TYPE_CHECKING:
     from .attribute_map import AttributeMap

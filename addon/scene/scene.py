@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..sampling.octahedral import encode_octahedral
-from ..sampling.vectors import dot, largest, rows
+from ..core.sampling.octahedral import encode_octahedral
+from ..core.sampling.vectors import dot, largest, rows
 from .lights import Lights
 from .materials import Channel, Materials
 from .world import World

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..sampling.sequences import r2_sequence
+from ..core.sampling.sequences import r2_sequence
 from .scene import Scene
 
 _CHUNK = 1 << 16  # triangles

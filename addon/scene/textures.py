@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..sampling.vectors import rows
+from ..core.sampling.vectors import rows
 
 
 @dataclass(frozen=True)

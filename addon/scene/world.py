@@ -5,9 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ..sampling.inversion import Inversion
-from ..sampling.vectors import rows
-from ..sampling.warps import pdf_uniform_sphere, sample_uniform_sphere
+from ..core.sampling.cutpoint_table import Inversion
+from ..core.sampling.vectors import rows
+from ..core.sampling.warps import pdf_uniform_sphere, sample_uniform_sphere
 
 _TWO_PI = np.float32(2 * np.pi)
 

@@ -1,6 +1,10 @@
 """What people see in Blender: the settings on the scene, the panel, and debug views in the viewport."""
 
-from . import checks, debug_views, object_panel, object_properties, panels, properties, staleness, texel_view
+from . import checks, panels, staleness
+from .panels import objects as object_panel
+from .properties import objects as object_properties
+from .properties import scene as properties
+from .views import debug_views, texel_view
 
 
 def register() -> None:

@@ -11,8 +11,8 @@ from typing import Any
 import bpy
 
 from ..blender.preflight import Asked, Preflight, check
-from ..estimates import Estimate, estimate
-from ..settings import BakeSettings
+from ..pipeline.estimates import Estimate, estimate
+from ..settings.bake import BakeSettings
 from .pace import n_cores, pace_of
 from .redraw import redraw_panels
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import bpy
 
-from ..settings import Gather
+from ..settings.bake import Gather
 
 _LEARNED = 0.5
 """How much of the difference the last bake makes good."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import bpy
 
-from ..blender.visibility import rendered_objects
+from ..blender.read.visibility import rendered_objects
 from .state import bake_state
 
 _SETTLED = 0.1

@@ -3,8 +3,8 @@
 from collections.abc import Collection, Mapping
 from time import perf_counter
 
-from ..progress import Progress
-from ..settings import Gather
+from ..core.progress import Progress
+from ..settings.bake import Gather
 from .outcomes import Outcome
 
 STAGE_SHARES: dict[Gather, dict[str, float]] = {

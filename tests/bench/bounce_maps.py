@@ -1,11 +1,12 @@
 """Measures how many photons are left after each bounce, as Figure 10 of McGuire and Luebke does."""
 
 from figures import load, table
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import bounce_map, light_sources, region_of, trace_photons
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.emitters import light_sources, region_of
+from photon_bake.addon.photons import bounce_map, trace_photons
 from photon_bake.addon.photons.tracing import shares
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 
 N_PHOTONS, N_BOUNCES = 200_000, 4
 HEAD = ["Scene", "Emitted", "Meet a surface", *(f"After {n}" for n in range(1, N_BOUNCES + 1))]

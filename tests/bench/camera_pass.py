@@ -20,12 +20,12 @@ import bpy
 import numpy as np
 import OpenEXR
 from figures import ROOT, scene_options, scenes_in, table
-from photon_bake.addon.camera_settings import CameraSettings
+from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.output.oidn import filtered
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import settings_for
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.camera_target import WantedCamera
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.settings.camera import CameraSettings
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.camera import WantedCamera
 
 NAMES = ("cornell", "classroom")
 GATHERS = ("final", "photon_volumes")

@@ -12,12 +12,12 @@ import OpenEXR
 from camera_pass import open_scene
 from figures import scene_options, scenes_in
 from photon_bake.addon.blender.compositing.nodes import add_pass
-from photon_bake.addon.camera_settings import CameraSettings
+from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.output.png import write_png
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import settings_for
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.camera_target import WantedCamera
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.settings.camera import CameraSettings
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.camera import WantedCamera
 
 SAMPLES = 128
 

@@ -16,12 +16,13 @@ from bounce_maps import attrition_table
 from figures import camera_of_scene, rendered_scene, scene_options, scenes_in, table, write_png
 from flicker import flicker_table
 from light_volume import material, side_by_side
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.gather import photon_volume_irradiance
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import PathKind, light_sources, region_of, trace_photons
+from photon_bake.addon.photons import PathKind, trace_photons
 from photon_bake.addon.receivers import diffuse_colors, seen_surface
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 
 WIDTH, HEIGHT = 800, 540
 N_STORED = (16_000, 100_000, 1_000_000)

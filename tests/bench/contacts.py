@@ -21,19 +21,19 @@ from figures import scene_options, scenes_in, table, write_png
 from lightmap_uvs import left_out
 from lightmaps import bilinear
 from own_scenes import OWN_SCENES, build
-from photon_bake.addon.bake import solve
 from photon_bake.addon.blender import bake_objects
 from photon_bake.addon.blender.lightmap.meshes import check_lightmap_object
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.emitters import region_of
 from photon_bake.addon.gather import Effort, FinalGather
-from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.output.lightmap import FinishOptions, finish_lightmaps
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import region_of
-from photon_bake.addon.progress import Progress
+from photon_bake.addon.pipeline.bake import solve
 from photon_bake.addon.receivers.uv_maps.faces import areas
-from photon_bake.addon.settings import settings_for
-from photon_bake.operators.bake_job import BakeJob, make_tracer
-from photon_bake.operators.lightmap_target import WantedLightmaps
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.settings.lightmap import LightmapSettings
+from photon_bake.operators.jobs.bake_job import BakeJob, make_tracer
+from photon_bake.operators.targets.lightmap import WantedLightmaps
 from scipy.ndimage import distance_transform_cdt
 
 TITLE = "Lightmaps near edges and contacts, against a bake without interpolation"

@@ -17,12 +17,12 @@ from error_plot import error_plot
 from figures import rendered_scene, table
 from memory import extra_memory
 from own_scenes import OWN_SCENES
-from photon_bake.addon.bake import bake
 from photon_bake.addon.blender import in_render_graph, receiver_meshes
+from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.receivers import Receivers, vertex_receivers
 from photon_bake.addon.scene import Scene
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from receiver_grid import add_receivers, grown
 from truth import Truth, open_scene
 

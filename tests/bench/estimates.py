@@ -19,9 +19,9 @@ from time import process_time
 
 import numpy as np
 from figures import table
-from photon_bake.addon.estimates import TERMS, Work, estimate, terms_of
-from photon_bake.addon.lightmap_settings import LightmapSettings
-from photon_bake.addon.settings import BakeSettings, settings_for
+from photon_bake.addon.pipeline.estimates import TERMS, Work, estimate, terms_of
+from photon_bake.addon.settings.bake import BakeSettings, settings_for
+from photon_bake.addon.settings.lightmap import LightmapSettings
 
 CASES = [
     (scene, target, quality, gather)
@@ -51,12 +51,12 @@ def _bake(scene, target, quality, gather):
     from memory import extra_memory
     from own_scenes import build
     from photon_bake.addon.blender.preflight import Asked, check
-    from photon_bake.addon.camera_settings import CameraSettings
-    from photon_bake.addon.progress import Progress
-    from photon_bake.operators.bake_job import BakeJob
-    from photon_bake.operators.camera_target import WantedCamera
-    from photon_bake.operators.lightmap_target import WantedLightmaps
-    from photon_bake.operators.vertex_target import WantedVertices
+    from photon_bake.addon.core.progress import Progress
+    from photon_bake.addon.settings.camera import CameraSettings
+    from photon_bake.operators.jobs.bake_job import BakeJob
+    from photon_bake.operators.targets.camera import WantedCamera
+    from photon_bake.operators.targets.lightmap import WantedLightmaps
+    from photon_bake.operators.targets.vertices import WantedVertices
 
     build(scene)
     shown, settings = bpy.context.scene, settings_for(quality, gather=gather)

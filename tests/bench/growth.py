@@ -6,7 +6,7 @@ from time import perf_counter
 import bpy
 from figures import rendered_scene
 from memory import extra_memory
-from photon_bake.addon.settings import settings_for
+from photon_bake.addon.settings.bake import settings_for
 
 HEAD = ["Changed", "Photons", "Stored", "Triangles", "Receivers", "Seconds", "MB more"]
 PHOTONS = (250_000, 1_000_000, 4_000_000, 16_000_000)

@@ -14,11 +14,11 @@ import bpy
 import numpy as np
 from figures import table
 from mixer_pictures import demo_room
-from photon_bake.addon.blender.light_layers import group_names
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import settings_for
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.vertex_target import WantedVertices
+from photon_bake.addon.blender.read.light_layers import group_names
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.vertices import WantedVertices
 
 NAMES = ("Key", "Fill", "Rim")
 _OF_NORMAL = np.sqrt(2 / np.pi)  # mean of what a normal distribution is off, over its standard deviation

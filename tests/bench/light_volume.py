@@ -15,15 +15,16 @@ from time import perf_counter
 import bpy
 import numpy as np
 from figures import ROOT, camera_of_scene, figures, load, rendered_scene, scene_options, scenes_in, table, write_png
-from photon_bake.addon.camera_bake import bake_camera
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.gather import Cascade
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import PathKind, light_sources, region_of, trace_photons
-from photon_bake.addon.progress import Progress
+from photon_bake.addon.photons import PathKind, trace_photons
+from photon_bake.addon.pipeline.camera_bake import bake_camera
 from photon_bake.addon.scene.surface_points import surface_points
-from photon_bake.addon.settings import BakeSettings
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import BakeSettings
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 
 N_PHOTONS, N_POINTS = 600_000, 50_000
 STAGES = {

@@ -10,12 +10,12 @@ import bpy
 import numpy as np
 from figures import scene_options, write_png
 from photon_bake.addon.blender.show import use_baked_light
-from photon_bake.addon.lightmap_settings import LightmapSettings
+from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.output.lightmap import contact_sheet
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import settings_for
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.lightmap_target import WantedLightmaps
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.settings.lightmap import LightmapSettings
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.lightmap import WantedLightmaps
 
 SIDE, GAP = 360, 8
 SAMPLES = 64

@@ -26,16 +26,16 @@ from figures import scene_options, scenes_in, table
 from lightmap_uvs import left_out
 from lightmaps import under
 from own_scenes import OWN_SCENES
-from photon_bake.addon.bake import bake
 from photon_bake.addon.blender.lightmap.meshes import write_uv_map
 from photon_bake.addon.blender.lightmap.reading import LightmapReading
-from photon_bake.addon.lightmap_settings import LightmapSettings
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers.embree import EmbreeTracer
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.lightmap_target import WantedLightmaps
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.pipeline.bake import bake
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.settings.lightmap import LightmapSettings
+from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.lightmap import WantedLightmaps
 from rivals import Rival
 from truth import Truth, open_scene
 

@@ -18,18 +18,18 @@ import numpy as np
 from figures import scene_options, scenes_in, table
 from lightmap_uvs import left_out
 from mathutils.bvhtree import BVHTree
-from photon_bake.addon.bake import bake
 from photon_bake.addon.blender import bake_objects
 from photon_bake.addon.blender.lightmap.meshes import check_lightmap_object
-from photon_bake.addon.lightmap_settings import LightmapSettings
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.output.lightmap.borders import REAL_JUMP
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.progress import Progress
+from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.receivers import Receivers
 from photon_bake.addon.receivers.uv_maps import areas
-from photon_bake.addon.settings import settings_for
-from photon_bake.operators.bake_job import BakeJob, make_tracer
-from photon_bake.operators.lightmap_target import WantedLightmaps
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.settings.lightmap import LightmapSettings
+from photon_bake.operators.jobs.bake_job import BakeJob, make_tracer
+from photon_bake.operators.targets.lightmap import WantedLightmaps
 
 HEAD = ["Scene", "Texels a metre", "Denoiser", "Objects", "Texels", "Use", "Probes", "Seconds", "Relative RMSE"]
 HEAD += ["Median", "Gathered at the probes", "Inside solids too", "Mean", "Seam jump, 99 %", "At smooth folds"]

@@ -16,10 +16,10 @@ from camera_only import LIFT, add_probes, camera_only_mesh
 from cycles_bakes import bake_indirect, baked
 from figures import rendered_scene
 from own_scenes import OWN_SCENES, build
+from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere, to_world
 from photon_bake.addon.output import atomic_path
-from photon_bake.addon.sampling.warps import sample_cosine_hemisphere, to_world
 from photon_bake.addon.scene.surface_points import surface_points
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from truth import FOLDER, Truth, fingerprint
 
 N_PROBES = 400

@@ -12,16 +12,17 @@ from time import perf_counter
 
 import numpy as np
 from figures import RecordingTracer, camera_of_scene, load, scene_options, scenes_in, table, write_png
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import emitted_rays, light_sources, region_of, trace_photons
-from photon_bake.addon.sampling.streams import stream
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.sampling.streams import stream
+from photon_bake.addon.emitters import light_sources, region_of
+from photon_bake.addon.photons import emitted_rays, trace_photons
 from photon_bake.addon.scene import Scene
 from photon_bake.addon.scene.surface_points import surface_points
-from photon_bake.addon.tracers import Hits, LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
-from photon_bake.addon.tracers.multi_image import LightRays, MultiImageTracer, Tally, lit_region
-from photon_bake.addon.tracers.multi_image.box import through_box
-from photon_bake.operators.bake_job import N_LIGHT_RAYS
+from photon_bake.addon.tracing import Hits, LightTracer
+from photon_bake.addon.tracing.cube_maps import LightRays, MultiImageTracer, Tally, lit_region
+from photon_bake.addon.tracing.cube_maps.box import through_box
+from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.operators.jobs.bake_job import N_LIGHT_RAYS
 
 N_RAYS = N_PHOTONS = 100_000
 N_PHOTONS_OF_ROOM = 3_000_000  # of which few come in through the windows

@@ -19,10 +19,10 @@ from time import perf_counter, process_time
 import numpy as np
 import ray_rates
 from figures import load, scene_options, scenes_in, table
-from photon_bake.addon.gather.ray_directions import gather_directions
-from photon_bake.addon.sampling.streams import stream
+from photon_bake.addon.core.sampling.streams import stream
+from photon_bake.addon.gather.direct.ray_directions import gather_directions
 from photon_bake.addon.scene.z_curve import z_curve
-from photon_bake.addon.tracers import Hits
+from photon_bake.addon.tracing import Hits
 from responsiveness import late_ticks
 
 SCENES = ("cornell", "classroom")

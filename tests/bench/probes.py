@@ -11,8 +11,8 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from photon_bake.addon.gather.probe_light import SIDES
-from photon_bake.addon.sampling.spherical_harmonics import sh_cosine_lobe
+from photon_bake.addon.core.sampling.spherical_harmonics import sh_cosine_lobe
+from photon_bake.addon.gather.rays.probe_light import SIDES
 
 ROOT = Path(__file__).resolve().parents[2]
 

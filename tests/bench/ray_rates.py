@@ -17,31 +17,23 @@ from unittest import mock
 
 import numpy as np
 from figures import load, table
-from photon_bake.addon import parallel
 from photon_bake.addon.bsdf import Surface, base_share, glossy_albedo, is_focused, sample_bsdf, surface_at
+from photon_bake.addon.core import parallel
+from photon_bake.addon.core.parallel import Turns, Workers
+from photon_bake.addon.core.sampling.octahedral import encode_octahedral
+from photon_bake.addon.core.sampling.streams import sobol_chunks
+from photon_bake.addon.emitters import Sphere, light_sources, region_of
 from photon_bake.addon.gather import DirectLight, GatherRays, RadianceCache, build_radiance_cache, survey_surfaces
-from photon_bake.addon.gather.final.records import RecordMaker
-from photon_bake.addon.gather.gather_rays import _Paths
-from photon_bake.addon.gather.ray_directions import gather_directions
-from photon_bake.addon.parallel import Turns, Workers
-from photon_bake.addon.photons import (
-    GuidedSource,
-    Photons,
-    Sphere,
-    guide_sources,
-    light_sources,
-    pilots_for,
-    region_of,
-    trace_photons,
-)
+from photon_bake.addon.gather.direct.ray_directions import gather_directions
+from photon_bake.addon.gather.irradiance_cache.records import RecordMaker
+from photon_bake.addon.gather.rays.gather_rays import _Paths
+from photon_bake.addon.photons import GuidedSource, Photons, guide_sources, pilots_for, trace_photons
 from photon_bake.addon.photons.scattering import facing, local_axes, scatter
 from photon_bake.addon.receivers import Receivers
-from photon_bake.addon.sampling.octahedral import encode_octahedral
-from photon_bake.addon.sampling.streams import sobol_chunks
 from photon_bake.addon.scene import Channel, Scene
-from photon_bake.addon.settings import BakeSettings
-from photon_bake.addon.tracers import Hits, LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import BakeSettings
+from photon_bake.addon.tracing import Hits, LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from section_clock import section_shares
 
 N_RECORDS, N_RAYS = 8192, 128  # a record of medium quality sends so many rays at first

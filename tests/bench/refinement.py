@@ -19,16 +19,16 @@ from time import process_time
 import bpy
 import numpy as np
 from figures import ROOT, rendered_scene, table
-from photon_bake.addon.bake import solve
 from photon_bake.addon.blender import in_render_graph
 from photon_bake.addon.blender.refinement import split_meshes
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.refinement import RefineOptions, Triangles, refine
-from photon_bake.addon.refinement.samples import LEAST_LIGHT, Samples, corner_receivers
-from photon_bake.addon.settings import BakeSettings, settings_for
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.pipeline.bake import solve
+from photon_bake.addon.pipeline.refinement import RefineOptions, Triangles, refine
+from photon_bake.addon.pipeline.refinement.samples import LEAST_LIGHT, Samples, corner_receivers
+from photon_bake.addon.settings.bake import BakeSettings, settings_for
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.operators.refine import draft_of
-from photon_bake.operators.refine_target import WantedRefinement
+from photon_bake.operators.targets.refine import WantedRefinement
 
 sys.path.append(str(ROOT / "tools"))
 import demo_scene

@@ -19,12 +19,12 @@ import numpy as np
 from equal_error import Case
 from figures import table
 from own_scenes import OWN_SCENES
-from photon_bake.addon.inspector import Inspector
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import settings_for
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.solving import Solver
-from photon_bake.operators.vertex_target import WantedVertices
+from photon_bake.addon.core.inspector import Inspector
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.jobs.solving import Solver
+from photon_bake.operators.targets.vertices import WantedVertices
 
 TICK, N_RECEIVERS, SECONDS_ALONE = 0.01, 200_000, 3.0
 WORK = 1000  # additions: about 0.05 ms

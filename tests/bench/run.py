@@ -42,21 +42,15 @@ import vertex_error
 from cycles_bakes import bake_indirect, baked
 from figures import ROOT, figures, load, scene_options, scenes_in, table
 from own_scenes import OWN_SCENES
-from photon_bake.addon.bake import bake
-from photon_bake.addon.gather import (
-    DirectLight,
-    Effort,
-    FinalGather,
-    GatherRays,
-    RadianceCache,
-    gather_rays,
-)
-from photon_bake.addon.gather.elements import SurfaceCells, SurfaceElements
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import light_sources, region_of
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.emitters import light_sources, region_of
+from photon_bake.addon.gather import DirectLight, Effort, FinalGather, GatherRays, RadianceCache
+from photon_bake.addon.gather.radiance_cache.elements import SurfaceCells, SurfaceElements
+from photon_bake.addon.gather.rays import gather_rays
+from photon_bake.addon.pipeline.bake import bake
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 
 QUALITIES = ("draft", "medium", "high")
 

@@ -15,11 +15,11 @@ import numpy as np
 import small_things
 from cycles_bakes import bake_indirect
 from figures import rendered_scene, table
-from photon_bake.addon.bake import bake
 from photon_bake.addon.blender import bake_objects, in_render_graph, receiver_meshes
+from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.receivers import Receivers, vertex_receivers
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing.embree import EmbreeTracer
 
 HEAD = ["Scene", "Objects", "Receivers", "Bake", "Read, s", "Solve, s", "Gather points", "Gather rays"]
 HEAD += ["Relative RMSE", "Mean", "Median", "Said noise"]

@@ -13,15 +13,15 @@ import bpy
 import numpy as np
 import own_scenes
 from figures import ROOT, table
-from photon_bake.addon.bake import bake
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import region_of
-from photon_bake.addon.progress import Progress
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.emitters import region_of
+from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.receivers import Receivers, ShownFaces, face_samples, vertex_receivers
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers.embree import EmbreeTracer
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.vertex_target import WantedVertices
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.vertices import WantedVertices
 from scipy.spatial import cKDTree
 
 N_POINTS, N_RAYS = 6000, 2048

@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import PathKind, Sphere, light_sources, region_of, trace_photons
-from photon_bake.addon.photons.aiming import Aim
-from photon_bake.addon.photons.caustic_makers import caustic_makers
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.emitters import Sphere, light_sources, region_of
+from photon_bake.addon.emitters.caustic_makers import caustic_makers
+from photon_bake.addon.emitters.projection_map import Aim
+from photon_bake.addon.photons import PathKind, trace_photons
 from photon_bake.addon.scene import Channel, LightKind, Materials, World
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import ball, box, lamp, merge, of_objects, plane, scene_of
 from photon_bake.tests.core.test_emission import N, emitted, power_on_plane, source_of
 

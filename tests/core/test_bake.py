@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.bake import bake, solve
-from photon_bake.addon.errors import Cancelled
+from photon_bake.addon.core.errors import Cancelled
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.emitters import region_of
 from photon_bake.addon.gather import Effort, FinalGather
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import region_of
-from photon_bake.addon.progress import Progress
+from photon_bake.addon.pipeline.bake import bake, solve
 from photon_bake.addon.scene import LightKind
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import (
     box,
     lamp,

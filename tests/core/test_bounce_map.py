@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import bounce_map, light_sources, trace_photons
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.emitters import light_sources
+from photon_bake.addon.emitters.source import Sphere
+from photon_bake.addon.photons import bounce_map, trace_photons
 from photon_bake.addon.photons.bounce_map import view_of
-from photon_bake.addon.photons.source import Sphere
 from photon_bake.addon.scene import LightKind
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, chi_square_of_directions, lamp, merge, plane, scene_of
 
 REGION = Sphere(np.zeros(3, np.float32), 1.7)

@@ -22,8 +22,8 @@ from photon_bake.addon.bsdf import (
 from photon_bake.addon.bsdf import albedo_tables as tables
 from photon_bake.addon.bsdf.fresnel import average_grazing_share, fresnel_dielectric, grazing_share
 from photon_bake.addon.bsdf.microfacets import distribution, masked, refract, sample_visible_normals
-from photon_bake.addon.sampling.streams import sobol_chunks, stream
-from photon_bake.addon.sampling.warps import sample_cosine_hemisphere
+from photon_bake.addon.core.sampling.streams import sobol_chunks, stream
+from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere
 from photon_bake.addon.scene import Channel, Materials
 from photon_bake.tests.core.scenes import chi_square, plane, scene_of
 

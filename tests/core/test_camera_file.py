@@ -8,10 +8,10 @@ import warnings
 import numpy as np
 import OpenEXR
 import pytest
-from photon_bake.addon.camera_settings import PASS_CHOICES, CameraSettings
-from photon_bake.addon.errors import BakeError
+from photon_bake.addon.core.errors import BakeError
 from photon_bake.addon.output.camera import CameraPass, PictureFrame, denoised, frame_path, write_camera_pass
 from photon_bake.addon.output.oidn import has_oidn
+from photon_bake.addon.settings.camera import PASS_CHOICES, CameraSettings
 
 
 def a_pass(height=12, width=20, level=1.0):

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 from photon_bake.addon.bsdf import evaluate_glossy, surface_at
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.sampling.streams import stream
+from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.gather import DirectLight, reflected_highlights
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import light_sources, region_of
 from photon_bake.addon.photons.scattering import NARROW_LOBES, scatter
 from photon_bake.addon.receivers import Camera, PixelFilter, camera_points
-from photon_bake.addon.sampling.streams import stream
 from photon_bake.addon.scene import Channel, LightKind, Lights, Materials
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
-from photon_bake.addon.tracers.lamp_hits import lamps_along
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.addon.tracing.lamp_hits import lamps_along
 from photon_bake.tests.core.scenes import lamp, merge, plane, scene_of
 from photon_bake.tests.core.test_camera import AXES
 

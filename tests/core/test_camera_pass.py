@@ -4,14 +4,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from photon_bake.addon import camera_pass as camera_pass_module
-from photon_bake.addon.bake import bake, solve
-from photon_bake.addon.camera_pass import _root_of_squares, camera_pass, light_beside
-from photon_bake.addon.errors import BakeError
-from photon_bake.addon.parallel import Workers
+from photon_bake.addon.core.errors import BakeError
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.pipeline import camera_pass as camera_pass_module
+from photon_bake.addon.pipeline.bake import bake, solve
+from photon_bake.addon.pipeline.camera_pass import _root_of_squares, camera_pass, light_beside
 from photon_bake.addon.scene import Channel, LightKind, Materials
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, receivers_in_box, scene_of
 from photon_bake.tests.core.test_camera import AXES
 from photon_bake.tests.core.test_camera_points import camera_at, camera_with, points_of

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.bake import solve
 from photon_bake.addon.bsdf.fresnel import fresnel_dielectric
-from photon_bake.addon.camera_pass import camera_pass, light_beside
-from photon_bake.addon.parallel import Workers
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.pipeline.bake import solve
+from photon_bake.addon.pipeline.camera_pass import camera_pass, light_beside
 from photon_bake.addon.receivers import (
     Camera,
     Equirectangular,
@@ -16,9 +16,9 @@ from photon_bake.addon.receivers import (
     camera_points,
 )
 from photon_bake.addon.scene import Channel, LightKind, Materials
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, scene_of
 from photon_bake.tests.core.test_camera import AXES, camera_at
 

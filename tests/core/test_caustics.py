@@ -2,15 +2,16 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.bake import bake
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.gather import photon_volume_irradiance
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import PathKind, Sphere, light_sources, trace_photons
+from photon_bake.addon.photons import PathKind, trace_photons
+from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.receivers import Camera, seen_surface
 from photon_bake.addon.scene import Channel, LightKind, Materials
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import ball, box, lamp, merge, of_objects, plane, receivers_at, scene_of
 
 RADIUS, SUN, IOR = 0.3, 5.0, 1.5

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.sampling.streams import stream
+from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.gather import DirectLight, direct_irradiance
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import Sphere, light_sources
-from photon_bake.addon.sampling.streams import stream
 from photon_bake.addon.scene import Channel, LightKind, Lights, Textures, World
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import lamp, merge, plane, receivers_at, scene_of
 
 

@@ -2,18 +2,18 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.bake import bake
-from photon_bake.addon.errors import BakeError
+from photon_bake.addon.core.errors import BakeError
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere
+from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.gather import DirectLight, direct_irradiance, direct_slope
-from photon_bake.addon.gather.turned_normals import slope_of_light, slope_of_samples
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import light_sources, region_of
+from photon_bake.addon.gather.normal_gradient import slope_of_light, slope_of_samples
+from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.receivers import Receivers
-from photon_bake.addon.sampling.warps import sample_cosine_hemisphere
 from photon_bake.addon.scene import LightKind
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, receivers_at, receivers_in_box, scene_of
 
 UP = np.array([0, 0, 1], np.float32)

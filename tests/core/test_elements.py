@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.gather.elements import SurfaceCells, SurfaceElements
+from photon_bake.addon.gather.radiance_cache.elements import SurfaceCells, SurfaceElements
 from photon_bake.addon.scene.z_curve import z_curve
 from photon_bake.tests.core.scenes import plane, scene_of
 from scipy import stats

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from photon_bake.addon.core.sampling.streams import sobol_chunks, stream
+from photon_bake.addon.emitters import Sphere, light_sources
+from photon_bake.addon.emitters.mesh_source import emissive_triangles
+from photon_bake.addon.emitters.source import N_DIMENSIONS
 from photon_bake.addon.gather import DirectLight
-from photon_bake.addon.photons import Sphere, light_sources
-from photon_bake.addon.photons.mesh_source import emissive_triangles
-from photon_bake.addon.photons.source import N_DIMENSIONS
-from photon_bake.addon.sampling.streams import sobol_chunks, stream
 from photon_bake.addon.scene import Channel, LightKind, Lights, Textures, World
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import chi_square_of_directions, lamp, merge, plane, scene_of
 
 WHOLE = Sphere(np.zeros(3, np.float32), 3.0)

@@ -1,8 +1,8 @@
 """Time and memory foretold: orders that must hold, and words that promise no more than is known."""
 
 import pytest
-from photon_bake.addon.estimates import Estimate, Work, estimate, rounded_time
-from photon_bake.addon.settings import settings_for
+from photon_bake.addon.pipeline.estimates import Estimate, Work, estimate, rounded_time
+from photon_bake.addon.settings.bake import settings_for
 
 ROOM = Work(n_triangles=10_000, n_receivers=20_000)
 

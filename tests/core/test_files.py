@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from photon_bake.addon.errors import BakeError
+from photon_bake.addon.core.errors import BakeError
 from photon_bake.addon.output import atomic_path, check_writable
 from photon_bake.addon.output.png import write_png
 

@@ -2,21 +2,21 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.bake import bake, solve
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.emitters import region_of
 from photon_bake.addon.gather import FinalGather
-from photon_bake.addon.gather.final import effort
-from photon_bake.addon.gather.final.cells import cell_keys, middles
-from photon_bake.addon.gather.final.effort import Effort, rays_for_budget, rays_for_noise
-from photon_bake.addon.gather.final.placement import affordable
-from photon_bake.addon.gather.final.records import N_BATCHES, Records
-from photon_bake.addon.gather.final.spread import Arms, Around, Spread
-from photon_bake.addon.gather.final.weights import Neighbourhood, Weights
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import region_of
+from photon_bake.addon.gather.irradiance_cache import sample_budget as effort
+from photon_bake.addon.gather.irradiance_cache.cells import cell_keys, middles
+from photon_bake.addon.gather.irradiance_cache.placement import affordable
+from photon_bake.addon.gather.irradiance_cache.record_error import Arms, Around, Spread
+from photon_bake.addon.gather.irradiance_cache.records import N_BATCHES, Records
+from photon_bake.addon.gather.irradiance_cache.sample_budget import Effort, rays_for_budget, rays_for_noise
+from photon_bake.addon.gather.irradiance_cache.weights import Neighbourhood, Weights
+from photon_bake.addon.pipeline.bake import bake, solve
 from photon_bake.addon.receivers import Receivers
 from photon_bake.addon.scene import LightKind
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, receivers_at, receivers_in_box, scene_of
 from scipy.spatial import cKDTree
 

@@ -3,8 +3,8 @@
 import copy
 
 import pytest
-from photon_bake.addon.errors import Advice, Missing, TooCoarse
-from photon_bake.addon.findings import counted, grouped
+from photon_bake.addon.core.errors import Advice, Missing, TooCoarse
+from photon_bake.addon.core.findings import counted, grouped
 
 
 @pytest.mark.parametrize(

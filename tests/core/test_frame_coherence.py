@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import emitted_rays, light_sources, trace_photons
-from photon_bake.addon.photons.source import Sphere
-from photon_bake.addon.sampling.streams import PathNumbers
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.sampling.streams import PathNumbers
+from photon_bake.addon.emitters import light_sources
+from photon_bake.addon.emitters.source import Sphere
+from photon_bake.addon.photons import emitted_rays, trace_photons
 from photon_bake.addon.scene import LightKind
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, scene_of
 from scipy import stats
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from photon_bake.addon.core.sampling.warps import sample_uniform_sphere
 from photon_bake.addon.gather import DirectLight, GatherRays
-from photon_bake.addon.gather.elements import SurfaceCells, SurfaceElements
-from photon_bake.addon.gather.radiance_cache import RadianceCache
-from photon_bake.addon.sampling.warps import sample_uniform_sphere
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.gather.radiance_cache.elements import SurfaceCells, SurfaceElements
+from photon_bake.addon.gather.radiance_cache.radiance_cache import RadianceCache
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, plane, scene_of
 
 N = 2000

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import GuidedSource, guide_sources, light_sources, region_of, trace_photons
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.sampling.streams import sobol
+from photon_bake.addon.emitters import light_sources, region_of
+from photon_bake.addon.photons import GuidedSource, guide_sources, trace_photons
 from photon_bake.addon.photons.guiding import EVEN
-from photon_bake.addon.sampling.streams import sobol
 from photon_bake.addon.scene import LightKind
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, receivers_in_box, scene_of
 
 N = 1 << 16

@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 from photon_bake.addon.bsdf import Lobe
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import Sphere, light_sources, trace_photons
-from photon_bake.addon.photons.homing import sent_home
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere
+from photon_bake.addon.emitters import Sphere, light_sources
+from photon_bake.addon.photons import trace_photons
+from photon_bake.addon.photons.region_directed import sent_home
 from photon_bake.addon.photons.scattering import Scattered
-from photon_bake.addon.sampling.warps import sample_cosine_hemisphere
 from photon_bake.addon.scene import LightKind
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import lamp, merge, plane, scene_of
 
 N = 1 << 18

@@ -11,31 +11,17 @@ ROOT = Path(__file__).resolve().parents[2]
 
 # Low to high; a file imports only from its own rank or lower.
 RANKS = [
-    [
-        "addon.errors",
-        "addon.findings",
-        "addon.estimates",
-        "addon.knobs",
-        "addon.progress",
-        "addon.parallel",
-        "addon.settings",
-        "addon.lightmap_settings",
-        "addon.camera_settings",
-        "addon.probe_settings",
-        "addon.inspector",
-        "addon.sampling",
-        "addon.unrolling",
-        "addon.zips",
-    ],
+    ["addon.core"],
+    ["addon.settings"],
     ["addon.scene"],
     ["addon.bsdf"],
-    ["addon.tracers"],
+    ["addon.emitters"],
+    ["addon.tracing"],
     ["addon.photons"],
     ["addon.receivers"],
     ["addon.gather"],
     ["addon.output"],
-    ["addon.solution"],
-    ["addon.bake", "addon.camera_bake", "addon.camera_pass", "addon.probe_bake", "addon.refinement"],
+    ["addon.pipeline"],
     ["addon.blender"],
     ["addon.ui"],
     ["operators"],
@@ -123,8 +109,8 @@ def test_imports_inside_the_extension_are_relative(path):
     "source",
     [
         "from ..gather import Irradiance",
-        "from ..bake import bake",
-        "from .. import bake",
+        "from ..pipeline.bake import bake",
+        "from .. import pipeline",
         "def late():\n    from ...operators import bake_indirect",
         "from ... import register",
         "from ..attic import thing",
@@ -134,7 +120,9 @@ def test_a_forbidden_import_is_found(source):
     assert complaints(Path("addon/scene/example.py"), source)
 
 
-@pytest.mark.parametrize("source", ["from ..errors import BakeError", "from .lights import Lights", "import numpy"])
+@pytest.mark.parametrize(
+    "source", ["from ..core.errors import BakeError", "from .lights import Lights", "import numpy"]
+)
 def test_an_allowed_import_is_not(source):
     assert not complaints(Path("addon/scene/example.py"), source)
 

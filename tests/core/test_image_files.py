@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import OpenEXR
 import pytest
-from photon_bake.addon.errors import BakeError
-from photon_bake.addon.gather.turned_normals import slope_of_light
+from photon_bake.addon.core.errors import BakeError
+from photon_bake.addon.gather.normal_gradient import slope_of_light
 from photon_bake.addon.output.exr import write_exr
 from photon_bake.addon.output.lightmap import (
     KINDS,

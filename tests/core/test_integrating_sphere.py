@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.bake import bake
+from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.scene import LightKind, Lights, World
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import ball, lamp, of_objects, receivers_at, scene_of
 
 RHO, DIRECT = 0.6, 2.0  # albedo; W/m² of a lamp in the middle

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from photon_bake.addon.sampling.inversion import Inversion
-from photon_bake.addon.sampling.streams import stream
+from photon_bake.addon.core.sampling.cutpoint_table import Inversion
+from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.tests.core.scenes import chi_square
 from scipy import stats
 

@@ -6,10 +6,10 @@ walls, with E the direct and indirect light together.
 
 import numpy as np
 import pytest
-from photon_bake.addon.bake import bake
+from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.scene import Channel, LightKind, Materials
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, receivers_at, scene_of
 
 POWER, RHO = 24.0, 0.5

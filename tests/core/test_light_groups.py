@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.bake import bake, solve_apart
-from photon_bake.addon.parallel import Workers
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.pipeline.bake import bake, solve_apart
+from photon_bake.addon.pipeline.solution import irradiances
 from photon_bake.addon.scene import OTHER, LightGroups, LightKind, Lights
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.solution import irradiances
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, receivers_in_box, scene_of
 
 GROUPS = LightGroups(("Key", "Fill", "Empty"), np.array([0, 1, -1], np.int32), np.full(12, -1, np.int32), -1)

@@ -2,6 +2,10 @@
 
 import numpy as np
 import pytest
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.sampling.octahedral import encode_octahedral
+from photon_bake.addon.core.sampling.spherical_harmonics import Y0, sh_basis, sh_cosine_lobe
+from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere, to_world
 from photon_bake.addon.gather.light_volume import Cascade, Grid, LightVolume
 from photon_bake.addon.gather.light_volume.injection import inject_response, lit_sides
 from photon_bake.addon.gather.light_volume.occlusion import transmittance
@@ -11,15 +15,11 @@ from photon_bake.addon.gather.light_volume.propagation import (
     propagate,
     transfer_matrices,
 )
-from photon_bake.addon.gather.sh_fields import sh_response
-from photon_bake.addon.parallel import Workers
+from photon_bake.addon.gather.screen_volume.sh_fields import sh_response
 from photon_bake.addon.photons import PathKind, Photons
-from photon_bake.addon.sampling.octahedral import encode_octahedral
-from photon_bake.addon.sampling.spherical_harmonics import Y0, sh_basis, sh_cosine_lobe
-from photon_bake.addon.sampling.warps import sample_cosine_hemisphere, to_world
 from photon_bake.addon.scene.surface_points import surface_points
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, receivers_at, receivers_in_box, scene_of
 
 NORMALS = np.array([(0, 0, 1), (0.6, 0, -0.8), (-2 / 3, 1 / 3, 2 / 3)], np.float32)

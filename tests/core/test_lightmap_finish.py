@@ -4,17 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.errors import BakeError
+from photon_bake.addon.core.errors import BakeError
+from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.output.lightmap import FinishOptions, finish_lightmaps
 from photon_bake.addon.output.lightmap.denoise import denoised
 from photon_bake.addon.output.lightmap.dilation import dilated
 from photon_bake.addon.output.lightmap.oidn import _passes
 from photon_bake.addon.output.lightmap.texel_images import texel_images
 from photon_bake.addon.output.oidn import has_oidn
-from photon_bake.addon.parallel import Workers
 from photon_bake.addon.receivers import Charts, texel_receivers
-from photon_bake.addon.receivers.seams import seams_of
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.receivers.lightmap.seams import seams_of
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, scene_of
 from photon_bake.tests.core.unwrapped import look_up, mesh_of, points_on, unwrapped_box, unwrapped_plane
 

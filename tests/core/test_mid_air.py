@@ -4,14 +4,15 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from photon_bake.addon.bake import solve
-from photon_bake.addon.gather.disc_density import DiscDensity, MidAir
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import FlightLog, Flights, PathKind, Photons, Sphere, light_sources, trace_photons
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.emitters import Sphere, light_sources
+from photon_bake.addon.gather.density.disc_density import DiscDensity, MidAir
+from photon_bake.addon.photons import FlightLog, Flights, PathKind, Photons, trace_photons
+from photon_bake.addon.pipeline.bake import solve
 from photon_bake.addon.scene import LightKind
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import lamp, merge, plane, receivers_at, scene_of
 from photon_bake.tests.core.test_caustics import REGION, SUN, ball_power, glass_ball, with_lobes
 

@@ -2,17 +2,17 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.errors import Cancelled
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.sampling.streams import stream
-from photon_bake.addon.sampling.warps import sample_uniform_sphere
-from photon_bake.addon.tracers import RayKind
-from photon_bake.addon.tracers.embree import EmbreeTracer
-from photon_bake.addon.tracers.multi_image import CubeMaps, LightRays, MultiImageTracer, Tally, lit_region
-from photon_bake.addon.tracers.multi_image.flights import LitSides
-from photon_bake.addon.tracers.multi_image.guide import Guide
-from photon_bake.addon.tracers.multi_image.placement import placed, regular, seen_solid_angle
+from photon_bake.addon.core.errors import Cancelled
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.core.sampling.streams import stream
+from photon_bake.addon.core.sampling.warps import sample_uniform_sphere
+from photon_bake.addon.tracing import RayKind
+from photon_bake.addon.tracing.cube_maps import CubeMaps, LightRays, MultiImageTracer, Tally, lit_region
+from photon_bake.addon.tracing.cube_maps.placement import placed, regular, seen_solid_angle
+from photon_bake.addon.tracing.cube_maps.search.map_index import Guide
+from photon_bake.addon.tracing.cube_maps.search.segments import LitSides
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, scene_of
 
 # Share of the hits in a box, and how far off, m: of texels on its edges only one wall is known, and the secant method

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.bake import solve
+from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.gather import OpenBacks
-from photon_bake.addon.parallel import Workers
+from photon_bake.addon.pipeline.bake import solve
 from photon_bake.addon.receivers import AttributeTarget, Receivers
 from photon_bake.addon.scene import LightKind
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing.embree import EmbreeTracer
 
 from .scenes import box, lamp, merge, of_objects, plane, scene_of
 

@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon import parallel
-from photon_bake.addon.errors import Cancelled
-from photon_bake.addon.gather.lobe_rays import mean_over_rays
+from photon_bake.addon.core import parallel
+from photon_bake.addon.core.errors import Cancelled
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.gather.rays.lobe_rays import mean_over_rays
 from photon_bake.addon.output.lightmap import FinishOptions, finish_lightmaps
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.progress import Progress
 from photon_bake.addon.receivers import camera_points, texel_receivers
-from photon_bake.addon.receivers.coverage import texels_of
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.receivers.lightmap.coverage import texels_of
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, plane, scene_of
 from photon_bake.tests.core.test_camera_points import BOX, camera_with
 from photon_bake.tests.core.unwrapped import unwrapped_box

@@ -2,24 +2,18 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.bake import bake
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.emitters import Sphere, light_sources, region_of
 from photon_bake.addon.gather.irradiance import Estimate
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import (
-    GuidedSource,
-    Sphere,
-    guide_sources,
-    light_sources,
-    noise_of_photons,
-    region_of,
-)
-from photon_bake.addon.photons.homing import MOST_GAIN, sent_home
+from photon_bake.addon.photons import GuidedSource, guide_sources, noise_of_photons
+from photon_bake.addon.photons.region_directed import MOST_GAIN, sent_home
 from photon_bake.addon.photons.scattering import Scattered
 from photon_bake.addon.photons.tracing import Pass, emitted_points, emitted_rays, shares
+from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.scene import LightKind, Lights
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import ball, box, lamp, merge, of_objects, plane, receivers_at, scene_of
 
 SKY = 1.6  # W/(m² sr)

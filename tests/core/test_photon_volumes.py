@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from photon_bake.addon.bsdf import evaluate_glossy, surface_at
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.sampling.octahedral import encode_octahedral
 from photon_bake.addon.gather import photon_volume_gloss, photon_volume_irradiance, scatter_light
-from photon_bake.addon.gather.photon_volumes import Points
-from photon_bake.addon.gather.photon_volumes.radius import n_in_volume, neighbour_radius
-from photon_bake.addon.parallel import Workers
+from photon_bake.addon.gather.photon_splatting import Points
+from photon_bake.addon.gather.photon_splatting.radius import n_in_volume, neighbour_radius
 from photon_bake.addon.photons import PathKind, Photons
 from photon_bake.addon.photons.scattering import local_axes
 from photon_bake.addon.receivers import Camera, seen_surface
-from photon_bake.addon.sampling.octahedral import encode_octahedral
 from photon_bake.addon.scene import Channel, Materials
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, scene_of
 from photon_bake.tests.core.test_light_volume import photons_of_even_light
 

@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.errors import Cancelled
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import PathKind, light_sources, region_of, trace_photons
-from photon_bake.addon.progress import Progress
+from photon_bake.addon.core.errors import Cancelled
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.emitters import light_sources, region_of
+from photon_bake.addon.photons import PathKind, trace_photons
 from photon_bake.addon.scene import Channel, LightKind, Lights, Materials
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import (
     box,
     chi_square_of_directions,

@@ -4,22 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.bake import bake, solve
-from photon_bake.addon.gather.probe_light import N_SH, SIDES, caustics_at_probes, sphere_directions
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import Flights
-from photon_bake.addon.probe_bake import probe_light
-from photon_bake.addon.receivers import ProbePlaces, grid_in_box, without_surroundings
-from photon_bake.addon.sampling.spherical_harmonics import (
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.sampling.spherical_harmonics import (
     Y0,
     Y1,
     sh_basis,
     sh_cosine_lobe,
     turned_harmonics,
 )
+from photon_bake.addon.gather.rays.probe_light import N_SH, SIDES, caustics_at_probes, sphere_directions
+from photon_bake.addon.photons import Flights
+from photon_bake.addon.pipeline.bake import bake, solve
+from photon_bake.addon.pipeline.probe_bake import probe_light
+from photon_bake.addon.receivers import ProbePlaces, grid_in_box, without_surroundings
 from photon_bake.addon.scene import LightKind, World
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, receivers_at, scene_of
 from photon_bake.tests.core.test_light_volume import sphere_rule
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, scene_of
 
 N = 300

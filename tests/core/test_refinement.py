@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.errors import BakeError, Cancelled
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.refinement import Placed, RefineOptions, Triangles, WidePoints, refine
+from photon_bake.addon.core.errors import BakeError, Cancelled
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.pipeline.refinement import Placed, RefineOptions, Triangles, WidePoints, refine
 
 
 def square(name="Square", mesh="Square", half=4.0, at=(0, 0, 0), n=1):

@@ -2,7 +2,7 @@ import json
 
 import numpy as np
 import pytest
-from photon_bake.addon.errors import BakeError
+from photon_bake.addon.core.errors import BakeError
 from photon_bake.addon.output import Report, atomic_path, check_writable, peak_memory_mb
 
 

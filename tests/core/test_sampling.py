@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.sampling import warps
-from photon_bake.addon.sampling.octahedral import decode_octahedral, encode_octahedral
-from photon_bake.addon.sampling.streams import below_one, sobol_chunks, stream
+from photon_bake.addon.core.sampling import warps
+from photon_bake.addon.core.sampling.octahedral import decode_octahedral, encode_octahedral
+from photon_bake.addon.core.sampling.streams import below_one, sobol_chunks, stream
 from photon_bake.tests.core.scenes import chi_square, chi_square_of_directions
 from scipy import stats
 

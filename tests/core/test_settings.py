@@ -3,8 +3,8 @@
 from dataclasses import fields
 
 import pytest
-from photon_bake.addon.errors import BakeError
-from photon_bake.addon.settings import CHOICES, BakeSettings, affordable, settings_for
+from photon_bake.addon.core.errors import BakeError
+from photon_bake.addon.settings.bake import CHOICES, BakeSettings, affordable, settings_for
 
 
 @pytest.mark.parametrize("quality", ["draft", "medium", "high"])

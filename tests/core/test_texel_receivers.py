@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from photon_bake.addon.bake import bake
+from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.output.lightmap import FinishOptions, finish_lightmaps
-from photon_bake.addon.parallel import Workers
+from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.receivers import Charts, texel_receivers
-from photon_bake.addon.receivers.coverage import cells_of, texels_of
-from photon_bake.addon.receivers.lightmap import LEAST_SHARE
+from photon_bake.addon.receivers.lightmap.coverage import cells_of, texels_of
+from photon_bake.addon.receivers.lightmap.texels import LEAST_SHARE
 from photon_bake.addon.scene import LightKind
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, scene_of
 from photon_bake.tests.core.unwrapped import look_up, mesh_of, points_on, unwrapped_box, unwrapped_plane
 

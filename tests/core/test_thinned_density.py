@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.gather.density import PhotonDensity
-from photon_bake.addon.gather.final import Effort, FinalGather
-from photon_bake.addon.gather.gather_rays import Incoming
-from photon_bake.addon.gather.thinned_density import thinned_density
-from photon_bake.addon.parallel import Workers
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.gather.density.density import PhotonDensity
+from photon_bake.addon.gather.density.thinned_density import thinned_density
+from photon_bake.addon.gather.irradiance_cache import Effort, FinalGather
+from photon_bake.addon.gather.rays.gather_rays import Incoming
 from photon_bake.addon.receivers import Receivers
-from photon_bake.addon.tracers import Hits, LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing import Hits, LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import plane, scene_of
 from photon_bake.tests.core.test_photon_volumes import photons_at
 

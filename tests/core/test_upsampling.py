@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.gather import photon_volume_irradiance, upsampled
-from photon_bake.addon.parallel import Workers
 from photon_bake.tests.core.scenes import merge, plane, scene_of
 from photon_bake.tests.core.test_photon_volumes import evenly, photons_at, seen_from, view_of_plane
 

@@ -4,8 +4,8 @@ from time import perf_counter
 
 import numpy as np
 import pytest
-from photon_bake.addon.errors import Cancelled
-from photon_bake.addon.progress import Progress
+from photon_bake.addon.core.errors import Cancelled
+from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.receivers.uv_maps import Faces, Piece, fill, pack, unwrapped
 from photon_bake.addon.receivers.uv_maps.unwrap import ANGLE
 

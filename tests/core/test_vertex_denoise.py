@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.errors import Cancelled
+from photon_bake.addon.core.errors import Cancelled
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.gather import Irradiance, OwnRays
 from photon_bake.addon.output.vertex_light import denoised
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.progress import Progress
 from photon_bake.addon.receivers import Receivers
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import ball, box, scene_of
 from scipy.spatial import cKDTree
 

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.errors import Cancelled
+from photon_bake.addon.core.errors import Cancelled
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.gather import Irradiance
 from photon_bake.addon.output.vertex_light import VertexSamples, finish_vertices
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.progress import Progress
 from photon_bake.addon.receivers import Receivers, ShownFaces, face_samples, vertex_receivers
 from photon_bake.addon.receivers.face_samples import MOST_OF_FACE, OF_COVERED, samples_of_faces
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, scene_of
 from photon_bake.tests.core.test_receivers import grid, mesh_of
 

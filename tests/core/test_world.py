@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.sampling.streams import stream
+from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.scene import World
 from photon_bake.tests.core.scenes import chi_square
 

@@ -3,8 +3,8 @@
 import sys
 
 import pytest
-from photon_bake.addon import zips
-from photon_bake.addon.errors import BakeError
+from photon_bake.addon.core import zips
+from photon_bake.addon.core.errors import BakeError
 
 
 @pytest.mark.parametrize(

@@ -3,14 +3,15 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import baked_copies, shown_meshes
-from photon_bake.addon.blender.baked_copies import write_light
-from photon_bake.addon.errors import BakeError, TooCoarse
-from photon_bake.addon.progress import Progress
+from photon_bake.addon.blender.read.meshes import shown_meshes
+from photon_bake.addon.blender.write import baked_copies
+from photon_bake.addon.blender.write.baked_copies import write_light
+from photon_bake.addon.core.errors import BakeError, TooCoarse
+from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.receivers import vertex_receivers
 from photon_bake.addon.ui.state import bake_state
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.vertex_target import WantedVertices
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.vertices import WantedVertices
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.test_receiver_mesh_modifiers import geometry_nodes
 from photon_bake.tests.host.test_shown_light import light_at

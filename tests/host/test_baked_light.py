@@ -6,16 +6,16 @@ import bpy
 import numpy as np
 import photon_bake
 import pytest
-from photon_bake.addon.blender.nodes import SHOWN
+from photon_bake.addon.blender.read.materials.nodes import SHOWN
 from photon_bake.addon.blender.show import Layer, is_shown, leave_baked_light, set_levels, use_baked_light
 from photon_bake.addon.blender.show.eevee_world import sky_share
-from photon_bake.addon.lightmap_settings import LightmapSettings
+from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.output.lightmap import write_lightmap
-from photon_bake.addon.progress import Progress
+from photon_bake.addon.settings.lightmap import LightmapSettings
 from photon_bake.operators import command_line
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.lightmap_target import WantedLightmaps
-from photon_bake.operators.vertex_target import WantedVertices
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.lightmap import WantedLightmaps
+from photon_bake.operators.targets.vertices import WantedVertices
 
 from .leftovers import differences, dump, handlers, snapshot
 from .lightmap_scenes import QUICK, add_room, bake, prepare

@@ -6,11 +6,11 @@ import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 from photon_bake.addon.blender import read_camera
-from photon_bake.addon.blender.camera import read_frame, read_pixel_filter, render_camera
-from photon_bake.addon.errors import BakeError, kind_of
+from photon_bake.addon.blender.read.camera import read_frame, read_pixel_filter, render_camera
+from photon_bake.addon.core.errors import BakeError, kind_of
 from photon_bake.addon.receivers import seen_surface
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.cycles_passes import render_passes
 from photon_bake.tests.host.scenes import add_material, add_plane

@@ -3,16 +3,16 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.bake import solve
 from photon_bake.addon.blender import read_camera
-from photon_bake.addon.blender.camera import read_pixel_filter
+from photon_bake.addon.blender.read.camera import read_pixel_filter
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.gather import DirectLight, camera_gloss, reflected_highlights
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.photons import light_sources, region_of
+from photon_bake.addon.pipeline.bake import solve
 from photon_bake.addon.receivers import camera_points
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.camera_scenes import add_camera, coloured
 from photon_bake.tests.host.cycles_passes import render_passes

@@ -6,13 +6,13 @@ import bpy
 import numpy as np
 import OpenEXR
 import pytest
-from photon_bake.addon.camera_settings import CameraSettings
-from photon_bake.addon.errors import Cancelled
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import settings_for
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.camera_target import WantedCamera
-from photon_bake.operators.command_line import run
+from photon_bake.addon.core.errors import Cancelled
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.settings.camera import CameraSettings
+from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.camera import WantedCamera
 from photon_bake.tests.host.camera_scenes import add_camera, build_room, coloured
 from photon_bake.tests.host.scenes import add_cube, add_lamp
 

@@ -3,13 +3,13 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.camera_settings import CameraSettings
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import settings_for
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.settings.camera import CameraSettings
 from photon_bake.addon.ui.state import CAMERA_SHARES, STAGE_SHARES, share_done
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.camera_target import WantedCamera
-from photon_bake.operators.command_line import run
+from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.camera import WantedCamera
 
 from .camera_scenes import build_room
 from .cycles_passes import render_passes

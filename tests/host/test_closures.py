@@ -3,8 +3,8 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender.closures import BECKMANN_AS_GGX
-from photon_bake.addon.blender.node_math import mean_fresnel
+from photon_bake.addon.blender.read.materials.closures import BECKMANN_AS_GGX
+from photon_bake.addon.blender.read.materials.node_math import mean_fresnel
 from photon_bake.tests.host import scenes
 
 F0 = 0.04  # of glass at 1.5

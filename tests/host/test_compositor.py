@@ -6,12 +6,12 @@ import OpenEXR
 import pytest
 from photon_bake.addon.blender.compositing.files import pass_files
 from photon_bake.addon.blender.compositing.nodes import add_pass, frame_of, remove_pass
-from photon_bake.addon.camera_settings import CameraSettings
-from photon_bake.addon.errors import BakeError
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import settings_for
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.camera_target import WantedCamera
+from photon_bake.addon.core.errors import BakeError
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.settings.camera import CameraSettings
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.camera import WantedCamera
 from photon_bake.tests.host.camera_scenes import add_ball, add_camera, build_room, coloured
 from photon_bake.tests.host.cycles_passes import render_passes
 from photon_bake.tests.host.leftovers import dump

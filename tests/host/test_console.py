@@ -2,7 +2,7 @@
 
 from io import StringIO
 
-from photon_bake.operators.console import ProgressLine
+from photon_bake.operators.command_line.console import ProgressLine
 
 
 class Terminal(StringIO):

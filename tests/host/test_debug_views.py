@@ -7,10 +7,10 @@ import gpu
 import numpy as np
 import pytest
 from mathutils import Matrix
-from photon_bake.addon.inspector import MOST_POINTS, VIEWS, Inspector
-from photon_bake.addon.ui import debug_views as module
-from photon_bake.addon.ui.debug_views import debug_views
-from photon_bake.addon.ui.dots import display_colours
+from photon_bake.addon.core.inspector import MOST_POINTS, VIEWS, Inspector
+from photon_bake.addon.ui.views import debug_views as module
+from photon_bake.addon.ui.views.debug_views import debug_views
+from photon_bake.addon.ui.views.dots import display_colours
 
 from .scenes import add_cube, add_lamp, add_plane
 

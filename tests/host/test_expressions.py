@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import cycles_bake
+from photon_bake.addon.blender.read.materials import cycles_bake
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.test_extract_materials import quads
 

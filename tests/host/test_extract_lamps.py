@@ -5,15 +5,15 @@ from math import cos, pi, radians
 
 import numpy as np
 import pytest
-from photon_bake.addon.blender.lamps import in_light_group
-from photon_bake.addon.blender.light_links import link_lights
+from photon_bake.addon.blender.read.lamps.lamps import in_light_group
+from photon_bake.addon.blender.read.lamps.light_links import link_lights
 from photon_bake.addon.blender.warn import Warnings
+from photon_bake.addon.core.sampling.streams import stream
+from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.gather import DirectLight
-from photon_bake.addon.photons import Sphere, light_sources
-from photon_bake.addon.sampling.streams import stream
 from photon_bake.addon.scene import LightKind, SceneObjects
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.host import scenes
 
 FAR = 100.0

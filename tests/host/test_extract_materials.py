@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender.texels import MAX_SIDE, StoredImage
+from photon_bake.addon.blender.read.materials.texels import MAX_SIDE, StoredImage
 from photon_bake.tests.host import scenes
 
 CHECK = np.random.default_rng(3).uniform(0.1, 1, (2, 2, 4))

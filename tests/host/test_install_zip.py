@@ -10,7 +10,7 @@ from pathlib import Path
 
 import bpy
 import pytest
-from photon_bake.addon.zips import this_platform
+from photon_bake.addon.core.zips import this_platform
 
 ROOT = Path(__file__).resolve().parents[2]
 

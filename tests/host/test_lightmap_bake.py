@@ -7,20 +7,20 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.camera_settings import CameraSettings
-from photon_bake.addon.errors import BakeError, Cancelled
+from photon_bake.addon.core.errors import BakeError, Cancelled
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.gather import Irradiance
-from photon_bake.addon.lightmap_settings import LightmapSettings
 from photon_bake.addon.output.lightmap import FileFormat
-from photon_bake.addon.parallel import Workers
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.camera import CameraSettings
+from photon_bake.addon.settings.lightmap import LightmapSettings
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.addon.ui.state import CAMERA_SHARES, LIGHTMAP_SHARES, STAGE_SHARES, bake_state, share_done
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.camera_target import WantedCamera
-from photon_bake.operators.command_line import run
-from photon_bake.operators.lightmap_target import WantedLightmaps
-from photon_bake.operators.vertex_target import WantedVertices
+from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.camera import WantedCamera
+from photon_bake.operators.targets.lightmap import WantedLightmaps
+from photon_bake.operators.targets.vertices import WantedVertices
 
 from .camera_scenes import add_camera
 from .lightmap_scenes import QUICK, add_room, bake, pixels_of, prepare, state, uv_of

@@ -9,13 +9,13 @@ from contextlib import suppress
 
 import bpy
 import pytest
-from photon_bake.addon.errors import BakeError
-from photon_bake.addon.lightmap_settings import LightmapSettings
-from photon_bake.addon.progress import Progress
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.command_line import run
-from photon_bake.operators.lightmap_target import WantedLightmaps
-from photon_bake.operators.vertex_target import WantedVertices
+from photon_bake.addon.core.errors import BakeError
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.settings.lightmap import LightmapSettings
+from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.lightmap import WantedLightmaps
+from photon_bake.operators.targets.vertices import WantedVertices
 
 from .lightmap_scenes import QUICK, add_room, bake, prepare, state
 from .scenes import add_cube, add_plane

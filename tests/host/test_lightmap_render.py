@@ -3,11 +3,11 @@
 import bpy
 import numpy as np
 from mathutils import Vector
-from photon_bake.addon.lightmap_settings import LightmapSettings
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import settings_for
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.lightmap_target import WantedLightmaps
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.settings.lightmap import LightmapSettings
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.lightmap import WantedLightmaps
 
 from .scenes import add_cube, add_lamp, add_material, add_plane
 

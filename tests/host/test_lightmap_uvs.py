@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from photon_bake.addon.blender.lightmap.checks import middles
 from photon_bake.addon.blender.lightmap.reading import LightmapReading
-from photon_bake.addon.blender.meshes import count_triangles
-from photon_bake.addon.errors import BakeError
-from photon_bake.addon.lightmap_settings import LightmapSettings
-from photon_bake.addon.parallel import Workers
+from photon_bake.addon.blender.read.meshes.meshes import count_triangles
+from photon_bake.addon.core.errors import BakeError
+from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.receivers import Charts
-from photon_bake.addon.receivers.coverage import texels_of
+from photon_bake.addon.receivers.lightmap.coverage import texels_of
+from photon_bake.addon.settings.lightmap import LightmapSettings
 from scipy.ndimage import maximum_filter, minimum_filter
 
 from .scenes import CUBE_FACES, add_cube, add_mesh, add_plane, in_graph

@@ -3,8 +3,8 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import cycles_bake
-from photon_bake.addon.blender.instance_groups import groups_of_instances
+from photon_bake.addon.blender.read.materials import cycles_bake
+from photon_bake.addon.blender.read.meshes.instance_groups import groups_of_instances
 from photon_bake.tests.host import scenes
 
 

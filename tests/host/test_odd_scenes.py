@@ -7,12 +7,12 @@ import bpy
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
-from photon_bake.addon.blender.baked_copies import remove_copies
-from photon_bake.addon.errors import BakeError
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import BakeSettings
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.vertex_target import WantedVertices
+from photon_bake.addon.blender.write.baked_copies import remove_copies
+from photon_bake.addon.core.errors import BakeError
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.settings.bake import BakeSettings
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.vertices import WantedVertices
 from photon_bake.tests.host.file_contents import contents, differences
 from photon_bake.tests.host.odd_scenes import build, odd_scenes
 

@@ -8,18 +8,18 @@ import bpy
 import numpy as np
 import photon_bake
 import pytest
-from photon_bake.addon.errors import BakeError, Cancelled, TooCoarse, kind_of
-from photon_bake.addon.inspector import Inspector
-from photon_bake.addon.lightmap_settings import LightmapSettings
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import CHOICES
+from photon_bake.addon.core.errors import BakeError, Cancelled, TooCoarse, kind_of
+from photon_bake.addon.core.inspector import Inspector
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.settings.bake import CHOICES
+from photon_bake.addon.settings.lightmap import LightmapSettings
 from photon_bake.addon.ui.state import STAGE_SHARES, bake_state, share_done
-from photon_bake.operators import solving
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.lightmap_target import WantedLightmaps
-from photon_bake.operators.solving import TICK, Solver, Watch
-from photon_bake.operators.vertex_target import VertexPoints, WantedVertices
-from photon_bake.operators.written import Written
+from photon_bake.operators.jobs import solving
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.jobs.solving import TICK, Solver, Watch
+from photon_bake.operators.jobs.written import Written
+from photon_bake.operators.targets.lightmap import WantedLightmaps
+from photon_bake.operators.targets.vertices import VertexPoints, WantedVertices
 
 from .scenes import add_cube, add_lamp, add_material, add_plane
 
@@ -120,7 +120,7 @@ def test_add_direct_adds(room):
 
 
 def test_without_embree_blender_traces_and_says_so(room, monkeypatch):
-    monkeypatch.setitem(sys.modules, "photon_bake.addon.tracers.embree", None)
+    monkeypatch.setitem(sys.modules, "photon_bake.addon.tracing.embree", None)
     assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
     assert light_of("Box")[:, :3].max() > 0
     assert any("embreex" in warning for warning in bake_state.warnings)

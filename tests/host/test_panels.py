@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import blf
 import bpy
 import pytest
-from photon_bake.addon.errors import Missing
+from photon_bake.addon.core.errors import Missing
 from photon_bake.addon.ui import panels
 from photon_bake.addon.ui.checks import checks
 from photon_bake.addon.ui.outcomes import Outcome
@@ -14,8 +14,8 @@ from photon_bake.addon.ui.panels.outcome import draw_outcome
 from photon_bake.addon.ui.panels.presets import VALUES
 from photon_bake.addon.ui.remedies import REMEDIES
 from photon_bake.addon.ui.state import bake_state
-from photon_bake.operators import folders
-from photon_bake.operators.solving import over_view
+from photon_bake.operators.jobs import folders
+from photon_bake.operators.jobs.solving import over_view
 
 from .scenes import add_cube, add_lamp
 

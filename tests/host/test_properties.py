@@ -3,10 +3,10 @@
 from dataclasses import fields
 
 import pytest
-from photon_bake.addon.knobs import meaning_of
-from photon_bake.addon.settings import CHOICES, BakeSettings, settings_for
+from photon_bake.addon.core.parameters import meaning_of
+from photon_bake.addon.settings.bake import CHOICES, BakeSettings, settings_for
 from photon_bake.addon.ui import properties
-from photon_bake.addon.ui.properties import CHOICE_NUMBERS
+from photon_bake.addon.ui.properties.scene import CHOICE_NUMBERS
 
 
 def test_properties_are_the_engines_knobs(empty_scene):

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.blender import bake_objects, receiver_meshes
-from photon_bake.addon.errors import BakeError
+from photon_bake.addon.core.errors import BakeError
 from photon_bake.tests.host import scenes
 
 

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.blender import receiver_meshes
-from photon_bake.addon.blender.modifiers import FIRST_VERTICES, SAME_VERTICES
+from photon_bake.addon.blender.read.meshes.modifiers import FIRST_VERTICES, SAME_VERTICES
 from photon_bake.tests.host import scenes
 
 

@@ -6,13 +6,13 @@ import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.blender.refinement import split_meshes
-from photon_bake.addon.errors import BakeError
-from photon_bake.addon.findings import grouped
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.refinement import Refinement
+from photon_bake.addon.core.errors import BakeError
+from photon_bake.addon.core.findings import grouped
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.pipeline.refinement import Refinement
 from photon_bake.addon.ui.state import bake_state
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.command_line import run
+from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.jobs.bake_job import BakeJob
 
 from .scenes import add_cube, add_lamp, add_material, add_mesh, add_plane
 
@@ -185,7 +185,7 @@ def test_bad_usage_of_the_command_is_refused(room, options, said, capfd):
 
 
 def test_a_cancelled_refinement_changes_nothing(room, monkeypatch):
-    from photon_bake.operators import refine_target
+    from photon_bake.operators.targets import refine as refine_target
 
     def cancelled(meshes, light, options, seed, progress):
         progress.cancel()

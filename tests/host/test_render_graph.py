@@ -4,7 +4,7 @@ import bmesh
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender.render_graph import _Reader
+from photon_bake.addon.blender.read.render_graph import _Reader
 from photon_bake.tests.host import scenes
 
 

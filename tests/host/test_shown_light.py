@@ -4,8 +4,8 @@ import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.blender import bake_objects, receiver_meshes, write_color_attribute
-from photon_bake.addon.blender.as_read import AsRead
-from photon_bake.addon.errors import BakeError
+from photon_bake.addon.blender.read.as_read import AsRead
+from photon_bake.addon.core.errors import BakeError
 from photon_bake.addon.receivers import vertex_receivers
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.test_receiver_mesh_modifiers import geometry_nodes, scrambled_grid

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from mathutils import Matrix
 from photon_bake.addon.blender.lightmap.images import lightmaps_by_file
-from photon_bake.addon.blender.texel_density import texel_surface
-from photon_bake.addon.lightmap_settings import LightmapSettings
-from photon_bake.addon.ui.texel_view import texel_view
+from photon_bake.addon.blender.lightmap.texel_density import texel_surface
+from photon_bake.addon.settings.lightmap import LightmapSettings
+from photon_bake.addon.ui.views.texel_view import texel_view
 
 from .scenes import add_plane
 from .test_debug_views import graphics  # noqa: F401 (a fixture)

@@ -2,7 +2,13 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.blender.texels import EXACT_SIDE, StoredImage, extended, linear_to_srgb, srgb_to_linear
+from photon_bake.addon.blender.read.materials.texels import (
+    EXACT_SIDE,
+    StoredImage,
+    extended,
+    linear_to_srgb,
+    srgb_to_linear,
+)
 
 
 def curve(encoded):

@@ -6,13 +6,13 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
-from photon_bake.addon.lightmap_settings import LightmapSettings
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import settings_for
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.command_line import run
-from photon_bake.operators.lightmap_target import WantedLightmaps
-from photon_bake.operators.vertex_target import WantedVertices
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.settings.lightmap import LightmapSettings
+from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.lightmap import WantedLightmaps
+from photon_bake.operators.targets.vertices import WantedVertices
 from photon_bake.tests.host.camera_scenes import build_room
 from photon_bake.tests.host.scenes import add_lamp, add_material
 from photon_bake.tests.web.browser import lacking, posted

@@ -7,11 +7,11 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.bake import bake
 from photon_bake.addon.blender import bake_objects, receiver_meshes
+from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.receivers import vertex_receivers
-from photon_bake.addon.settings import settings_for
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.host.scenes import extracted, in_graph
 
 SCENES = Path(os.environ.get("PHOTON_BAKE_SCENES", Path(__file__).resolve().parents[3] / "shared/scenes"))

@@ -3,10 +3,10 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import settings_for
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.vertex_target import WantedVertices
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.vertices import WantedVertices
 from photon_bake.tests.host.scenes import add_cube, add_lamp, add_mesh
 
 N = 8

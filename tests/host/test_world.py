@@ -4,15 +4,15 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
-from photon_bake.addon.blender import cycles_world
+from photon_bake.addon.blender.read.lamps import cycles_world
+from photon_bake.addon.blender.read.lamps.world import read_world
 from photon_bake.addon.blender.temporary import CyclesError
 from photon_bake.addon.blender.warn import Warnings
-from photon_bake.addon.blender.world import read_world
+from photon_bake.addon.core.sampling.streams import stream
+from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.gather import DirectLight
-from photon_bake.addon.photons import Sphere, light_sources
-from photon_bake.addon.sampling.streams import stream
-from photon_bake.addon.tracers import LightTracer
-from photon_bake.addon.tracers.embree import EmbreeTracer
+from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.host import scenes
 
 NORMALS = [(0, 0, 1), (0, 0, -1), (1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0.6, 0.3, 0.74)]

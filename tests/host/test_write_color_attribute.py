@@ -5,9 +5,9 @@ from math import pi
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender import color_attribute
-from photon_bake.addon.blender.as_read import AsRead, Placement, edit_mode_left
-from photon_bake.addon.errors import BakeError
+from photon_bake.addon.blender.read.as_read import AsRead, Placement, edit_mode_left
+from photon_bake.addon.blender.write import color_attribute
+from photon_bake.addon.core.errors import BakeError
 from photon_bake.addon.receivers import AttributeTarget, Receivers
 from photon_bake.tests.host import scenes
 

@@ -4,9 +4,9 @@ from typing import Any
 
 import bpy
 
+from ..read.visibility import rendered_objects
 from ..show.eevee_world import dim_world, restore_worlds
 from ..show.scene_settings import owner_of
-from ..visibility import rendered_objects
 
 MARK = "photon_bake"
 """Custom property of the nodes, trees and scenes that are ours."""

@@ -5,7 +5,7 @@ from typing import Any
 
 import bpy
 
-from ...errors import BakeError
+from ...core.errors import BakeError
 from ...output import file_name
 from ...output.camera import frame_path, origin_of
 from ..paths import from_blend_file

@@ -7,10 +7,10 @@ from typing import Any
 
 import bpy
 
-from ...errors import BakeError
+from ...core.errors import BakeError
 from ...output.camera import GROUP_LAYER
-from ..nodes import socket
 from ..paths import from_blend_file, path_of
+from ..read.materials.nodes import socket
 from .direct_only import MARK, bring_back_indirect, leave_out_indirect, remove_switch, switch_with_indirect
 
 _MIX_FACTOR, _MIX_A, _MIX_B, _MIX_RESULT = "Factor_Float", "A_Color", "B_Color", "Result_Color"

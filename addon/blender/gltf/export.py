@@ -10,16 +10,16 @@ import addon_utils
 import bpy
 import numpy as np
 
-from ...errors import BakeError
+from ...core.errors import BakeError
 from ...output import atomic_path, check_writable
-from ..light_layers import with_groups
 from ..lightmap.images import lightmaps_by_file
 from ..lightmap.meshes import write_uv_map
 from ..lightmap.writing import IMAGE, SCALE_OFFSET, UV_MAP
-from ..meshes import UVMaps
 from ..paths import path_of
+from ..read.light_layers import with_groups
+from ..read.meshes.meshes import UVMaps
+from ..read.visibility import objects_of
 from ..temporary import Temporary
-from ..visibility import objects_of
 
 EXPORTER = "io_scene_gltf2"
 

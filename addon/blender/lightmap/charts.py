@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 
 from ...receivers.uv_maps import Faces
-from ..meshes import triangle_corners
+from ..read.meshes.meshes import triangle_corners
 
 
 def faces_of(mesh: "bpy.types.Mesh", linear: np.ndarray) -> Faces:

@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ...progress import Progress
+from ...core.progress import Progress
 from ...receivers import LightmapMesh
-from ...receivers.coverage import middles_in
+from ...receivers.lightmap.coverage import middles_in
 
 _SPARE = 1e-4
 """How far texture coordinates may leave the image, as rounding does."""

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import bpy
 
-from ...lightmap_settings import LightmapSettings
+from ...settings.lightmap import LightmapSettings
 from ..paths import from_blend_file
 
 OF = "photon_bake_lightmap"

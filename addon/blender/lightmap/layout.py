@@ -6,9 +6,9 @@ from math import sqrt
 
 import numpy as np
 
-from ...errors import Advice, BakeError
-from ...lightmap_settings import LARGEST_SIZE, MADE_UV_MAP, LightmapSettings
+from ...core.errors import Advice, BakeError
 from ...receivers.uv_maps import Packed, Piece, PiecesAt, fill, pack, whole_blocks
+from ...settings.lightmap import LARGEST_SIZE, MADE_UV_MAP, LightmapSettings
 from .pieces import Pieces
 from .subjects import LeftOut, Subject, Subjects
 

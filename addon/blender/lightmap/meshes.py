@@ -5,12 +5,12 @@ from collections.abc import Mapping
 import bpy
 import numpy as np
 
-from ...errors import BakeError
-from ...lightmap_settings import MADE_UV_MAP
-from ..color_attribute import check_editable
-from ..render_graph import in_render_graph
+from ...core.errors import BakeError
+from ...settings.lightmap import MADE_UV_MAP
+from ..read.meshes.vertex_meshes import check_is_mesh, check_placed
+from ..read.render_graph import in_render_graph
 from ..temporary import Temporary
-from ..vertex_meshes import check_is_mesh, check_placed
+from ..write.color_attribute import check_editable
 
 MAX_UV_MAPS = 8
 

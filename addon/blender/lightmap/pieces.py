@@ -5,8 +5,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
-from ...parallel import aside
-from ...progress import Progress
+from ...core.parallel import aside
+from ...core.progress import Progress
 from ...receivers.uv_maps import Packed, Piece, PiecesAt, pack, unwrapped
 from .subjects import LeftOut, Subjects
 

@@ -17,15 +17,15 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...errors import BakeError
-from ...lightmap_settings import LightmapSettings
-from ...progress import Progress
+from ...core.errors import BakeError
+from ...core.progress import Progress
 from ...receivers import LightmapMesh
 from ...receivers.uv_maps import areas, pack
-from ..as_read import AsRead
-from ..bake_objects import bake_objects
-from ..modifiers import active_modifiers
-from ..shown_meshes import Shown, check_copied, copyable, shown_meshes, warn_of_shared_light
+from ...settings.lightmap import LightmapSettings
+from ..read.as_read import AsRead
+from ..read.bake_objects import bake_objects
+from ..read.meshes.modifiers import active_modifiers
+from ..read.meshes.shown_meshes import Shown, check_copied, copyable, shown_meshes, warn_of_shared_light
 from ..warn import Warnings, listed
 from .charts import faces_of
 from .checks import OVERLAP, overlap_share, uv_problems

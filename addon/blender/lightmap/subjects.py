@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ...errors import BakeError
-from ...progress import Progress
+from ...core.errors import BakeError
+from ...core.progress import Progress
 from ...receivers import LightmapMesh
 from ...receivers.uv_maps import Faces
-from ..meshes import corner_vertex, evaluated_mesh, read_mesh
-from ..shown_meshes import meshes_of
-from ..transforms import place_normals, to_world
+from ..read.meshes.meshes import corner_vertex, evaluated_mesh, read_mesh
+from ..read.meshes.shown_meshes import meshes_of
+from ..read.transforms import place_normals, to_world
 from ..warn import Warnings
 from .charts import faces_of
 

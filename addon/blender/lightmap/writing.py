@@ -6,8 +6,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...errors import Advice
-from ...lightmap_settings import LightmapSettings
+from ...core.errors import Advice
+from ...settings.lightmap import LightmapSettings
 from .images import lightmap_image, load_lightmaps
 from .layout import Layout
 from .meshes import write_uv_map

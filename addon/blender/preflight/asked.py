@@ -6,9 +6,9 @@ from typing import Any
 
 import bpy
 
-from ...lightmap_settings import LightmapSettings
-from ...settings import BakeSettings
-from ..visibility import rendered_objects
+from ...settings.bake import BakeSettings
+from ...settings.lightmap import LightmapSettings
+from ..read.visibility import rendered_objects
 
 
 @dataclass(frozen=True)

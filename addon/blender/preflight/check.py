@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from time import perf_counter
 
-from ...estimates import Work
-from ...findings import Finding, counted
+from ...core.findings import Finding, counted
+from ...pipeline.estimates import Work
 from . import light_rules, object_rules, setting_rules
 from .asked import Asked
 from .found import Found

@@ -6,7 +6,7 @@ from typing import Literal
 
 import bpy
 
-from ...findings import Finding, counted
+from ...core.findings import Finding, counted
 from ..warn import listed
 
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import bpy
 
-from ...findings import counted
-from ..nodes import all_nodes, uses_nodes
+from ...core.findings import counted
+from ..read.materials.nodes import all_nodes, uses_nodes
 from .asked import Asked
 from .found import Found, of_bake
 

@@ -7,12 +7,12 @@ from itertools import groupby
 import bpy
 import numpy as np
 
-from ...lightmap_settings import MADE_UV_MAP
-from ..baked_copies import HIDE_RENDER
+from ...settings.lightmap import MADE_UV_MAP
 from ..lightmap.meshes import MAX_UV_MAPS
-from ..modifiers import COPIES_FACES, active_modifiers
-from ..nodes import all_nodes
-from ..visibility import NOT_READ, has_hair
+from ..read.materials.nodes import all_nodes
+from ..read.meshes.modifiers import COPIES_FACES, active_modifiers
+from ..read.visibility import NOT_READ, has_hair
+from ..write.baked_copies import HIDE_RENDER
 from .asked import Asked
 from .found import Found, of_objects
 

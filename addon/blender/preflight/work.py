@@ -5,9 +5,9 @@ from math import prod
 import bpy
 import numpy as np
 
-from ...estimates import Work
-from ..meshes import count_triangles
-from ..modifiers import active_modifiers
+from ...pipeline.estimates import Work
+from ..read.meshes.meshes import count_triangles
+from ..read.meshes.modifiers import active_modifiers
 from .asked import Asked
 
 _HARD_VERTICES = 1.5

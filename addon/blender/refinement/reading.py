@@ -3,11 +3,11 @@
 import bpy
 import numpy as np
 
-from ...errors import BakeError
+from ...core.errors import BakeError
+from ...pipeline.refinement import Placed
 from ...receivers import ReceiverMesh
-from ...refinement import Placed
-from ..modifiers import active_modifiers, keeps_vertices_first
-from ..vertex_meshes import check_target
+from ..read.meshes.modifiers import active_modifiers, keeps_vertices_first
+from ..read.meshes.vertex_meshes import check_target
 
 _LETS_THROUGH = {
     *("ARMATURE", "ARRAY", "COLLISION", "CURVE", "EDGE_SPLIT", "LATTICE", "MIRROR", "NORMAL_EDIT", "SOLIDIFY"),

@@ -7,8 +7,8 @@ import bmesh
 import bpy
 import numpy as np
 
-from ...progress import Progress
-from ...refinement import Refinement
+from ...core.progress import Progress
+from ...pipeline.refinement import Refinement
 
 STAGE = "Splitting edges"
 

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...errors import BakeError
+from ...core.errors import BakeError
+from ...pipeline.refinement import WIDEST, Placed, WidePoints
 from ...receivers import ReceiverMesh, Receivers
-from ...refinement import WIDEST, Placed, WidePoints
 from ..overrides import keeps_its_mesh
 from .reading import check_refinable, placed
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import bpy
 
     from ...gather import Irradiance
-    from ...solution import Solution
+    from ...pipeline.solution import Solution
 
 
 _MOST_OBJECTS = 256

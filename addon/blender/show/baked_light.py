@@ -4,9 +4,9 @@ from collections.abc import Iterable, Sequence
 
 import bpy
 
-from ...errors import BakeError
+from ...core.errors import BakeError
 from ..lightmap.writing import SCALE_OFFSET
-from ..nodes import SHOWN, all_nodes
+from ..read.materials.nodes import SHOWN, all_nodes
 from .eevee_world import dim_world, restore_worlds, set_worlds_dim
 from .insertion import follow, insert, take_out
 from .layers import Layer, LightSource

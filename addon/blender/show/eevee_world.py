@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 import bpy
 import numpy as np
 
-from ..nodes import SHOWN, uses_nodes
+from ..read.materials.nodes import SHOWN, uses_nodes
 from .tree_builder import TreeBuilder
 
 _N_POINTS, _N_RAYS = 256, 16

@@ -5,7 +5,7 @@ from typing import Any
 
 import bpy
 
-from ..nodes import SHOWN, all_nodes
+from ..read.materials.nodes import SHOWN, all_nodes
 
 _SAMPLING = "photon_bake_emission_sampling"
 """Custom property of materials: how Cycles sampled their emission before; empty where nobody had said."""

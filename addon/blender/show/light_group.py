@@ -7,7 +7,7 @@ import bpy
 
 from ..lightmap.images import ENCODING, RANGE
 from ..lightmap.writing import SCALE_OFFSET
-from ..nodes import SHOWN
+from ..read.materials.nodes import SHOWN
 from .layers import Layer
 from .sheets import SHEET, TILE, Sheet
 from .tree_builder import TreeBuilder

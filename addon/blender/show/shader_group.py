@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from ..nodes import SHOWN
+from ..read.materials.nodes import SHOWN
 from .tree_builder import TreeBuilder
 
 _NAME = "Photon Bake Shader"

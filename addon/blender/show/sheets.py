@@ -15,8 +15,8 @@ import bpy
 
 from ..lightmap.images import ENCODING, RANGE, lightmaps_by_file
 from ..lightmap.writing import SCALE_OFFSET, UV_MAP
-from ..nodes import SHOWN
 from ..paths import path_of
+from ..read.materials.nodes import SHOWN
 from .layers import Layer
 
 SHEET, TILE = "photon_bake_sheet", "photon_bake_tile"

@@ -6,7 +6,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..nodes import SHOWN, uses_nodes
+from ..read.materials.nodes import SHOWN, uses_nodes
 
 _ORIGINAL = "photon_bake_original"
 """Custom property of a stand-in: the material that it stands for; missing where there was none."""

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...parallel import Workers
+from ...core.parallel import Workers
+from ...core.sampling.spherical_harmonics import Y0, sh_cosine_lobe
 from ...photons import Photons
-from ...sampling.spherical_harmonics import Y0, sh_cosine_lobe
 from ...scene import Scene
-from ...tracers import LightTracer
-from ..gather_rays import GatherRays
-from ..sh_fields import N_LIGHT
+from ...tracing import LightTracer
+from ..rays.gather_rays import GatherRays
+from ..screen_volume.sh_fields import N_LIGHT
 from .grid import Grid
 from .volume import LightVolume
 

@@ -5,15 +5,15 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ...parallel import Workers
+from ...core.parallel import Workers
+from ...core.sampling.vectors import dot
 from ...photons import Photons
-from ...sampling.vectors import dot
 from ...scene import Scene
 from ...scene.surface_points import SurfacePoints, surface_points
-from ...tracers import LightTracer
-from ..gather_rays import GatherRays
-from ..ray_directions import gather_directions
-from ..sh_fields import ISOTROPIC, N_LIGHT, N_SIGNS, SCALE, light_fields, random_signs
+from ...tracing import LightTracer
+from ..direct.ray_directions import gather_directions
+from ..rays.gather_rays import GatherRays
+from ..screen_volume.sh_fields import ISOTROPIC, N_LIGHT, N_SIGNS, SCALE, light_fields, random_signs
 from .grid import Grid
 
 OFFSET = np.float32(0.5)

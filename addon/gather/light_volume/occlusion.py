@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.ndimage import binary_dilation
 
-from ...parallel import Workers
-from ...tracers import Tracer
+from ...core.parallel import Workers
+from ...tracing import Tracer
 from .grid import Grid
 
 _N_SIDE = 2  # points along a side of the face between two cells

@@ -14,7 +14,7 @@ from functools import cache
 
 import numpy as np
 
-from ...sampling.spherical_harmonics import Y0, Y1, sh_cosine_lobe
+from ...core.sampling.spherical_harmonics import Y0, Y1, sh_cosine_lobe
 
 DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)]).astype(np.float32)
 """From a cell to its six neighbours."""

@@ -5,12 +5,12 @@ from functools import partial
 
 import numpy as np
 
-from ...parallel import Workers
+from ...core.parallel import Workers
 from ...photons import Photons
 from ...scene import Scene
-from ...tracers import LightTracer, Tracer
-from ..gather_rays import GatherRays
-from ..sh_fields import N_FIELDS, solve_radiance
+from ...tracing import LightTracer, Tracer
+from ..rays.gather_rays import GatherRays
+from ..screen_volume.sh_fields import N_FIELDS, solve_radiance
 from .grid import Grid
 from .injection import Sides, inject_gathered, inject_photons, inject_response, lit_sides
 from .occlusion import transmittance

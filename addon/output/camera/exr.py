@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...camera_settings import Compression
+from ...settings.camera import Compression
 from ..exr import write_exr
 from .passes import CameraPass
 

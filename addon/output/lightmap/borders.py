@@ -17,8 +17,8 @@ import numpy as np
 from scipy.ndimage import binary_dilation, distance_transform_edt
 from scipy.sparse import coo_array, csr_array, vstack
 
-from ...parallel import Workers
-from ...progress import Progress
+from ...core.parallel import Workers
+from ...core.progress import Progress
 from ...receivers import Seams
 from .texel_images import TexelImage
 

@@ -3,8 +3,8 @@
 from dataclasses import replace
 from typing import Literal
 
-from ...errors import BakeError
-from ...parallel import Workers
+from ...core.errors import BakeError
+from ...core.parallel import Workers
 from ..oidn import has_oidn
 from .joint_filter import denoised_by_joint_filter
 from .oidn import denoised_by_oidn

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...parallel import Workers
+from ...core.parallel import Workers
 from ...receivers import Receivers, Seams, Texels
 from .borders import with_borders
 from .denoise import Denoiser, denoised

@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from ...errors import BakeError
+from ...core.errors import BakeError
 from ..exr import write_exr
 from ..files import file_name
 from ..png import write_png

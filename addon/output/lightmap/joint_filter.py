@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...parallel import Workers, slices
+from ...core.parallel import Workers, slices
 from .texel_images import TexelImage
 
 _SPLINE = np.array([1, 4, 6, 4, 1], np.float32) / 16

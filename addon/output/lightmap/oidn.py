@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from ...parallel import Workers
+from ...core.parallel import Workers
 from ..oidn import filtered
 from .directional import directional_light, shares_of
 from .texel_images import TexelImage

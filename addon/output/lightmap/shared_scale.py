@@ -5,7 +5,7 @@ All is linear; none of it is gamma corrected.
 
 import numpy as np
 
-from ...sampling.streams import stream
+from ...core.sampling.streams import stream
 
 
 def to_rgbm(image: np.ndarray, value_range: float = 8.0, dither: bool = False) -> np.ndarray:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import uniform_filter
 
-from ...progress import Progress
+from ...core.progress import Progress
 from ...receivers import Receivers, Texels
 
 

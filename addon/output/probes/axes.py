@@ -4,11 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...core.sampling.spherical_harmonics import turned_harmonics
 from ...gather import ProbeLight
-from ...gather.probe_light import N_BANDS, SIDES
-from ...probe_settings import Axes
+from ...gather.rays.probe_light import N_BANDS, SIDES
 from ...receivers import ProbePlaces
-from ...sampling.spherical_harmonics import turned_harmonics
+from ...settings.probes import Axes
 
 TO_GLTF = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]], np.float64)
 """From Blender's axes, z up, to those of glTF, y up: (x, y, z) is (x, z, −y) there, as the exporter has it."""

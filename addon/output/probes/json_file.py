@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...probe_settings import Axes, Harmonics
+from ...settings.probes import Axes, Harmonics
 from ..files import whole_file
 from .axes import LitProbes
 

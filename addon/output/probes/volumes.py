@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...probe_settings import Harmonics
-from ...sampling.spherical_harmonics import COSINE_LOBE, Y0, Y1, Y2
+from ...core.sampling.spherical_harmonics import COSINE_LOBE, Y0, Y1, Y2
+from ...settings.probes import Harmonics
 from ..exr import write_exr
 
 VOLUME_COLORS = "RGB"

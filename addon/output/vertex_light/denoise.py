@@ -21,12 +21,12 @@ from typing import Any
 
 import numpy as np
 
+from ...core.parallel import Workers
+from ...core.sampling.vectors import rows
+from ...core.sampling.warps import frame
 from ...gather import Irradiance
-from ...parallel import Workers
 from ...receivers import Receivers
-from ...sampling.vectors import rows
-from ...sampling.warps import frame
-from ...tracers import Tracer
+from ...tracing import Tracer
 
 STAGE = "Denoising vertices"
 

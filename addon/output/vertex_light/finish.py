@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.parallel import Workers
 from ...gather import Irradiance
-from ...parallel import Workers
 from ...receivers import FaceSamples, Receivers, ShownFaces
-from ...tracers import Tracer
+from ...tracing import Tracer
 from .denoise import denoised
 from .fit import FaceFit
 

@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from ...progress import Progress
+from ...core.progress import Progress
+from ...core.sampling.vectors import dot, rows
 from ...receivers import FaceSamples, ShownFaces
-from ...sampling.vectors import dot, rows
 
 REGULARIZATION = 0.01
 """α. Where meshes are fine, 0.003 to 0.1 have like errors; on the large faces of cornell 0.1 costs a fifteenth."""

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ...sampling.vectors import dot
+from ...core.sampling.vectors import dot
 
 
 @dataclass(frozen=True)

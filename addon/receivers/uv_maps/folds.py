@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...sampling.vectors import dot
-from ...sampling.warps import frame
-from ..coverage import middles_in
+from ...core.sampling.vectors import dot
+from ...core.sampling.warps import frame
+from ..lightmap.coverage import middles_in
 from .faces import Faces
 
 _TEXELS_OF_FACE = 48  # in which a mesh's charts are looked at

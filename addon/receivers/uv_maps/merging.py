@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...sampling.vectors import dot
+from ...core.sampling.vectors import dot
 from .faces import Faces
 
 ANGLE = float(np.radians(40))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..coverage import unrolled
+from ..lightmap.coverage import unrolled
 
 if TYPE_CHECKING:
     from .packing import Piece

@@ -16,8 +16,8 @@ from time import perf_counter
 
 import numpy as np
 
-from ...sampling.vectors import dot
-from ..charts import components
+from ...core.sampling.vectors import dot
+from ..lightmap.charts import components
 from .faces import Faces, areas
 from .folds import Projection, faces_above
 from .merging import merged

@@ -4,12 +4,12 @@ from typing import Any
 
 import bpy
 
-from ..mixer_panel import draw_mixer
-from ..show_panel import draw_baked_light, draw_pass
 from ..state import bake_state
+from .mixer import draw_mixer
 from .outcome import draw_outcome
 from .preflight import draw_preflight
 from .presets import PHOTON_BAKE_PT_presets
+from .show import draw_baked_light, draw_pass
 from .tab import Tab, characters_in, settings_column
 
 

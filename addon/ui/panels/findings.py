@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from ...findings import Finding
+from ...core.findings import Finding
 from ..remedies import REMEDIES
 from .tab import draw_sentence
 

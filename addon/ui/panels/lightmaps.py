@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from ..show_panel import draw_remove_lightmaps
+from .show import draw_remove_lightmaps
 from .tab import TargetSection, draw_knobs, settings_column
 
 

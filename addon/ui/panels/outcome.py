@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from ...findings import counted, grouped
+from ...core.findings import counted, grouped
 from ..outcomes import NOISY, Outcome
 from ..remedies import REMEDIES
 from ..state import bake_state

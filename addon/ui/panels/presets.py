@@ -3,7 +3,7 @@
 import bpy
 from bl_ui.utils import PresetPanel
 
-from ..properties import CAMERA_KNOBS, KNOBS, LIGHTMAP_KNOBS, PROBE_KNOBS
+from ..properties.scene import CAMERA_KNOBS, KNOBS, LIGHTMAP_KNOBS, PROBE_KNOBS
 
 SUBFOLDER = "photon_bake"
 """Of Blender's folder of presets."""

@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from ...settings import Gather, TracerName
+from ...settings.bake import Gather, TracerName
 from .tab import Section, draw_knobs, settings_column
 
 _GATHER_KNOBS: dict[Gather, list[str]] = {

@@ -4,12 +4,12 @@ from dataclasses import Field, fields
 from textwrap import wrap
 from typing import Any
 
-from ...camera_settings import CameraSettings
-from ...lightmap_settings import LightmapSettings
-from ...settings import BakeSettings
-from ..properties import label
+from ...settings.bake import BakeSettings
+from ...settings.camera import CameraSettings
+from ...settings.lightmap import LightmapSettings
+from ..properties.scene import label
+from ..properties.zero_values import draw_zero
 from ..state import bake_state
-from ..zero_values import draw_zero
 
 _ZEROS: "dict[str, Field[Any]]" = {
     knob.name: knob

@@ -4,9 +4,9 @@ from typing import Any
 
 import bpy
 
-from ...inspector import VIEWS, View
-from ..debug_views import debug_views
-from ..texel_view import draw_texel_view
+from ...core.inspector import VIEWS, View
+from ..views.debug_views import debug_views
+from ..views.texel_view import draw_texel_view
 from .tab import Section
 
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import bpy
 import numpy as np
-from photon_bake.addon.progress import Progress
-from photon_bake.addon.settings import BakeSettings, settings_for
-from photon_bake.operators.bake_job import BakeJob
-from photon_bake.operators.vertex_target import WantedVertices
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.settings.bake import BakeSettings, settings_for
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.vertices import WantedVertices
 
 from .means import Mean
 from .registry import Case

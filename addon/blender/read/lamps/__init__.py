@@ -1,0 +1,1 @@
+"""Reads lamps and the world."""

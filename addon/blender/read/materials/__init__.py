@@ -1,0 +1,1 @@
+"""Reads materials: node trees as closures, textures and expressions."""

@@ -1,0 +1,371 @@
+"""Blender materials as scattering lobes with constant or textured channels."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ....core.progress import Progress
+from ....scene import Channel, Materials
+from ...lightmap.atlas import make_atlas
+from ...temporary import CyclesError
+from ...warn import Warnings
+from ..meshes.instance_groups import MOST_BAKED_GROUPS, MOST_GROUPS
+from ..meshes.meshes import attribute
+from ..meshes.object_values import Reading, Values, of_scene, readings_in
+from ..shortcomings import shortcomings
+from .closures import Closure, combine, read_closures
+from .cycles_bake import BakeRequest, bake_values, sees_object
+from .expressions import Evaluator, UnreadableError, default_value, no_images
+from .images import ImageTable
+from .lobes import Lobe, Lobes
+from .nodes import Place, output_node, source, uses_nodes
+from .texture_grid import Coordinates, Grid, Picture, coordinates_of
+
+READING = "Reading the scene"
+
+DEFAULT_GREY = 0.8
+"""Cycles' albedo where there is no material."""
+
+CHANNELS = (
+    *("diffuse", "translucent", "emission", "coverage", "tint", "roughness"),
+    *("f0", "f90", "glass_reflection", "glass_transmission"),
+)
+
+
+@dataclass(frozen=True)
+class Surface:
+    """One material, as `Materials` holds it in columns.
+
+    Attributes
+    ----------
+    name : str
+    values : dict of str to (3,) float32
+        Of each channel.
+    textures : dict of str to int
+        Of each channel that has one.
+    glossy, glass : Lobe
+        What its lobes have besides channels.
+    layer_f0 : float
+    keeps_energy : bool
+    coordinates : Coordinates
+        Where its textures take their coordinates from.
+    """
+
+    name: str
+    values: dict[str, np.ndarray]
+    textures: dict[str, int]
+    glossy: Lobe
+    glass: Lobe
+    layer_f0: float
+    keeps_energy: bool
+    coordinates: Coordinates
+
+    @staticmethod
+    def of(
+        name: str, lobes: Lobes, images: ImageTable, coordinates: Coordinates | None = None, extends: bool = False
+    ) -> "Surface":
+        """A material of some lobes; those of its channels that vary become textures."""
+        values, textures = {}, {}
+        for channel, value in lobes.channels().items():
+            varies = _varies(value)
+            values[channel] = np.ones(3, np.float32) if varies else np.broadcast_to(value[0, 0], 3)
+            if varies:
+                textures[channel] = images.add(np.broadcast_to(value, (*value.shape[:2], 3)), extends)
+        glossy, glass, either = (_heaviest(one) for one in (lobes.glossy, lobes.glass, lobes.glossy + lobes.glass))
+        where = coordinates or Coordinates()
+        return Surface(name, values, textures, glossy, glass, lobes.layer_f0, either.keeps_energy, where)
+
+
+def _varies(picture: np.ndarray) -> bool:
+    """Whether an (h, w, channels) picture is not the same all over; most show it in a few texels."""
+    step = max(picture.shape[0] // 16, 1)
+    return any((np.abs(part - picture[:1, :1]) > 1e-6).any() for part in (picture[::step], picture))
+
+
+def _heaviest(lobes: list[Lobe]) -> Lobe:
+    """The lobe that scatters most."""
+    nothing = np.zeros((1, 1, 1), np.float32)
+    return max(lobes, key=lambda lobe: lobe.mean_weight, default=Lobe(nothing, nothing, 0.0, True, True))
+
+
+class MaterialTable:
+    """The materials that triangles use, each read once.
+
+    A material that only Cycles can evaluate has an index for each mesh that it is on, and is baked by `materials`: by
+    then everything else has to be read, since a bake changes Blender's data for its while.
+    """
+
+    def __init__(self, warnings: Warnings) -> None:
+        self._warnings = warnings
+        self._images = ImageTable()
+        self._readers: dict[int, _Reader] = {}
+        self._index: dict[tuple, int] = {}
+        self._entries: list[Surface | _Pending] = []
+
+    def add(
+        self,
+        material: "bpy.types.Material | None",
+        obj: "bpy.types.Object | None" = None,
+        mesh: "bpy.types.Mesh | None" = None,
+        values: Values = of_scene,
+    ) -> int:
+        """Index of a material, where None is Cycles' default grey.
+
+        Parameters
+        ----------
+        material : bpy.types.Material or None
+            Evaluated.
+        obj : bpy.types.Object, optional
+            Evaluated mesh object (of an instance, the instanced one) that the material is on. Without it nothing is
+            baked.
+        mesh : bpy.types.Mesh, optional
+            Of that object, with its modifiers.
+        values : Values
+            What the material may read of that object.
+        """
+        reader = self._reader(material)
+        read = reader.read(values)
+        key: tuple = (reader.identity, *(value.tobytes() for value in read.values()))
+        baked = reader.needs_bake and obj is not None and mesh is not None
+        if baked:
+            key += reader.appearance(obj, mesh)
+        if key not in self._index:
+            self._index[key] = len(self._entries)
+            self._entries.append(reader.pending(obj, mesh, read) if baked else reader.surface(read))
+        return self._index[key]
+
+    def differing(self, material: "bpy.types.Material | None") -> tuple[list[Reading], int]:
+        """What a material reads that differs by instance, and as how many it may be held."""
+        reader = self._reader(material)
+        most = MOST_BAKED_GROUPS if reader.needs_bake else MOST_GROUPS
+        return [reading for reading in reader.readings if reading.differs_by_instance], most
+
+    def _reader(self, material: "bpy.types.Material | None") -> "_Reader":
+        identity = material.original.session_uid if material else 0  # a local and a linked one may share a name
+        if identity not in self._readers:
+            self._readers[identity] = _Reader(material, identity, self._images, self._warnings)
+        return self._readers[identity]
+
+    def coordinates(self, index: int) -> Coordinates | None:
+        """Texture coordinates that a material reads, or None where it has no texture."""
+        entry = self._entries[index]
+        return entry.coordinates if isinstance(entry, _Pending) or entry.textures else None
+
+    @property
+    def readable_images(self) -> dict[int, bool]:
+        """See `ImageTable.readable`."""
+        return self._images.readable
+
+    def materials(self, progress: Progress) -> Materials:
+        """All materials, in columns. Comes last: it bakes what has to be baked."""
+        rows = []
+        for number, entry in enumerate(self._entries):
+            progress.update(READING, number / len(self._entries))
+            rows.append(entry.surface() if isinstance(entry, _Pending) else entry)
+        self._entries = list(rows)
+        return Materials.of(
+            len(rows),
+            names=tuple(row.name for row in rows),
+            fresnel_ior=np.array([row.glossy.ior for row in rows], np.float32),
+            layer_f0=np.array([row.layer_f0 for row in rows], np.float32),
+            preserves_energy=np.array([row.keeps_energy for row in rows], bool),
+            glass_ior=np.array([row.glass.ior or 1.5 for row in rows], np.float32),
+            glass_fresnel=np.array([row.glass.fresnel for row in rows], bool),
+            textures=self._images.textures(),
+            **{name: _channel(rows, name) for name in CHANNELS},
+        )
+
+
+def _channel(rows: list[Surface], name: str) -> Channel:
+    values = np.array([row.values[name] for row in rows], np.float32).reshape(-1, 3)
+    return Channel(values, np.array([row.textures.get(name, -1) for row in rows], np.int32))
+
+
+class _Reader:
+    """Reads one material.
+
+    Attributes
+    ----------
+    readings : list of Reading
+        What it reads of the object that it is on.
+    pictures : dict
+        The images that its values depend on, by node.
+    varying : list of Place
+        The sockets whose values are not constant.
+    needs_bake : bool
+        Whether only Cycles can evaluate some of them.
+    """
+
+    def __init__(
+        self, material: "bpy.types.Material | None", identity: int, images: ImageTable, warnings: Warnings
+    ) -> None:
+        self.material, self.identity = material, identity
+        self.name = material.name if material else "Default"
+        self.images = images
+        self.warnings = warnings
+        self.closures: list[Closure] = []
+        self.pictures: dict[tuple, Picture] = {}
+        self.varying: dict[Place, None] = {}
+        self.readings: list[Reading] = []
+        self.needs_bake = False
+        if material and uses_nodes(material):
+            self.readings = readings_in(material.node_tree)
+            self.closures = read_closures(material)
+            for what in shortcomings(material, self.closures):
+                self.warn(what)
+            combine(self.closures, self.probe)
+            self.needs_bake |= bool(self.pictures) and Grid.of(list(self.pictures.values())) is None
+            if self.needs_bake:
+                self.pictures = {key: one.mean for key, one in self.pictures.items()}
+
+    def warn(self, what: str) -> None:
+        self.warnings.add(f"Material '{self.name}': {what}.")
+
+    def probe(self, place: Place) -> np.ndarray:
+        """The value of a socket if it is constant; otherwise ½, having taken note of what it depends on."""
+        depends: list[Place] = []
+        try:
+            value = Evaluator(lambda image: self.note(image, depends), self.stand_in).value(place)
+        except UnreadableError:
+            self.needs_bake = True
+            depends.append(place)
+            value = np.full_like(default_value(place.socket), 0.5)
+        if depends:
+            self.varying[place] = None
+        return value
+
+    def read(self, values: Values) -> dict[Reading, np.ndarray]:
+        """What it reads of an object; zero where that is not known."""
+        found = {}
+        for one in self.readings:
+            value = values(one)
+            if self.material and one == _MATERIAL_INDEX:
+                value = np.full(4, self.material.pass_index, np.float32)
+            found[one] = np.zeros(4, np.float32) if value is None else value
+        return found
+
+    @staticmethod
+    def stand_in(reading: Reading) -> np.ndarray:
+        """A value that an object may have."""
+        return np.full(4, 0.5, np.float32)
+
+    def note(self, image: Place, depends: list[Place]) -> np.ndarray:
+        """A stand-in for an image's pixels."""
+        node = image.socket.node
+        depends.append(image)
+        if _key(image) not in self.pictures:
+            coordinates = coordinates_of(image)
+            alpha_is_used = node.outputs["Alpha"].is_linked
+            pixels = self.images.read(node.image, alpha_is_used, node.interpolation, node.extension)
+            self.pictures[_key(image)] = Picture(pixels, node.extension, coordinates)
+        return np.full((1, 1, 4), 0.5, np.float32)
+
+    def surface(self, read: dict[Reading, np.ndarray]) -> Surface:
+        """The material without a bake, on an object of which it reads some values."""
+        if not self.closures:
+            return self.made_of(self.without_closures())
+        grid = Grid.of(list(self.pictures.values())) if self.pictures and not self.needs_bake else None
+        if grid is None:
+            return self.made_of(combine(self.closures, lambda place: self.guess(place, read)))
+        evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]), read.get)
+        coordinates = grid.place(next(iter(self.pictures.values())).coordinates)
+        lobes = combine(self.closures, evaluator.value)
+        if not self.readings:
+            self.pictures.clear()
+        return self.made_of(lobes, coordinates, grid.extends)
+
+    def made_of(self, lobes: Lobes, coordinates: Coordinates | None = None, extends: bool = False) -> Surface:
+        """The material of its lobes."""
+        if lobes.unlike:
+            self.warn("its lobes of different roughness are baked as one of their mean roughness")
+        return Surface.of(self.name, lobes, self.images, coordinates, extends)
+
+    def without_closures(self) -> Lobes:
+        """Cycles' grey without a material, its viewport colour without nodes, and black with an empty output."""
+        if self.material is None:
+            return _matte((DEFAULT_GREY,) * 3)
+        if not uses_nodes(self.material):
+            return _matte(self.material.diffuse_color[:3])
+        output = output_node(self.material)
+        volume_alone = output and source(output.inputs["Volume"]) and not source(output.inputs["Surface"])
+        return Lobes(transparent=np.full((1, 1, 3), float(bool(volume_alone)), np.float32))
+
+    def guess(self, place: Place, read: dict[Reading, np.ndarray]) -> np.ndarray:
+        """The value of a socket, or what its own field says where nodes that cannot be read make it."""
+        try:
+            return Evaluator(self.mean_of_picture, read.get).value(place)
+        except UnreadableError:
+            return default_value(place.socket)
+
+    def mean_of_picture(self, image: Place) -> np.ndarray:
+        if _key(image) not in self.pictures:
+            raise UnreadableError(image.socket.node)
+        return self.pictures[_key(image)].pixels
+
+    def appearance(self, obj: "bpy.types.Object", mesh: "bpy.types.Mesh") -> tuple:
+        """Equal for objects on which the material looks the same."""
+        assert self.material is not None
+        sees = sees_object(self.material.node_tree)
+        return mesh.as_pointer(), obj.original.session_uid if sees else 0
+
+    def pending(
+        self, obj: "bpy.types.Object", mesh: "bpy.types.Mesh", read: dict[Reading, np.ndarray]
+    ) -> "_Pending | Surface":
+        """The material on an object of which it reads some values, to be baked later."""
+        assert self.material is not None
+        matrix = np.array(obj.matrix_world, np.float64)
+        atlas = make_atlas(mesh, _faces_of(obj, mesh, self.material), matrix)
+        if atlas is None:
+            self.warn_of_guess(f"the mesh of '{obj.name}' has too many faces to bake its nodes")
+            return self.surface(read)
+        request = BakeRequest(self.material.original, list(self.varying), mesh, obj.original, matrix, atlas, read)
+        return _Pending(self, request)
+
+    def warn_of_guess(self, why: str) -> None:
+        self.warn(f"{why}, so the fields of its sockets are baked instead")
+
+    def baked(self, request: BakeRequest) -> Surface:
+        """The material as Cycles evaluates it on an object."""
+        try:
+            values = dict(zip(self.varying, bake_values(request), strict=True))
+        except CyclesError as error:
+            self.warn_of_guess(f"its nodes cannot be baked ({error})")
+            return self.surface(request.values)
+        evaluator = Evaluator(no_images, request.values.get)
+        lobes = combine(self.closures, lambda place: values[place] if place in values else evaluator.value(place))
+        return self.made_of(lobes, Coordinates(atlas=request.atlas), extends=True)
+
+
+@dataclass(frozen=True)
+class _Pending:
+    """A material that has to be baked."""
+
+    reader: _Reader
+    request: BakeRequest
+
+    @property
+    def coordinates(self) -> Coordinates:
+        return Coordinates(atlas=self.request.atlas)
+
+    def surface(self) -> Surface:
+        return self.reader.baked(self.request)
+
+
+_MATERIAL_INDEX = Reading("INFO", "Material Index")
+
+
+def _matte(albedo: Sequence[float]) -> Lobes:
+    return Lobes(diffuse=np.array(albedo, np.float32).reshape(1, 1, 3))
+
+
+def _key(image: Place) -> tuple:
+    return image.socket.node, image.groups
+
+
+def _faces_of(obj: "bpy.types.Object", mesh: "bpy.types.Mesh", material: "bpy.types.Material") -> np.ndarray:
+    """Which faces of an evaluated object have a material, (f,) bool; all where it is not in a slot."""
+    slot = attribute(mesh, "material_index", "value", (len(mesh.polygons),), np.int32)
+    has = np.array([one.material == material for one in obj.material_slots], bool)
+    return has[np.clip(slot, 0, len(has) - 1)] if has.any() else np.ones(len(slot), bool)

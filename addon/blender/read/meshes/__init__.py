@@ -1,0 +1,1 @@
+"""Reads meshes: geometry, instances, and the vertices that take light."""

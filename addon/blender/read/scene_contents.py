@@ -1,0 +1,198 @@
+"""What a dependency graph shows: its lamps, and its meshes with their materials and instances."""
+
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+from ...core.progress import Progress
+from ...scene import Lights
+from ..warn import Warnings
+from .lamps.lamps import in_light_group, light_group_of, read_lamp
+from .lamps.light_links import Placed
+from .materials.materials import READING, MaterialTable
+from .meshes.instance_groups import alike, reads_by_instance
+from .meshes.meshes import evaluated_mesh, used_slots
+from .meshes.object_values import ObjectValues, Reading, Values
+from .render_graph import is_stand_in
+from .visibility import ALL_RAYS, LIGHT_RAYS, NOT_READ, has_hair, rays_that_see
+
+_ROWS = 256  # of instances, between two looks at the progress
+
+
+@dataclass
+class Source:
+    """A mesh with its materials, and its instances; the lists have one entry an instance.
+
+    Attributes
+    ----------
+    mesh : bpy.types.Mesh
+        With faces.
+    material_of_slot : dict of int to int
+        Of the slots that faces use.
+    rows : list of int
+        Which of the dependency graph's instances they are.
+    names : list of str
+    rays : list of int
+        Masks of the `RAYS` that see them.
+    placed_by : list of Placed
+    """
+
+    mesh: "bpy.types.Mesh"
+    material_of_slot: dict[int, int]
+    rows: list[int] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)
+    rays: list[int] = field(default_factory=list)
+    placed_by: list[Placed] = field(default_factory=list)
+
+
+@dataclass
+class _Look:
+    """What the instances of an object with one data-block have in common; `source` is known once rays see one.
+
+    Attributes
+    ----------
+    original : bpy.types.Object
+    rays : int
+        Mask of the `RAYS` that see it.
+    """
+
+    kind: str
+    name: str
+    original: "bpy.types.Object"
+    rays: int
+    known: bool = False
+    source: Source | None = None
+
+
+class SceneContents:
+    """The lamps and meshes of a dependency graph.
+
+    Of its instances there may be very many, and asking Blender is slow: what they have in common is asked once.
+    """
+
+    def __init__(
+        self,
+        depsgraph: "bpy.types.Depsgraph",
+        materials: MaterialTable,
+        light_group: str,
+        for_camera: bool,
+        warnings: Warnings,
+    ) -> None:
+        self.lights: list[Lights] = []
+        self.lamps: list[bpy.types.Object] = []
+        self.groups_of_lamps: list[str] = []
+        self._depsgraph = depsgraph
+        self._light_group = light_group
+        self._counted_rays = ALL_RAYS if for_camera else LIGHT_RAYS
+        self._materials = materials
+        self._warnings = warnings
+        self._looks: dict[tuple[bpy.types.Object, bpy.types.ID | None, int], _Look | None] = {}
+        self._values_of_row: dict[int, dict[Reading, np.ndarray]] = {}
+        self._parents: dict[bpy.types.Object, tuple[bpy.types.Object, int]] = {}
+        self._used_slots: dict[bpy.types.Mesh, list[int]] = {}
+        self._sources: dict[bpy.types.Mesh, dict[tuple[int, ...], Source]] = {}
+
+    @property
+    def sources(self) -> list[Source]:
+        """The sources of one mesh follow each other."""
+        return [source for of_mesh in self._sources.values() for source in of_mesh.values()]
+
+    @property
+    def hairy(self) -> list["bpy.types.Object"]:
+        """The original objects that have hair, points or a volume."""
+        looks = [look for look in self._looks.values() if look]
+        return list(dict.fromkeys(one.original for one in looks if one.kind in NOT_READ or has_hair(one.original)))
+
+    def walk(self, progress: Progress) -> None:
+        """Find all there is."""
+        self._tell_instances_apart()
+        n = len(self._depsgraph.object_instances)
+        for row, instance in enumerate(self._depsgraph.object_instances):
+            if row % _ROWS == 0:
+                progress.update(READING, row / n)
+            if not instance.show_self:
+                continue
+            known = self._values_of_row.get(row, {})
+            look = self._look(instance.object, known)
+            if look is None or look.kind not in {"MESH", "LIGHT"}:
+                continue
+            parent, rays = self._of_parent(instance.parent)
+            placed_by, rays = (look.original, parent), look.rays & rays
+            if look.kind == "LIGHT":
+                self._add_lamp(instance, look.name, placed_by)
+            elif rays & self._counted_rays:
+                if not look.known:
+                    values = ObjectValues.of(instance, dict(known))
+                    look.known, look.source = True, self._source(instance.object, values)
+                if look.source is not None:
+                    look.source.rows.append(row)
+                    look.source.names.append(look.name)
+                    look.source.rays.append(rays)
+                    look.source.placed_by.append(placed_by)
+
+    def _look(self, obj: "bpy.types.Object", known: dict[Reading, np.ndarray]) -> _Look | None:
+        """What is known of an evaluated object of which materials read some values; None where it is our own."""
+        key = (obj.original, obj.data, id(known) if known else 0)
+        if key not in self._looks:
+            look = _Look(obj.type, obj.name, obj.original, rays_that_see(obj, self._depsgraph.view_layer))
+            self._looks[key] = None if is_stand_in(obj.original) else look
+        return self._looks[key]
+
+    def _tell_instances_apart(self) -> None:
+        """Find what materials read that differs by instance; objects with very many values are told of."""
+        if not reads_by_instance(bpy.data.materials):
+            return
+        for original, n, values_of_row in alike(self._depsgraph, self._differing):
+            self._values_of_row |= values_of_row
+            n_groups = len({id(values) for values in values_of_row.values()})
+            if n > n_groups:
+                self._warnings.add(
+                    f"The instances of '{original.name}' look different by {n} values that their material reads of "
+                    f"each, and are baked in {n_groups} groups that have the mean of theirs."
+                )
+
+    def _differing(self, obj: "bpy.types.Object") -> tuple[list[Reading], int]:
+        """What the materials of an evaluated object read that differs by instance, and as how many it may be held."""
+        of_slots = [self._materials.differing(material) for material in self._slots(obj)]
+        readings = sorted({reading for readings, _ in of_slots for reading in readings})
+        return readings, min((most for readings, most in of_slots if readings), default=0)
+
+    def _add_lamp(self, instance: "bpy.types.DepsgraphObjectInstance", name: str, placed_by: Placed) -> None:
+        if in_light_group(*placed_by, self._light_group):
+            lamp = read_lamp(instance.object, np.array(instance.matrix_world, np.float64), name, self._warnings)
+            self.lights.append(lamp)
+            self.lamps += [placed_by[0]] * len(lamp)
+            self.groups_of_lamps += [light_group_of(*placed_by)] * len(lamp)
+
+    def _of_parent(self, parent: "bpy.types.Object | None") -> "tuple[bpy.types.Object | None, int]":
+        """The original of an instance's parent, and the mask of the `RAYS` that see what it instances."""
+        if parent is None:
+            return None, ALL_RAYS
+        if parent not in self._parents:
+            self._parents[parent] = parent.original, rays_that_see(parent, self._depsgraph.view_layer)
+        return self._parents[parent]
+
+    def _source(self, obj: "bpy.types.Object", values: Values) -> Source | None:
+        """The source that a mesh object's instances share with those of all others like it; None without faces."""
+        mesh = evaluated_mesh(obj, self._depsgraph)
+        if not len(mesh.polygons):
+            return None
+        material_of_slot = self._material_of_slot(obj, mesh, values)
+        of_mesh = self._sources.setdefault(mesh, {})
+        return of_mesh.setdefault(tuple(material_of_slot.values()), Source(mesh, material_of_slot))
+
+    def _slots(self, obj: "bpy.types.Object") -> "list[bpy.types.Material | None]":
+        """The materials of an evaluated object's slots."""
+        override = self._depsgraph.view_layer.material_override
+        return [override] if override else [slot.material for slot in obj.material_slots] or [None]
+
+    def _material_of_slot(self, obj: "bpy.types.Object", mesh: "bpy.types.Mesh", values: Values) -> dict[int, int]:
+        """Material of each slot that an object's faces use. Slots past the last one mean the last."""
+        if mesh not in self._used_slots:
+            self._used_slots[mesh] = used_slots(mesh)
+        slots = self._slots(obj)
+        return {
+            used: self._materials.add(slots[min(used, len(slots) - 1)], obj, mesh, values)
+            for used in self._used_slots[mesh]
+        }

@@ -1,0 +1,92 @@
+"""What of a material is not baked as Cycles renders it."""
+
+from collections.abc import Iterator
+
+import bpy
+
+from .materials.closures import ADDERS, Closure
+from .materials.expressions import constant
+from .materials.nodes import Place, all_nodes, output_node, source
+
+NOT_BAKED = {
+    ("BSDF_DIFFUSE", "Roughness"): "its diffuse roughness is not baked",
+    ("BSDF_PRINCIPLED", "Diffuse Roughness"): "its diffuse roughness is not baked",
+    ("BSDF_PRINCIPLED", "Coat Weight"): "its coat is not baked",
+    ("BSDF_PRINCIPLED", "Sheen Weight"): "its sheen is not baked",
+    ("BSDF_PRINCIPLED", "Subsurface Weight"): "its subsurface scattering is baked as diffuse",
+    ("BSDF_PRINCIPLED", "Anisotropic"): "its anisotropy is not baked",
+    ("BSDF_PRINCIPLED", "Thin Film Thickness"): "its thin film is not baked",
+    ("BSDF_GLOSSY", "Anisotropy"): "its anisotropy is not baked",
+    ("BSDF_METALLIC", "Anisotropy"): "its anisotropy is not baked",
+    ("BSDF_METALLIC", "Thin Film Thickness"): "its thin film is not baked",
+    ("BSDF_GLASS", "Thin Film Thickness"): "its thin film is not baked",
+}
+"""What is said where an input is not zero."""
+
+NOT_GGX = {"BECKMANN": "Beckmann", "ASHIKHMIN_SHIRLEY": "Ashikhmin-Shirley"}
+"""Distributions of facets that Cycles has besides GGX."""
+
+
+def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Iterator[str]:
+    """Half sentences about what cannot be baked as it is."""
+    output = output_node(material)
+    if output and source(output.inputs["Volume"]):
+        yield "its volume is not baked"
+    if output and source(output.inputs["Displacement"]) and material.displacement_method != "BUMP":
+        yield "its displacement is not baked"
+    if _uses(material.node_tree, "NEW_GEOMETRY", "Backfacing"):
+        yield "its back is baked like its front"
+    if _uses(material.node_tree, "LAYER_WEIGHT", "Facing"):
+        yield "what it mixes by how much it faces the viewer is baked as the mean over all angles"
+    if any(node.type == "PARTICLE_INFO" for node in all_nodes(material.node_tree)):
+        yield "what it reads of particles is baked as zero"
+    if any(getattr(node, "from_instancer", False) for node in all_nodes(material.node_tree)):
+        yield "its texture coordinates from instancers are baked as zero"
+    if any(closure.for_shadows for closure in closures):
+        yield "what only shadow rays see of it is baked for all rays"
+    for closure in closures:
+        yield from _of_closure(closure)
+
+
+def _uses(tree: "bpy.types.NodeTree", kind: str, output: str) -> bool:
+    """Whether an output of a kind of node is linked to anything, groups included."""
+    return any(node.type == kind and node.outputs[output].is_linked for node in all_nodes(tree))
+
+
+def _of_closure(closure: Closure) -> Iterator[str]:
+    node = closure.node
+    if node.type == "SUBSURFACE_SCATTERING":
+        yield "its subsurface scattering is baked as diffuse"
+    elif closure.kind not in ADDERS:
+        yield f"its {node.bl_label} is baked as diffuse"
+    if node.type == "BSDF_PRINCIPLED" and _has_edge_tint(closure):
+        yield "its edge tint is not baked"
+    distribution = NOT_GGX.get(getattr(node, "distribution", ""))
+    if distribution and _counts(closure.shader.input("Roughness")):
+        yield f"its {distribution} distribution is baked as GGX"
+    for one in node.inputs:
+        place = Place(one, closure.shader.groups)
+        what = NOT_BAKED.get((node.type, one.identifier))
+        if what and _counts(place):
+            yield what
+        if one.identifier == "Normal" and _is_bumped(place):
+            yield "its normal map is not baked"
+
+
+def _has_edge_tint(closure: Closure) -> bool:
+    tint = constant(closure.shader.input("Specular Tint"))
+    return _counts(closure.shader.input("Metallic")) and (tint is None or bool((tint != 1).any()))
+
+
+def _counts(place: Place) -> bool:
+    value = constant(place)
+    return value is None or bool(value.any())
+
+
+def _is_bumped(normal: Place) -> bool:
+    origin = normal.origin
+    return (
+        origin.socket.is_output
+        and origin.socket.node.type in {"NORMAL_MAP", "BUMP"}
+        and _counts(origin.input("Strength"))
+    )

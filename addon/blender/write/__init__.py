@@ -1,0 +1,1 @@
+"""Writes baked light into meshes."""

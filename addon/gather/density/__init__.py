@@ -1,0 +1,1 @@
+"""Irradiance by the density of photons around receivers."""

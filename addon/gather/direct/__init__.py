@@ -1,0 +1,1 @@
+"""Direct light at points: next-event estimation over lamps, emissive meshes and worlds."""

@@ -1,0 +1,65 @@
+"""The direct pass: all direct light at receivers, and how it changes with their normals."""
+
+import numpy as np
+
+from ...core.parallel import Workers
+from ...receivers import Receivers
+from ...scene import Scene
+from ..normal_gradient import slope_of_samples
+from .direct_light import DirectLight
+from .ray_directions import gather_directions
+
+N_SAMPLES = 64
+_STAGE = "Adding direct light"
+_CHUNK = 1024  # receivers
+_AT_RECEIVERS, _AT_TURNED = 31, 32  # streams of random numbers
+
+
+def direct_irradiance(scene: Scene, direct: DirectLight, receivers: Receivers, workers: Workers) -> np.ndarray:
+    """Direct irradiance of receivers, the world's among it, mean of `N_SAMPLES` estimates, (n, 3) float32, W/m²."""
+    of_receiver = _objects(scene, receivers)
+
+    def estimate(chunk: slice, random: np.random.Generator) -> np.ndarray:
+        positions, normals, objects = (
+            np.repeat(of[chunk], N_SAMPLES, 0) for of in (receivers.position, receivers.normal, of_receiver)
+        )
+        return direct.irradiance_with_sky(positions, normals, objects, random).reshape(-1, N_SAMPLES, 3).mean(axis=1)
+
+    irradiance = np.zeros((len(receivers), 3), np.float32)
+    for chunk, value in workers.chunks(_STAGE, len(receivers), _CHUNK, estimate, (_AT_RECEIVERS,)):
+        irradiance[chunk] = value
+    return irradiance
+
+
+def direct_slope(
+    scene: Scene, direct: DirectLight, receivers: Receivers, irradiance: np.ndarray, workers: Workers
+) -> np.ndarray:
+    """How the direct irradiance (n, 3) of receivers changes with their normals, (n, 3, 3) float32, W/m².
+
+    By its definition (`turned_normals`), from an estimate of the irradiance for each of `N_SAMPLES` turned normals.
+    """
+    of_receiver = _objects(scene, receivers)
+
+    def estimate(chunk: slice, random: np.random.Generator) -> np.ndarray:
+        positions, normals, objects = (
+            np.repeat(of[chunk], N_SAMPLES, 0) for of in (receivers.position, receivers.normal, of_receiver)
+        )
+        turned = gather_directions(normals, N_SAMPLES, random)
+        change = direct.irradiance_with_sky(positions, turned, objects, random).reshape(-1, N_SAMPLES, 3)
+        change -= irradiance[chunk, None]
+        return slope_of_samples(change, turned.reshape(-1, N_SAMPLES, 3), receivers.normal[chunk])
+
+    slope = np.zeros((len(receivers), 3, 3), np.float32)
+    for chunk, value in workers.chunks(_STAGE, len(receivers), _CHUNK, estimate, (_AT_TURNED,)):
+        slope[chunk] = value
+    return slope
+
+
+def _objects(scene: Scene, receivers: Receivers) -> np.ndarray:
+    """The scene's object that each receiver is on, (n,) int; −1 where there is none, as for what no rays see."""
+    objects = np.full(len(receivers), -1)
+    for target in receivers.targets:
+        if target.object_name in scene.objects.names:
+            on = target.receiver_of_element[target.receiver_of_element >= 0]
+            objects[on] = scene.objects.names.index(target.object_name)
+    return objects

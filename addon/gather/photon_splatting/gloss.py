@@ -1,0 +1,81 @@
+"""The light of photons that rough glossy surfaces reflect to a camera: Eq. 1 with the surface's own lobe."""
+
+import numpy as np
+
+from ...bsdf import SMOOTH, evaluate_glossy, glossy_albedo, surface_at
+from ...core.parallel import Workers, slices
+from ...core.sampling.vectors import dot
+from ...photons import Photons
+from ...photons.scattering import facing, local_axes
+from ...receivers import Camera, SeenSurface
+from ...receivers.camera.camera import LEAST_COSINE
+from ...scene import Scene
+from ...tracing import Tracer
+from .photon_splatting import volume_light
+from .radius import OF_SCATTERED
+from .splat import Response
+
+_LEAST_ALBEDO = np.float32(1e-6)  # to divide by
+_CHUNK = 1 << 16  # points
+
+
+def photon_volume_gloss(
+    scene: Scene,
+    camera: Camera,
+    seen: SeenSurface,
+    photons: Photons,
+    workers: Workers,
+    step: int = 1,
+    tracer: Tracer | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Radiance Σ f(ω, ω_o) Φ κ that glossy lobes send to where they are seen from, of photons that fly along −ω.
+
+    Eq. 1 has a cosine more. The photons' density in space has it already: Φ κ is irradiance. Mirrors, whose f is 0
+    wherever it can be evaluated, reflect nothing of this.
+
+    Parameters
+    ----------
+    step, tracer
+        As for `photon_volume_irradiance`. What is interpolated is the radiance over the lobe's albedo, so that
+        textures of gloss are as sharp as without.
+
+    Returns
+    -------
+    radiance : (p, 3) float32, W/(m² sr)
+    stderr : (p,) float32
+        Of its mean over colours.
+    """
+    rough, albedo = _rough(scene, seen)
+    at, from_light = seen.where(rough), -photons.direction
+
+    def response(k: np.ndarray) -> Response:
+        part = at.where(k)
+        surface = surface_at(scene, part.hits.triangle, part.hits.u, part.hits.v, part.hits.back(part.direction))
+        axes = local_axes(facing(part.shading_normal, part.normal, part.direction))
+        to_camera, of_lobe = np.einsum("nij,nj->ni", axes, -part.direction), np.maximum(albedo[k], _LEAST_ALBEDO)
+
+        def reflect(point: np.ndarray, photon: np.ndarray) -> np.ndarray:
+            to_light = np.einsum("nij,nj->ni", axes[point], from_light[photon])
+            return evaluate_glossy(surface.where(point), to_camera[point], to_light) / of_lobe[point]
+
+        return reflect
+
+    radiance, stderr = np.zeros((len(seen), 3), np.float32), np.zeros(len(seen), np.float32)
+    found = volume_light(camera, at, photons, response, workers, step, tracer, OF_SCATTERED)
+    radiance[rough], stderr[rough] = found[:, :3] * albedo, found[:, 3] * albedo.mean(axis=1)
+    return radiance, stderr
+
+
+def _rough(scene: Scene, seen: SeenSurface) -> tuple[np.ndarray, np.ndarray]:
+    """Indices (r,) of points that have a rough glossy lobe, and this lobe's albedo as it is seen, (r, 3) float32."""
+    glossy = np.flatnonzero(scene.materials.glossy_or_glass[scene.material_of_triangle[seen.hits.triangle]])
+    rough, albedo = [np.zeros(0, np.int64)], [np.zeros((0, 3), np.float32)]
+    for chunk in slices(len(glossy), _CHUNK):
+        k = glossy[chunk]
+        part = seen.where(k)
+        surface = surface_at(scene, part.hits.triangle, part.hits.u, part.hits.v, part.hits.back(part.direction))
+        some = np.flatnonzero((surface.roughness >= SMOOTH) & ((surface.f0 > 0) | (surface.f90 > 0)).any(axis=1))
+        cosine = np.maximum(np.abs(dot(part.shading_normal, part.direction)), LEAST_COSINE)
+        rough.append(k[some])
+        albedo.append(glossy_albedo(surface.where(some), cosine[some]))
+    return np.concatenate(rough), np.concatenate(albedo)

@@ -1,0 +1,1 @@
+"""Diffuse radiance of both sides of the elements that surfaces are cut into."""

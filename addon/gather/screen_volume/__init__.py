@@ -1,0 +1,1 @@
+"""Directional light of photons on the pixels of a camera."""

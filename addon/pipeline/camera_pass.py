@@ -1,0 +1,142 @@
+"""The pass of a camera: what a compositor adds to a render of direct light, from a solve of the light in the scene."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core.parallel import Workers
+from ..gather import (
+    Irradiance,
+    camera_gloss,
+    photon_volume_gloss,
+    photon_volume_irradiance,
+    reflected_direct,
+    reflected_highlights,
+)
+from ..output.camera import CameraPass
+from ..photons import PathKind
+from ..receivers import CameraPoints
+from ..scene import Scene
+from .solution import Solution
+
+_LEAST_ALBEDO = np.float32(1e-3)
+"""Below which light that falls on a surface is not to be had by division from what it reflects."""
+
+_OF_GLOSS, _OF_CAUSTICS = (0.0, 0.3), (0.3, 0.4)
+"""Parts of the stages in which photon volumes are scattered; what is gathered by them has the rest."""
+
+
+@dataclass(frozen=True)
+class LightBeside:
+    """What a pass has beside IndirectDiffuse.
+
+    Attributes
+    ----------
+    caustics, glossy : (height, width, 3) float32, W/(m² sr)
+    error : (height, width) float32, W/(m² sr)
+        Standard error of both together, its mean over colours.
+    """
+
+    caustics: np.ndarray
+    glossy: np.ndarray
+    error: np.ndarray
+
+
+def light_beside(
+    scene: Scene, points: CameraPoints, solution: Solution, n_gloss_rays: int, workers: Workers
+) -> LightBeside:
+    """What the points' pixels show beside the light that is gathered for them.
+
+    Parameters
+    ----------
+    n_gloss_rays : int
+        Of a point that reflects all light in its glossy lobe.
+    """
+    gloss, of_gloss = _gloss(scene, points, solution, n_gloss_rays, workers)
+    caustics, of_caustics = _caustics(points, solution, workers.part(*_OF_CAUSTICS))
+    direct = reflected_direct(scene, points, solution.direct, workers)
+    highlights, of_highlights = reflected_highlights(
+        scene, points, solution.direct, solution.tracer, n_gloss_rays, workers
+    )
+    glossy = points.beyond + points.picture(gloss + highlights) + _picture(points, direct)
+    errors = [of_caustics, of_gloss, _root_of_squares(points, of_highlights)]
+    return LightBeside(caustics, glossy, np.sqrt(np.sum([one**2 for one in errors], axis=0)))
+
+
+def camera_pass(points: CameraPoints, light: Irradiance, beside: LightBeside | None) -> CameraPass:
+    """The pass of a camera's points.
+
+    Parameters
+    ----------
+    light : Irradiance
+        Of the points' receivers.
+    beside : LightBeside or None
+        None where the camera sees nothing.
+    """
+    colour = np.concatenate([points.front, points.back[points.through]])
+    diffuse, albedo = _diffuse(points, colour, light)
+    of_light = colour.mean(axis=1) * light.stderr / np.float32(np.pi)
+    error = _picture(points, of_light[:, None])[..., 0]  # added up: those of a pixel's points are alike
+    return CameraPass(
+        indirect_diffuse=diffuse,
+        caustics=beside.caustics if beside else np.zeros_like(diffuse),
+        glossy=beside.glossy if beside else points.beyond,
+        albedo=albedo,
+        normal=points.normal,
+        depth=points.depth,
+        error=np.hypot(error, beside.error) if beside else error,
+    )
+
+
+def _diffuse(points: CameraPoints, colour: np.ndarray, light: Irradiance) -> tuple[np.ndarray, np.ndarray]:
+    """E/π of pixels, the mean by what each point reflects of it, and albedo; (height, width, 3) each.
+
+    Where next to nothing is reflected it is the mean over the points.
+    """
+    radiosity = light.passes["indirect"] / np.float32(np.pi)
+    reflected, albedo = _picture(points, colour * radiosity), _picture(points, colour)
+    plain = points.picture(radiosity[: len(points)] * points.share[:, None])
+    share = points.picture(points.share[:, None])
+    mean = plain / np.maximum(share, np.float32(1e-6))
+    return np.where(albedo > _LEAST_ALBEDO, reflected / np.maximum(albedo, _LEAST_ALBEDO), mean), albedo
+
+
+def _caustics(points: CameraPoints, solution: Solution, workers: Workers) -> tuple[np.ndarray, np.ndarray]:
+    """Radiance (height, width, 3) by caustics on what the camera itself sees, and its standard error in pixels."""
+    stderr = np.zeros(len(points), np.float32)
+    k = np.flatnonzero(points.n_followed == 0)
+    focused = solution.photons.where(solution.photons.kind == PathKind.CAUSTIC)
+    radiance = np.zeros((len(points), 3), np.float32)
+    if len(focused) and len(k):
+        seen, tracer = points.seen.where(k), solution.tracer.surfaces
+        irradiance, of_irradiance = photon_volume_irradiance(points.camera, seen, focused, workers, tracer=tracer)
+        radiance[k] = points.front[k] * irradiance / np.float32(np.pi)
+        stderr[k] = points.front[k].mean(axis=1) * of_irradiance / np.float32(np.pi)
+    return points.picture(radiance), points.picture(stderr[:, None])[..., 0]
+
+
+def _gloss(
+    scene: Scene, points: CameraPoints, solution: Solution, n_rays: int, workers: Workers
+) -> tuple[np.ndarray, np.ndarray]:
+    """Radiance (n, 3) that lobes of the points send to pixels, and its standard error in pixels (height, width)."""
+    settings = solution.settings
+    if settings.gather != "photon_volumes":
+        radiance, stderr = camera_gloss(scene, points, solution.rays, n_rays, workers)
+        return radiance, _root_of_squares(points, stderr)
+    photons = solution.photons.where(solution.photons.kind != PathKind.DIRECT)
+    camera, seen, surfaces = points.camera, points.seen, solution.tracer.surfaces
+    step, part = settings.subsample, workers.part(*_OF_GLOSS)
+    radiance, stderr = photon_volume_gloss(scene, camera, seen, photons, part, step, surfaces)
+    return points.tint * radiance, points.picture((points.tint.mean(axis=1) * stderr)[:, None])[..., 0]
+
+
+def _picture(points: CameraPoints, rows: np.ndarray) -> np.ndarray:
+    """Values (r, 3) of the points' receivers summed in each pixel."""
+    values = rows[: len(points)].copy()
+    values[points.through] += rows[len(points) :]
+    return points.picture(values)
+
+
+def _root_of_squares(points: CameraPoints, stderr: np.ndarray) -> np.ndarray:
+    """Standard errors (n,) of points that are independent of each other, in pixels."""
+    return np.sqrt(points.picture((stderr**2)[:, None])[..., 0])

@@ -1,0 +1,102 @@
+"""Rays from a camera through its pixels, and the surfaces that they come to."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...core.sampling.sequences import r2_sequence
+from ...core.sampling.vectors import rows
+from ...scene import Scene
+from ...tracing import Hits, LightTracer
+from .camera import Camera, SeenSurface, first_hits, surface_seen
+from .paths import FollowedPaths
+from .pixel_filter import PixelFilter
+
+NOTHING = np.float32(1e10)
+"""Depth where nothing is seen, as in Cycles."""
+
+
+@dataclass(frozen=True)
+class CameraSamples:
+    """What s samples of each of p pixels see, sample by sample of each pixel; of what glass splits, each part.
+
+    Attributes
+    ----------
+    seen : SeenSurface
+        Where samples came to a surface, (k,) points; their pixels are counted among those p.
+    share : (k,) float32
+        Of their sample: 1 for what was not split.
+    throughput : (k, 3) float32
+        What mirrors and glass on the way leave of the light.
+    n_followed : (k,) uint8
+        How many of them there were.
+    depth : (p,) float32, m
+        Of the first surface that a pixel's first sample met, be it a mirror; `NOTHING` without one.
+    normal : (p, 3) float32
+        Mean shading normal of the first surfaces, 0 counting where there are none.
+    beyond : (p, 3) float32, W/(m² sr)
+        What the world, surfaces and lamps emit that is seen over more than one mirror or surface of glass.
+    """
+
+    seen: SeenSurface
+    share: np.ndarray
+    throughput: np.ndarray
+    n_followed: np.ndarray
+    depth: np.ndarray
+    normal: np.ndarray
+    beyond: np.ndarray
+
+
+def camera_samples(
+    scene: Scene,
+    tracer: LightTracer,
+    camera: Camera,
+    pixel_filter: PixelFilter,
+    n_samples: int,
+    pixel: np.ndarray,
+    random: np.random.Generator,
+) -> CameraSamples:
+    """Trace samples through pixels (p,), and on to surfaces that scatter light widely.
+
+    The samples of a pixel are a low-discrepancy set, shifted around the torus anew for each pixel, and distributed by
+    the filter. Those that see nothing in the end or a holdout at first, or see mirrors in mirrors for too long, come to
+    no surface.
+    """
+    n = len(pixel) * n_samples
+    u = r2_sequence(np.arange(n_samples)) + random.random((len(pixel), 1, 2), dtype=np.float32)
+    offsets = pixel_filter.offsets(u - np.floor(u)).reshape(n, 2)
+    rays = camera.rays(np.repeat(rows(camera.middles(), pixel), n_samples, axis=0) + offsets)
+    hits = first_hits(tracer, rays)
+    held_out = np.flatnonzero(hits.hit)
+    held_out = held_out[scene.objects.held_out[scene.object_of_triangle[hits.triangle[held_out]]]]
+    hits.put(held_out, Hits.none(len(held_out)))
+    hit = np.flatnonzero(hits.hit)
+    met = hits.where(hit)
+    position, normal = met.points(scene, rows(rays.directions, hit))
+
+    depth = np.full(n, NOTHING)
+    depth[hit] = camera.depth(position)
+    normals = np.zeros((n, 3), np.float32)
+    normals[hit] = scene.shading_normals(met.triangle, met.u, met.v, normal)
+    first_distance = np.where(hits.hit, hits.distance, np.float32(1))
+    facing_area = np.zeros(n, np.float32)
+    facing_area[hit] = camera.pixel_area(position)
+
+    paths = FollowedPaths(hits, rays.directions, hits.tinted(np.ones((n, 3), np.float32)), hits.distance)
+    paths.follow(scene, tracer, random)
+    k = np.flatnonzero(paths.hits.hit)
+    k = k[np.argsort(paths.sample[k], kind="stable")]
+    sample = paths.sample[k]
+    grown = (paths.distance[k] / first_distance[sample]) ** 2
+    ends = paths.hits.where(k), rows(paths.directions, k)
+    seen = surface_seen(scene, sample // n_samples, *ends, facing_area[sample] * grown)
+    shape = (len(pixel), n_samples)
+    return CameraSamples(
+        seen=seen,
+        share=paths.share[k],
+        throughput=rows(paths.throughput, k),
+        n_followed=paths.n_followed[k],
+        depth=depth.reshape(shape)[:, 0],
+        normal=normals.reshape(*shape, 3).mean(axis=1),
+        beyond=paths.light_beyond(scene).reshape(*shape, 3).mean(axis=1),
+    )

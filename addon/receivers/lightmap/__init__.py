@@ -1,0 +1,1 @@
+"""Texels of lightmaps that want light: charts, coverage, and where in space they are."""

@@ -1,0 +1,13 @@
+"""Rays traced through cube maps instead of triangles (Fei and Wang, section 3).
+
+A handful of small pictures of the scene, each taken in all directions from a point, stand for its surfaces. On a
+graphics card this needs no tree; here it is the readable twin that a kernel can be tested against.
+"""
+
+from .cube_maps import CubeMaps
+from .placement import lit_region
+from .search.segments import LightRays
+from .search.statistics import Tally
+from .tracer import MultiImageTracer
+
+__all__ = ["CubeMaps", "LightRays", "MultiImageTracer", "Tally", "lit_region"]

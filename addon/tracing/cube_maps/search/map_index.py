@@ -1,0 +1,74 @@
+"""Which maps see a place, without asking all of them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....core.parallel import Workers
+from ....core.sampling.streams import stream
+from ....core.sampling.vectors import dot
+from ..cube_maps import CubeMaps
+from ..stage import each
+
+_N_CELLS = 16**3  # about as many in the region
+_N_CHOICES = 6  # maps a cell
+_N_POINTS = 4  # of a cell, where visibility is looked at
+_STREAM = 51
+
+
+@dataclass(frozen=True)
+class Guide:
+    """A grid whose cells know the maps that see them best: however many maps there are, a ray asks a few.
+
+    Over a region the cells are cubes; a shell of large cells around them reaches to the bounds of the scene.
+
+    Attributes
+    ----------
+    edges : tuple of three (≥ 4,) float32, m
+        Where cells begin along each axis, and the last one ends.
+    choices : (cells, c) int32
+        Maps of each cell, the best first.
+    reach : float, m
+        Diagonal of a cell in the region.
+    """
+
+    edges: tuple[np.ndarray, np.ndarray, np.ndarray]
+    choices: np.ndarray
+    reach: float
+
+    @staticmethod
+    def of(maps: CubeMaps, region: np.ndarray, bounds: np.ndarray, workers: Workers) -> "Guide":
+        """The guide to maps in a region (2, 3) of a scene with some bounds (2, 3).
+
+        A map is the better the more points of a cell it sees, and the nearer it is, since its texels are then small.
+        """
+        extent = region[1] - region[0]
+        side = (extent.prod() / _N_CELLS) ** (1 / 3)
+        low, high = np.minimum(bounds[0], region[0]) - side, np.maximum(bounds[1], region[1]) + side
+        inner = [np.linspace(region[0, a], region[1, a], int(np.ceil(extent[a] / side)) + 1) for a in range(3)]
+        x, y, z = (np.concatenate([low[a : a + 1], inner[a], high[a : a + 1]]).astype(np.float32) for a in range(3))
+        corner, size = (
+            np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+            for axes in ((x[:-1], y[:-1], z[:-1]), (np.diff(x), np.diff(y), np.diff(z)))
+        )
+        places = stream(workers.seed, _STREAM).random((_N_POINTS, *corner.shape), np.float32)
+
+        def worth(number: int) -> np.ndarray:
+            which, n_seen = np.full(len(corner), number), np.zeros(len(corner), np.float32)
+            for place in places:
+                p = corner + place * size - maps.centres[number]
+                normal, h = maps.plane(maps.texel(which, p)[0])
+                n_seen += dot(normal, p) > h
+            to_middle = corner + size / 2 - maps.centres[number]
+            return (1 + n_seen) / (np.sqrt(dot(to_middle, to_middle)) + size.max(axis=1))
+
+        worths = np.stack(list(each(workers, worth, range(len(maps)))), axis=1)
+        choices = np.argsort(-worths, axis=1, kind="stable")[:, :_N_CHOICES].astype(np.int32)
+        return Guide((x, y, z), choices, float(side * np.sqrt(3)))
+
+    def at(self, positions: np.ndarray) -> np.ndarray:
+        """Maps to ask at positions (n, 3), the best first, (n, c) int32."""
+        cell = np.zeros(len(positions), np.int64)
+        for x, edges in zip(positions.T, self.edges, strict=True):
+            cell = cell * (len(edges) - 1) + np.clip(np.searchsorted(edges, x) - 1, 0, len(edges) - 2)
+        return self.choices[cell]

@@ -1,0 +1,1 @@
+"""Settings on the scene and on objects, as Blender properties."""

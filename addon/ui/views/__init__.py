@@ -1,0 +1,1 @@
+"""What the viewport shows besides: photons, cells and texel density."""

@@ -1,0 +1,1 @@
+"""How a bake runs: what it reads, solves and writes, on its own thread."""

@@ -1,0 +1,1 @@
+"""What can be baked: vertices, lightmaps, a camera, probes, and refined meshes."""

@@ -1,0 +1,144 @@
+"""What light is baked to: what a target is asked for, reads, lights and writes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from ...addon.core.parallel import Workers
+from ...addon.core.progress import Progress
+from ...addon.receivers import Receivers
+from ...addon.scene import Scene
+from ...addon.tracing import Tracer
+from ..jobs.written import Written
+from .probes import ProbeFiles
+
+if TYPE_CHECKING:
+    from ...addon.gather import Irradiance
+    from ...addon.pipeline.solution import Solution
+
+
+class Product(Protocol):
+    """What a target makes of light, ready to be written.
+
+    Attributes
+    ----------
+    files : list of Path
+        That writing it writes, if nothing stands in the way.
+    counts : dict of str to int
+        For the report.
+    """
+
+    @property
+    def files(self) -> list[Path]: ...
+
+    @property
+    def counts(self) -> dict[str, int]: ...
+
+    @staticmethod
+    def together(apart: "Mapping[str, Any]") -> "Product":
+        """What has the light of all light groups, and that of each apart, from those of each by their names."""
+
+    def concerns(self) -> list[str]:
+        """What writing it now would have to warn of; for the main thread."""
+
+    def write(self) -> Written:
+        """Write to Blender's data and to files what can be written; for the main thread.
+
+        Raises
+        ------
+        BakeError
+            If nothing can be, and nothing was changed.
+        """
+
+
+class Points(Protocol):
+    """Where a target wants light."""
+
+    @property
+    def receivers(self) -> Receivers: ...
+
+    def lit_by(self, solution: "Solution", workers: Workers) -> "Points":
+        """The same with what is wanted of a solution beside the receivers' light; touches none of Blender's data.
+
+        That comes first, so that the light is gathered in the time that is left.
+        """
+
+    def finish(self, irradiance: "Irradiance", workers: Workers) -> Product:
+        """Make the product of the receivers' light; touches none of Blender's data."""
+
+
+class Target(Protocol):
+    """Something that light is baked to, as it was read out of Blender's data.
+
+    Attributes
+    ----------
+    object_names : list of str
+        Objects that get light.
+    """
+
+    @property
+    def object_names(self) -> list[str]: ...
+
+    @property
+    def sizes(self) -> dict[Path, int]:
+        """How large the files that it goes to may become, bytes."""
+
+    def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> Points:
+        """Where light is wanted; touches none of Blender's data."""
+
+
+class Wanted(Protocol):
+    """A target that was asked for."""
+
+    def read(
+        self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
+    ) -> Target:
+        """Read it out of a graph of a Blender scene, for objects of some names or for all.
+
+        Raises
+        ------
+        BakeError
+            If nothing can be baked to, or an object asked for cannot take the light.
+        """
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Light that is ready to be written.
+
+    Attributes
+    ----------
+    irradiance : Irradiance
+        Of all targets' receivers, one after the other; of vertices, as it is stored.
+    products : list of Product
+        One a target.
+    """
+
+    irradiance: "Irradiance"
+    products: list[Product]
+
+    @property
+    def files(self) -> list[Path]:
+        """That writing the products writes."""
+        return [path for product in self.products for path in product.files]
+
+    @property
+    def n_points(self) -> int:
+        """Receivers and probes."""
+        return len(self.irradiance.value) + self.counts.get("probes", 0)
+
+    @property
+    def relative_noise(self) -> float:
+        """The receivers', and if there are none the probes'."""
+        if len(self.irradiance.value):
+            return self.irradiance.relative_noise
+        return max((one.relative_noise for one in self.products if isinstance(one, ProbeFiles)), default=0.0)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """What the bake counted, for its report."""
+        counts = dict(self.irradiance.counts)
+        for product in self.products:
+            counts |= product.counts
+        return counts
