@@ -21,7 +21,7 @@ from ..photons import GuidedSource, Photons, bounces_left, guide_sources, noise_
 from ..receivers import Receivers
 from ..scene import Scene
 from ..settings.bake import BakeSettings, affordable
-from ..tracing import LightTracer, Tracer
+from ..tracing import Tracer, TransparencyTracer
 from .solution import Solution
 
 _PILOT_PART = 0.1  # of the stage in which photons are traced
@@ -95,8 +95,8 @@ def solve_apart(
     started = started or perf_counter()
     workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
     region = region_of(receivers.position)
-    light_tracer = LightTracer(scene, tracer, progress)
-    of_photons = LightTracer(scene, photon_tracer, progress) if photon_tracer else light_tracer
+    light_tracer = TransparencyTracer(scene, tracer, progress)
+    of_photons = light_tracer.with_first_hits(photon_tracer) if photon_tracer else light_tracer
 
     # See where gather rays end, so that photons go there
     survey = None
@@ -112,8 +112,8 @@ def solve_apart(
 
 def _solved(
     scene: Scene,
-    light_tracer: LightTracer,
-    of_photons: LightTracer,
+    light_tracer: TransparencyTracer,
+    of_photons: TransparencyTracer,
     receivers: Receivers,
     region: Sphere,
     survey: Survey | None,
@@ -146,7 +146,9 @@ def _solved(
     return Solution(scene, receivers, settings, light_tracer, *light, workers, inspector, deadline)
 
 
-def _in_mid_air(scene: Scene, tracer: LightTracer, receivers: Receivers, settings: BakeSettings) -> MidAir | None:
+def _in_mid_air(
+    scene: Scene, tracer: TransparencyTracer, receivers: Receivers, settings: BakeSettings
+) -> MidAir | None:
     """Receivers that no photons are stored around, though densities of photons are wanted there; None without any."""
     by_density = settings.gather == "density"
     if not by_density and scene.materials.matte.all():  # no caustics
@@ -164,7 +166,7 @@ def _check(receivers: Receivers, settings: BakeSettings) -> None:
 
 def _guided(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     sources: list[Source],
     survey: Survey,
     settings: BakeSettings,

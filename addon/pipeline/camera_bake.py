@@ -12,7 +12,7 @@ from ..photons import PathKind, trace_photons
 from ..receivers import Camera, diffuse_colors, seen_surface
 from ..scene import Scene
 from ..settings.bake import BakeSettings
-from ..tracing import LightTracer, Tracer
+from ..tracing import Tracer, TransparencyTracer
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def bake_camera(
         If `progress` was cancelled.
     """
     workers = Workers(settings.seed, settings.n_threads, progress or Progress(), settings.memory)
-    light_tracer = LightTracer(scene, tracer, workers.progress)
+    light_tracer = TransparencyTracer(scene, tracer, workers.progress)
     seen = seen_surface(scene, light_tracer, camera)
     if len(seen) == 0:
         black = np.zeros((camera.height, camera.width, 3), np.float32)

@@ -33,7 +33,7 @@ from ..photons import PathKind, Photons
 from ..receivers import Receivers
 from ..scene import Scene
 from ..settings.bake import BakeSettings
-from ..tracing import LightTracer
+from ..tracing import TransparencyTracer
 
 _LEAST_EXTENT = 1e-3  # m, of the receivers: a lone one has none
 _OF_VOLUMES = 0.4  # of the stages of photon volumes, that come before them: gloss and caustics
@@ -64,7 +64,7 @@ class Solution:
     scene: Scene
     receivers: Receivers
     settings: BakeSettings
-    tracer: LightTracer
+    tracer: TransparencyTracer
     photons: Photons
     bounces_left: np.ndarray | None
     noise: float

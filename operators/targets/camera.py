@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from ...addon.pipeline.camera_pass import LightBeside
     from ...addon.pipeline.solution import Solution
     from ...addon.receivers import CameraPoints
-    from ...addon.tracing import LightTracer
+    from ...addon.tracing import TransparencyTracer
 
 FILTERING = "Denoising the pass"
 
@@ -108,14 +108,14 @@ class CameraTarget:
 
     def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "SeenPoints":
         """See `Target.points`."""
-        from ...addon.tracing import LightTracer
+        from ...addon.tracing import TransparencyTracer
 
-        points = self.seen(scene, LightTracer(scene, tracer, workers.progress), workers)
+        points = self.seen(scene, TransparencyTracer(scene, tracer, workers.progress), workers)
         if len(points) == 0:
             warnings.append(Advice("The camera sees no surface, so its pass is empty."))
         return SeenPoints(points, points.receivers(scene), scene, self, warnings)
 
-    def seen(self, scene: Scene, tracer: "LightTracer", workers: Workers) -> "CameraPoints":
+    def seen(self, scene: Scene, tracer: "TransparencyTracer", workers: Workers) -> "CameraPoints":
         """What the camera sees: the same points whatever the scene's lights are, and the light beyond mirrors."""
         from ...addon.receivers import camera_points
 
