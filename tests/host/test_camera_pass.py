@@ -10,7 +10,7 @@ from photon_bake.addon.core.errors import Cancelled
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.camera import CameraSettings
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 from photon_bake.operators.jobs.bake_job import BakeJob
 from photon_bake.operators.targets.camera import WantedCamera
 from photon_bake.tests.host.camera_scenes import add_camera, build_room, coloured

@@ -7,7 +7,7 @@ from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.camera import CameraSettings
 from photon_bake.addon.ui.state import CAMERA_SHARES, STAGE_SHARES, share_done
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 from photon_bake.operators.jobs.bake_job import BakeJob
 from photon_bake.operators.targets.camera import WantedCamera
 

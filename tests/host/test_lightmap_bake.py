@@ -16,7 +16,7 @@ from photon_bake.addon.settings.camera import CameraSettings
 from photon_bake.addon.settings.lightmap import LightmapSettings
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.addon.ui.state import CAMERA_SHARES, LIGHTMAP_SHARES, STAGE_SHARES, bake_state, share_done
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 from photon_bake.operators.jobs.bake_job import BakeJob
 from photon_bake.operators.targets.camera import WantedCamera
 from photon_bake.operators.targets.lightmap import WantedLightmaps

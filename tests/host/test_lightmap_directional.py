@@ -9,7 +9,7 @@ from photon_bake.addon.core.errors import BakeError
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.output.lightmap import KINDS, decode_directional, directional_light, light_for_normals
 from photon_bake.addon.settings.bake import settings_for
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 
 from .lightmap_scenes import QUICK, add_room, bake, pixels_of, prepare
 from .scenes import add_cube, add_lamp, add_material, add_plane, cycles_bake

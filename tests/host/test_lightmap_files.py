@@ -12,7 +12,7 @@ import pytest
 from photon_bake.addon.core.errors import BakeError
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.lightmap import LightmapSettings
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 from photon_bake.operators.jobs.bake_job import BakeJob
 from photon_bake.operators.targets.lightmap import WantedLightmaps
 from photon_bake.operators.targets.vertices import WantedVertices
