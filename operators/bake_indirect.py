@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from ..addon.blender.read.light_layers import group_names
+from ..addon.blender.read.lamps.light_layers import group_names
 from ..addon.core.errors import BakeError
 from ..addon.ui.checks import checks, key_of
 from ..addon.ui.outcomes import Outcome

@@ -14,7 +14,7 @@ from typing import Any
 
 import bpy
 
-from ...addon.blender.read.light_layers import group_names
+from ...addon.blender.read.lamps.light_layers import group_names
 from ...addon.core.errors import BakeError, Cancelled
 from ...addon.core.progress import Progress
 from ...addon.output import Report, atomic_path, check_writable, hushed, peak_memory_mb

@@ -15,7 +15,7 @@ from ...addon.blender.lightmap.subjects import Subject
 from ...addon.blender.lightmap.writing import write_lightmaps
 from ...addon.blender.overrides import density_factors
 from ...addon.blender.read.as_read import AsRead, still_there
-from ...addon.blender.read.light_layers import write_lightmap_layers
+from ...addon.blender.read.lamps.light_layers import write_lightmap_layers
 from ...addon.blender.write.baked_copies import MadeMesh, drop_meshes, make_meshes, place_copies
 from ...addon.core.errors import BakeError
 from ...addon.core.findings import counted

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...addon.blender import bake_objects, check_color_attribute, receiver_meshes
 from ...addon.blender.read.as_read import AsRead
-from ...addon.blender.read.light_layers import attribute_of
+from ...addon.blender.read.lamps.light_layers import attribute_of
 from ...addon.blender.read.meshes.shown_meshes import (
     CopyMesh,
     check_copied,

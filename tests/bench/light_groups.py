@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 from figures import table
 from mixer_pictures import demo_room
-from photon_bake.addon.blender.read.light_layers import group_names
+from photon_bake.addon.blender.read.lamps.light_layers import group_names
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.operators.jobs.bake_job import BakeJob
