@@ -51,7 +51,7 @@ def _by_final_gather(solutions: Sequence[Solution], workers: Workers) -> list[tu
     extent = max(2 * region_of(at.position).radius, _LEAST_EXTENT)
     rays = GatherRays.beside([solution.must_gather() for solution in solutions])
     gather = FinalGather(rays, at, effort, extent, first.tracer.surfaces, workers)
-    caustics = [_caustics(solution, gather) for solution in solutions]
+    caustics = [caustics_of(solution, gather) for solution in solutions]
     gathered = gather.finish()
     counts = {"gather_points": gathered.n_records, "gather_rays": gathered.n_rays}
     lights = zip(gathered.lights, noises, caustics, strict=True)
@@ -79,7 +79,7 @@ def _by_light_volume(solution: Solution) -> tuple[Estimate, dict[str, int]]:
     solution.setup.inspector.see("cells", volumes.cells)
     irradiance, stderr = volumes.irradiance(at, solution.receivers.normal, workers)
     counts = {"volume_cells": sum(volume.grid.n_cells for volume in volumes.volumes)}
-    return _sum(Estimate(irradiance, stderr), counts, _caustics(solution))
+    return _sum(Estimate(irradiance, stderr), counts, caustics_of(solution))
 
 
 def _by_photon_volumes(solution: Solution) -> tuple[Estimate, dict[str, int]]:
@@ -89,7 +89,7 @@ def _by_photon_volumes(solution: Solution) -> tuple[Estimate, dict[str, int]]:
     scattered, surfaces = solution.photons.where(solution.photons.kind == PathKind.INDIRECT), solution.tracer.surfaces
     n, workers = solution.settings.subsample, solution.workers.part(_OF_VOLUMES, 1.0)
     light = photon_volume_irradiance(view.camera, view.seen, scattered, workers, n, surfaces, OF_SCATTERED)
-    return _sum(Estimate(*light), {}, _caustics(solution))
+    return _sum(Estimate(*light), {}, caustics_of(solution))
 
 
 def _by_density(solution: Solution) -> tuple[Estimate, dict[str, int]]:
@@ -100,10 +100,10 @@ def _by_density(solution: Solution) -> tuple[Estimate, dict[str, int]]:
         return _with_mid_air(solution, of_all.at(at, solution.workers)[0], n_nearest), {}
     of_scattered = _density(solution, photons.where(photons.kind == PathKind.INDIRECT), n_nearest)
     light = of_scattered.at(at, solution.workers)[0]
-    return _sum(_with_mid_air(solution, light, n_nearest, PathKind.INDIRECT), {}, _caustics(solution))
+    return _sum(_with_mid_air(solution, light, n_nearest, PathKind.INDIRECT), {}, caustics_of(solution))
 
 
-def _caustics(solution: Solution, gather: FinalGather | None = None) -> tuple[Estimate, int]:
+def caustics_of(solution: Solution, gather: FinalGather | None = None) -> tuple[Estimate, int]:
     """What lamps send over mirrors and glass, which photons find far better than rays do; and their number.
 
     With a gather, most receivers take it from the records.
