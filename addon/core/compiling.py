@@ -38,6 +38,11 @@ def kernel(function: F) -> F:
     return numba.njit(cache=True, no_cfunc_wrapper=True, **_HOW)(function)
 
 
+def jit() -> bool:
+    """Whether kernels are compiled, and not run as plain Python."""
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+
+
 def kernel_array(values: np.ndarray, dtype: Any) -> np.ndarray:
     """The same values, contiguous, writable and of a dtype: a copy only where they are not.
 

@@ -12,7 +12,7 @@ from ..photons import PathKind, trace_photons
 from ..receivers import Camera, diffuse_colors, seen_surface
 from ..scene import Scene
 from ..settings.bake import BakeSettings
-from ..tracing import Tracer, TransparencyTracer
+from ..tracing import EmbreeTracer, TransparencyTracer
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class CameraLight:
 
 
 def bake_camera(
-    scene: Scene, camera: Camera, settings: BakeSettings, tracer: Tracer, progress: Progress | None = None
+    scene: Scene, camera: Camera, settings: BakeSettings, tracer: EmbreeTracer, progress: Progress | None = None
 ) -> CameraLight:
     """Trace photons through `scene` and gather them at what `camera` sees (Fei and Wang, section 4).
 

@@ -236,6 +236,13 @@ class TransparencyTracer:
         other._first_hits = tracer
         return other
 
+    def lit_by(self, scene: Scene) -> "TransparencyTracer":
+        """The same for the same surfaces, lit by other lights (`Scene.lit_by`)."""
+        other = copy(self)
+        other._scene = scene
+        other.__dict__["arrays"] = self.arrays._replace(scene=scene.arrays)
+        return other
+
     @cached_property
     def arrays(self) -> Tracing:
         """What kernels take; valid as long as this tracer lives."""
