@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
+import numpy as np
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -35,6 +36,14 @@ def kernel(function: F) -> F:
     # Numba looks at the kernel's own file alone to see whether it is stale; the folder's name says the rest
     numba.config.CACHE_DIR = str(_FOLDER / digest_of(Path(function.__code__.co_filename).resolve()))
     return numba.njit(cache=True, no_cfunc_wrapper=True, **_HOW)(function)
+
+
+def kernel_array(values: np.ndarray, dtype: Any) -> np.ndarray:
+    """The same values, contiguous, writable and of a dtype: a copy only where they are not.
+
+    For other arrays a kernel would be compiled anew.
+    """
+    return np.require(values, dtype, ["C", "W"])
 
 
 @cache

@@ -8,8 +8,8 @@ from itertools import starmap
 import numpy as np
 from mathutils.bvhtree import BVHTree
 
-from ...scene import Scene
-from ...tracing.protocol import Hits, RayKind, tree_of_each_kind
+from ...scene import RayKind, Scene
+from ...tracing.protocol import Hits, tree_of_each_kind
 
 FARTHEST = 1e18
 """Stands for an infinite distance, m; `BVHTree` takes none."""
