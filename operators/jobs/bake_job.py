@@ -17,6 +17,7 @@ from ...addon.core.errors import Advice, BakeError, Cancelled, refuse_difference
 from ...addon.core.inspector import Inspector
 from ...addon.core.parallel import Workers, aside
 from ...addon.core.progress import Progress
+from ...addon.core.zips import check_libraries
 from ...addon.output import check_space
 from ...addon.receivers import Receivers
 from ...addon.scene import Scene
@@ -161,7 +162,14 @@ class BakeJob:
         """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it.
 
         It ends soon after it is cancelled, whatever is being done.
+
+        Raises
+        ------
+        BakeError
+            If it cannot be baked, or a library is missing.
+        Cancelled
         """
+        check_libraries()
         return aside(lambda: self._solve(settings, progress, inspector), progress.check)
 
     def _solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None) -> Solved:
@@ -169,10 +177,11 @@ class BakeJob:
         from ...addon.photons import Photons
         from ...addon.pipeline.bake import no_light, solve_apart  # here, as Blender's start should not wait for SciPy
         from ...addon.pipeline.solution import irradiances
+        from ...addon.tracing.embree import EmbreeTracer
 
         inspector, started = inspector or Inspector(), perf_counter()
         workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
-        tracer = make_tracer(self.scene, self.warnings)
+        tracer = EmbreeTracer(self.scene)
         points = [target.points(self.scene, tracer, workers, self.warnings) for target in self.targets]
         self.check_strict()
         receivers = Receivers.join([one.receivers for one in points])
@@ -328,16 +337,3 @@ def _flush(emitter: str, other: str) -> str:
         f"Emissive faces of object '{emitter}' lie in one plane with {place}, where Cycles' light depends on rounding; "
         "it was baked as if in front: move it 1 mm in front."
     )
-
-
-def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:
-    """Embree's tracer, or where Embree is not installed Blender's own with a notice."""
-    try:
-        from ...addon.tracing.embree import EmbreeTracer
-    except ImportError:
-        from ...addon.blender import BVHTracer
-
-        slow = "embreex is not installed, so Blender's slower BVH traces rays: install the extension's zip."
-        warnings.append(Advice(slow))
-        return BVHTracer(scene)
-    return EmbreeTracer(scene)

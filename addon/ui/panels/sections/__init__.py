@@ -1,0 +1,1 @@
+"""Sections of the panel that fold away, a file each."""
