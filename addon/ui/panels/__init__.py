@@ -4,14 +4,14 @@ import bpy
 
 from . import entries
 from .bake import PHOTON_BAKE_PT_bake
+from .light import PHOTON_BAKE_PT_light
+from .outputs.camera import PHOTON_BAKE_PT_camera
+from .outputs.lightmaps import PHOTON_BAKE_PT_lightmaps
+from .outputs.probes import PHOTON_BAKE_PT_probes
+from .outputs.vertices import PHOTON_BAKE_PT_vertices
 from .presets import PHOTON_BAKE_PT_presets
-from .sections.camera import PHOTON_BAKE_PT_camera
-from .sections.light import PHOTON_BAKE_PT_light
-from .sections.lightmaps import PHOTON_BAKE_PT_lightmaps
-from .sections.probes import PHOTON_BAKE_PT_probes
-from .sections.sampling import PHOTON_BAKE_PT_sampling
-from .sections.vertices import PHOTON_BAKE_PT_vertices
-from .sections.views import PHOTON_BAKE_PT_debug_views
+from .sampling import PHOTON_BAKE_PT_sampling
+from .views import PHOTON_BAKE_PT_debug_views
 
 CLASSES = (
     PHOTON_BAKE_PT_presets,

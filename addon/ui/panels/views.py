@@ -4,10 +4,10 @@ from typing import Any
 
 import bpy
 
-from ....core.inspector import VIEWS, View
-from ...views.debug_views import debug_views
-from ...views.texel_view import draw_texel_view
-from ..tab import Section
+from ...core.inspector import VIEWS, View
+from ..views.debug_views import debug_views
+from ..views.texel_view import draw_texel_view
+from .tab import Section
 
 
 class PHOTON_BAKE_PT_debug_views(Section, bpy.types.Panel):

@@ -4,8 +4,8 @@ from typing import Any
 
 import bpy
 
-from ....settings.bake import Gather, TracerName
-from ..tab import Section, draw_knobs, settings_column
+from ...settings.bake import Gather, TracerName
+from .tab import Section, draw_knobs, settings_column
 
 _GATHER_KNOBS: dict[Gather, list[str]] = {
     "final": ["n_gather_rays", "gather_share", "interpolate", "noise", "time", "n_cache_elements", "n_cache_rays"],

@@ -4,8 +4,8 @@ from typing import Any
 
 import bpy
 
-from ..mixer import draw_light_groups
-from ..tab import Section, settings_column
+from .outputs.mixer import draw_light_groups
+from .tab import Section, settings_column
 
 
 class PHOTON_BAKE_PT_light(Section, bpy.types.Panel):

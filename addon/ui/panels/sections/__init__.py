@@ -1,1 +1,0 @@
-"""Sections of the panel that fold away, a file each."""
