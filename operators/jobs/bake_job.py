@@ -16,6 +16,7 @@ from ...addon.core.errors import Advice, BakeError, Cancelled, refuse_difference
 from ...addon.core.inspector import Inspector
 from ...addon.core.parallel import Workers, aside
 from ...addon.core.progress import Progress
+from ...addon.core.zips import check_libraries
 from ...addon.output import check_space
 from ...addon.scene import Scene
 from ...addon.settings.bake import BakeSettings
@@ -154,7 +155,14 @@ class BakeJob:
         """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it.
 
         It ends soon after it is cancelled, whatever is being done.
+
+        Raises
+        ------
+        BakeError
+            If it cannot be baked, or a library is missing.
+        Cancelled
         """
+        check_libraries()
         return aside(lambda: self._solve(settings, progress, inspector), progress.check)
 
     def _solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None) -> Solved:
