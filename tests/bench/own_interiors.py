@@ -74,7 +74,9 @@ def stairs():
     box("Landing", (5.0, 0.3, 2.5), (6, 4.7, 2.6), oak)
     for i, (x, z) in enumerate(product(np.linspace(0.4, 5.5, 23), (3.4, 4.2))):
         box(f"Frame {i + 1}", (x, 4.97, z), (x + 0.2, 5.0, z + 0.3), oak if i % 3 else iron)
-    bpy.context.scene.world = bpy.data.worlds.new("Dark")
+    world = bpy.context.scene.world = bpy.data.worlds.new("Dark")
+    use_nodes(world)
+    next(node for node in world.node_tree.nodes if node.type == "BACKGROUND").inputs["Strength"].default_value = 0
 
 
 def _flight(nth, y, up, oak, iron):
