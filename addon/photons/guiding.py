@@ -20,7 +20,7 @@ from ..core.parallel import Workers
 from ..core.sampling.vectors import dot
 from ..emitters.source import Rays, Source, Sphere
 from ..scene import Scene
-from ..tracing import LightTracer
+from ..tracing import TransparencyTracer
 from .photons import Photons
 from .tracing import Pass, emitted_points, shares, trace_photons
 
@@ -110,7 +110,7 @@ def pilots_for(n_photons: int) -> int:
 
 def guide_sources(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     sources: list[Source],
     n_pilots: int,
     max_bounces: int,

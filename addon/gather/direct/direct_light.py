@@ -26,7 +26,7 @@ from ...emitters.lamp_choice import LampChoice
 from ...emitters.light_samples import directions_to, light_samples
 from ...emitters.mesh_source import MeshSource
 from ...scene import Scene
-from ...tracing import Hits, LightTracer
+from ...tracing import Hits, TransparencyTracer
 
 MAX_CANDIDATES = 4
 
@@ -61,7 +61,7 @@ class DirectLight:
         From `light_sources`; those with `sampled_directly` are sampled.
     """
 
-    def __init__(self, scene: Scene, tracer: LightTracer, sources: list[Source]) -> None:
+    def __init__(self, scene: Scene, tracer: TransparencyTracer, sources: list[Source]) -> None:
         self._scene, self._tracer = scene, tracer
         self._emissive, self._emissive_chance = np.zeros(0, np.int32), np.zeros(0)
         for source in sources:
