@@ -6,8 +6,8 @@ from ...bsdf import SMOOTH
 from ...core.sampling.vectors import dot
 from ...emitters.lamp_hits import lamps_along
 from ...photons.scattering import NARROW_LOBES, Scattered, scatter, scatter_both_ways
-from ...scene import Scene
-from ...tracing import Hits, LightTracer, RayKind
+from ...scene import RayKind, Scene
+from ...tracing import Hits, LightTracer
 from ...tracing.emission import emission_met
 
 _MOST_FOLLOWED = 8
