@@ -6,13 +6,13 @@ from ..bsdf import PEAK
 from ..core.sampling.streams import stream
 from ..core.sampling.vectors import largest
 from ..scene import Scene
-from .projection_map import Aim
+from .projection_map import ProjectionMap
 
 _LEAST_REFLECTANCE = 0.2  # of metal or a mirror; a varnish's caustics are dim, and most floors have one
 _MOST_BALLS = 32
 
 
-def caustic_makers(scene: Scene, largest_radius: float) -> Aim | None:
+def caustic_makers(scene: Scene, largest_radius: float) -> ProjectionMap | None:
     """Balls around the objects that make caustics and have a radius below `largest_radius`, m; None without any.
 
     Those close together are joined.
@@ -34,7 +34,7 @@ def caustic_makers(scene: Scene, largest_radius: float) -> Aim | None:
 
         _, group[small] = kmeans2(centre[small].astype(np.float64), _MOST_BALLS, minit="++", rng=stream(0))
     k = np.flatnonzero(group[of_triangle] >= 0)
-    return Aim(*_balls(corners[k], group[of_triangle[k]]))
+    return ProjectionMap(*_balls(corners[k], group[of_triangle[k]]))
 
 
 def _focuses(scene: Scene) -> np.ndarray:

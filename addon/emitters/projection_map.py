@@ -6,105 +6,142 @@ power; a photon of the rest that flies towards a ball after all carries none, as
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from ..core.sampling.vectors import dot
-from ..core.sampling.warps import sample_uniform_cone, sample_uniform_disk, to_world
+from ..core.compiling import kernel, kernel_array, part
+from ..core.sampling.warps import uniform_cone, uniform_disk
+from ..core.vec3 import ONE, TWO, ZERO, dot, length, minus, narrow, plus, put, row, times, to_world, wide
 
-_NARROWEST = 1 - 2.0**-40  # cosine: nothing is so far away that its cone has no solid angle
+_NARROWEST = 2.0**-41  # versine: nothing is so far away that its cone has no solid angle
+_HALF = np.float32(0.5)
 
 
 @dataclass(frozen=True)
-class Aim:
+class ProjectionMap:
     """The m balls that photons are aimed at, alike many at each: centre (m, 3) float32 and radius (m,) float32, m."""
 
     centre: np.ndarray
     radius: np.ndarray
 
-    def redirect(
-        self,
-        aimed: np.ndarray,
-        u: np.ndarray,
-        origins: np.ndarray,
-        directions: np.ndarray,
-        per_density: np.ndarray,
-        reach: float = 0.0,
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Directions (n, 3), of the aimed ones into the cones around the balls, and 1 over all densities (n,), sr.
 
-        Parameters
-        ----------
-        aimed : (n,) bool
-        u : (n, 2) float32
-        origins : (n, 3) or (1, 3) float32
-        directions, per_density : (n, 3), (n,) float32
-            Of the photons if none was aimed.
-        reach : float, m
-            How far beside their origins the rays may start.
-        """
-        k = np.flatnonzero(aimed)
-        ball, u_within = self._choose(u[k])
-        directions = directions.copy()
-        directions[k] = self._towards(ball, u_within, np.broadcast_to(origins, directions.shape)[k], reach)
-        density = np.zeros(len(directions))
-        for centre, radius in zip(self.centre, self.radius, strict=True):
-            cos_max, axis = cone_around(centre, float(radius), origins, reach)
-            within = dot(directions, np.broadcast_to(axis, directions.shape)) >= cos_max
-            density += within / (len(self.radius) * 2 * np.pi * (1 - cos_max))
-        return directions, _parted(aimed, density, per_density)
+class Balls(NamedTuple):
+    """The balls of the projection maps of s sources: those of each from `start` to `stop`, (s,) int32."""
 
-    def move(
-        self, aimed: np.ndarray, u: np.ndarray, places: np.ndarray, directions: np.ndarray, per_density: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Places (n, 3) that parallel rays pass, of the aimed ones within the balls, and 1 over all densities, m².
-
-        Parameters
-        ----------
-        aimed, u, per_density
-            As for `redirect`; the densities are by area across the rays.
-        """
-        k = np.flatnonzero(aimed)
-        ball, u_within = self._choose(u[k])
-        disc = self.radius[ball, None] * sample_uniform_disk(u_within)
-        places = places.copy()
-        places[k] = self.centre[ball] + to_world(np.pad(disc, ((0, 0), (0, 1))), directions[k])
-        density = np.zeros(len(places))
-        for centre, radius in zip(self.centre, self.radius, strict=True):
-            away = places - centre
-            beside = dot(away, away) - dot(away, directions) ** 2
-            density += (beside <= radius**2) / (len(self.radius) * np.pi * float(radius) ** 2)
-        return places, _parted(aimed, density, per_density)
-
-    def _choose(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """A ball for each of numbers (n, 2), and fresh numbers."""
-        steps = u[:, 0] * np.float32(len(self.radius))
-        ball = np.minimum(steps.astype(np.int64), len(self.radius) - 1)
-        return ball, np.stack([np.clip(steps - ball, 0, 1), u[:, 1]], axis=1)
-
-    def _towards(self, ball: np.ndarray, u: np.ndarray, origins: np.ndarray, reach: float) -> np.ndarray:
-        """Directions uniform in the cones from origins (n, 3) around a ball each."""
-        cos_max, axis = cone_around(self.centre[ball], self.radius[ball].astype(np.float64), origins, reach)
-        return to_world(sample_uniform_cone(u, cos_max), axis)
+    centre: np.ndarray
+    radius: np.ndarray
+    start: np.ndarray
+    stop: np.ndarray
 
 
-def _parted(aimed: np.ndarray, density: np.ndarray, per_density: np.ndarray) -> np.ndarray:
-    """1 over the density of each photon in its part of the light, (n,) float32; 0 of those that strayed."""
-    per_aimed = 2 / np.where(density > 0, density, np.inf)
-    return np.where(aimed, per_aimed, np.where(density > 0, 0, 2 * per_density)).astype(np.float32)
+def balls_of(maps: "list[ProjectionMap | None]") -> Balls:
+    """The balls of each source's map; of maps that are one and the same, once."""
+    known = {id(one): one for one in maps if one is not None}
+    counts = [len(one.radius) for one in known.values()]
+    first = dict(zip(known, np.cumsum([0, *counts]).tolist(), strict=False))
+    start = np.array([0 if one is None else first[id(one)] for one in maps], np.int32)
+    n_balls = np.array([0 if one is None else len(one.radius) for one in maps], np.int32)
+    centre = np.concatenate([np.zeros((0, 3), np.float32), *(one.centre for one in known.values())])
+    radius = np.concatenate([np.zeros(0, np.float32), *(one.radius for one in known.values())])
+    return Balls(centre, radius, start, start + n_balls)
 
 
-def cone_around(
-    centre: np.ndarray, radius: np.ndarray | float, origins: np.ndarray, reach: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Cones that hold all lines to a ball from within `reach` of origins: cos of half the angle (n,), axes (n, 3).
+@part
+def halved(balls, source, u):
+    """Whether a photon is aimed, by its last number, and what is left of the number."""
+    if balls.start[source] == balls.stop[source]:
+        return False, u
+    return (True, TWO * u) if u < _HALF else (False, TWO * u - ONE)
 
-    The cosine (float64, since cones are narrow) is −1 where an origin is too close for a cone.
+
+@part
+def redirected(balls, source, aimed, u, v, origin, reach, direction, per_density):
+    """A photon's direction, into a cone around a ball if it is aimed, and 1 over the density of all, sr.
+
+    `direction` and `per_density` are the photon's if none was aimed; it may start as far as `reach` beside `origin`.
     """
-    way = centre - origins
-    distance = np.linalg.norm(way, axis=1).astype(np.float64)
-    sine = (radius + reach) / np.maximum(distance, 1e-30)
-    cosine = np.where(sine < 1, np.sqrt(np.maximum(1 - sine**2, 0)), -1)
-    cosine = np.minimum(cosine, _NARROWEST)
-    axes = np.where((distance > 0)[:, None], way / np.maximum(distance, 1e-30)[:, None], [0, 0, 1])
-    return cosine, axes.astype(np.float32)
+    first, last = balls.start[source], balls.stop[source]
+    if first == last:
+        return direction, per_density
+    if aimed:
+        ball, within = _chosen(first, last, u)
+        versine, axis = cone_to_ball(row(balls.centre, ball), balls.radius[ball], origin, reach)
+        direction = to_world(uniform_cone(within, v, 1.0 - versine), axis)
+    density = 0.0
+    for ball in range(first, last):
+        versine, axis = cone_to_ball(row(balls.centre, ball), balls.radius[ball], origin, reach)
+        aside = minus(direction, axis)
+        if 0.5 * np.float64(dot(aside, aside)) <= versine:  # 1 − a·b = |a − b|²/2, with all its digits
+            density += 1.0 / (2.0 * np.pi * versine)
+    return direction, _parted(aimed, density / (last - first), per_density)
+
+
+@part
+def moved(balls, source, aimed, u, v, place, direction, per_density):
+    """A place that parallel light passes, within a ball if the photon is aimed, and 1 over the density of all, m².
+
+    As `redirected`; densities are by area across the rays.
+    """
+    first, last = balls.start[source], balls.stop[source]
+    if first == last:
+        return place, per_density
+    if aimed:
+        ball, within = _chosen(first, last, u)
+        x, y = uniform_disk(within, v)
+        place = plus(row(balls.centre, ball), times(to_world((x, y, ZERO), direction), balls.radius[ball]))
+    density = 0.0
+    for ball in range(first, last):
+        away, radius = minus(place, row(balls.centre, ball)), balls.radius[ball]
+        before = dot(away, direction)
+        if dot(away, away) - before * before <= radius * radius:
+            density += 1.0 / (np.pi * np.float64(radius) * radius)
+    return place, _parted(aimed, density / (last - first), per_density)
+
+
+@part
+def _chosen(first, last, u):
+    """A ball, and what is left of the number."""
+    steps = u * np.float32(last - first)
+    nth = min(np.int32(steps), last - first - 1)
+    return first + nth, min(max(steps - np.float32(nth), ZERO), ONE)
+
+
+@part
+def _parted(aimed, density, per_density):
+    """1 over a photon's density in its part of the light; 0 of those that strayed."""
+    if aimed:
+        return np.float32(2.0 / density) if density > 0.0 else ZERO
+    return ZERO if density > 0.0 else TWO * np.float32(per_density)
+
+
+@part
+def cone_to_ball(centre, radius, origin, reach):
+    """The cone of all lines to a ball from within `reach` of an origin: the versine of half its angle, and its axis.
+
+    The versine 1 − cos (float64, since cones are narrow) is 2 where the origin is too close for a cone.
+    """
+    way = minus(wide(centre), wide(origin))
+    distance = length(way)
+    sine = (np.float64(radius) + np.float64(reach)) / max(distance, 1e-30)
+    versine = max(sine * sine / (1.0 + np.sqrt(1.0 - sine * sine)), _NARROWEST) if sine < 1.0 else 2.0
+    if distance == 0.0:
+        return versine, (ZERO, ZERO, ONE)
+    return versine, narrow(times(way, 1.0 / distance))
+
+
+@kernel
+def _cones_to_ball(centre, radius, origins, reach, versines, axes):
+    for k in range(len(origins)):
+        versines[k], axis = cone_to_ball(centre, radius, row(origins, k), reach)
+        put(axes, k, axis)
+
+
+def cones_to_ball(
+    centre: np.ndarray | tuple, radius: float, origins: np.ndarray, reach: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """`cone_to_ball` of many origins (n, 3): versines (n,) float64 and axes (n, 3) float32."""
+    versines, axes = np.empty(len(origins)), np.empty((len(origins), 3), np.float32)
+    x, y, z = (np.float32(c) for c in centre)
+    _cones_to_ball((x, y, z), float(radius), kernel_array(origins, np.float32), float(reach), versines, axes)
+    return versines, axes

@@ -7,60 +7,76 @@ ends in it. The other half leave as they would anyway. Each direction is left to
 (the maximum heuristic: Veach 1997, 9.2.4), so that guiding the one does not make the other's photons heavy.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from ..core.sampling.vectors import dot
-from ..core.sampling.warps import pdf_versine_octaves, sample_versine_octaves, to_world
-from .projection_map import cone_around
-from .source import Sphere
+from ..core.compiling import part
+from ..core.sampling.warps import versine_octaves
+from ..core.vec3 import ONE, ZERO, dot, minus, to_world
+from .projection_map import cone_to_ball
 
-_SHARE = 0.5  # of the photons
+_SHARE = np.float32(0.5)  # of the photons
 FAR = 2.0
 """Distance in radii of the region from which photons are aimed: from there a fifteenth of all directions meet it."""
 
+_FAR2 = np.float32(FAR**2)
 
-class Homeward:
-    """Photons from n places, some of which fly towards a region.
 
-    Parameters
-    ----------
-    u : (n, 2) float32
-        Points of the unit square for directions.
-    origins : (n, 3) float32, m
+class Towards(NamedTuple):
+    """A photon that may be aimed at the region.
 
     Attributes
     ----------
-    u : (n, 2) float32
-        Points of the unit square that are left for directions.
+    far, goes : bool
+        Whether photons from there are aimed, and whether this one is.
+    u : float32
+        What is left of its first number.
+    versine, axis
+        Of the cone to the region.
     """
 
-    def __init__(self, region: Sphere, u: np.ndarray, origins: np.ndarray) -> None:
-        cos_max, self._axis = cone_around(region.centre, region.radius, origins, 0.0)
-        away = origins - region.centre
-        self._far = (dot(away, away) > np.float32(FAR * region.radius) ** 2) & (region.radius > 0)
-        self._goes = self._far & (u[:, 0] < np.float32(_SHARE))
-        share = np.where(self._goes, np.float32(_SHARE), np.float32(1 - _SHARE))
-        first = np.where(self._far, (u[:, 0] - ~self._goes * np.float32(_SHARE)) / share, u[:, 0])
-        self.u = np.stack([first, u[:, 1]], axis=1).astype(np.float32)
-        self._narrow = np.maximum(1 - cos_max, 1e-12)
+    far: bool
+    goes: bool
+    u: np.float32
+    versine: float
+    axis: tuple
 
-    def redirect(self, directions: np.ndarray) -> np.ndarray:
-        """Directions (n, 3) of all, from those that they would have without aim."""
-        k = np.flatnonzero(self._goes)
-        directions = directions.copy()
-        directions[k] = to_world(sample_versine_octaves(self.u[k], self._narrow[k]), self._axis[k])
-        return directions
 
-    def per_density(self, directions: np.ndarray, unaimed: np.ndarray) -> np.ndarray:
-        """1 over the density of directions, (n,) float64, sr; 0 of those that the other half of the photons brings.
+@part
+def towards_region(centre, radius, u, origin):
+    """Whether a photon of the first number `u` from an origin is aimed at a region."""
+    versine, axis = cone_to_ball(centre, radius, origin, ZERO)
+    away = minus(origin, centre)
+    far = radius > ZERO and dot(away, away) > _FAR2 * radius * radius
+    goes = far and u < _SHARE
+    left = u if not far else (u / _SHARE if goes else (u - _SHARE) / (ONE - _SHARE))
+    return Towards(far, goes, left, max(versine, 1e-12), axis)
 
-        Parameters
-        ----------
-        unaimed : (n,)
-            Density by solid angle that the directions have without aim.
-        """
-        aside = directions - self._axis
-        aimed = pdf_versine_octaves(dot(aside, aside) / 2, self._narrow)  # 1 − a·b = |a − b|²/2, with all its digits
-        own, other = np.where(self._goes, aimed, unaimed), np.where(self._goes, unaimed, aimed)
-        share = np.where(self._goes, _SHARE, 1 - _SHARE)
-        return np.where(self._far, (own >= other) / (share * own), 1 / unaimed)
+
+@part
+def aimed_direction(towards, v):
+    """The direction of a photon that goes to the region."""
+    return to_world(versine_octaves(np.float64(towards.u), v, towards.versine), towards.axis)
+
+
+@part
+def per_density_towards(towards, direction, unaimed):
+    """1 over the density of a direction, sr; 0 of one that the other half of the photons brings.
+
+    `unaimed` is the density by solid angle that the direction has without aim.
+    """
+    if not towards.far:
+        return ONE / unaimed
+    aside = minus(direction, towards.axis)
+    # 1 − a·b = |a − b|²/2, with all its digits
+    aimed = _pdf_octaves(0.5 * np.float64(dot(aside, aside)), towards.versine)
+    own, other = (aimed, np.float64(unaimed)) if towards.goes else (np.float64(unaimed), aimed)
+    share = np.float64(_SHARE if towards.goes else ONE - _SHARE)
+    return np.float32(1.0 / (share * own)) if own >= other else ZERO
+
+
+@part
+def _pdf_octaves(versine, narrow):
+    """Density of `versine_octaves` by solid angle: with v the versine and s narrow, 1/(2π (s+v) ln(1 + 2/s))."""
+    return 1.0 / (2.0 * np.pi * (narrow + versine) * np.log1p(2.0 / narrow))

@@ -1,5 +1,6 @@
 """Bake Indirect as a script calls it; the window's way is in tools/screenshot_panel.py."""
 
+import sys
 from threading import Event
 from types import SimpleNamespace
 

@@ -12,12 +12,12 @@ import numpy as np
 from ...bsdf import PEAK, SMOOTH, Lobe, Surface, evaluate_glossy, pdf_glossy, surface_at
 from ...core.parallel import Workers
 from ...core.sampling.vectors import largest
+from ...emitters.lamp_hits import lamp_hits, lamps_along
 from ...photons.scattering import NARROW_LOBES, facing, local_axes, scatter
 from ...receivers import CameraPoints, SeenSurface
 from ...scene import Scene
 from ...tracing import TransparencyTracer
 from ...tracing.emission import emission_met
-from ...tracing.lamp_hits import lamp_hits, lamps_along
 from ..direct.direct_light import DirectLight
 from .lobe_rays import mean_over_rays, ray_counts
 

@@ -19,11 +19,11 @@ import numpy as np
 
 from ...bsdf import SMOOTH, Lobe, Surface, base_share, evaluate_wide, glossy_albedo, is_focused, surface_at
 from ...core.sampling.vectors import dot, largest, rows
+from ...emitters.lamp_hits import lamps_along
 from ...photons.scattering import ALL_LOBES, NARROW_LOBES, Scattered, facing, local_axes, scatter
 from ...scene import Scene
 from ...tracing import Hits, TransparencyTracer
 from ...tracing.emission import emission_met
-from ...tracing.lamp_hits import lamps_along
 from ..direct.direct_light import DirectLight
 from ..radiance_cache.radiance_cache import RadianceCache
 

@@ -4,11 +4,11 @@ import numpy as np
 
 from ...bsdf import SMOOTH
 from ...core.sampling.vectors import dot
+from ...emitters.lamp_hits import lamps_along
 from ...photons.scattering import NARROW_LOBES, Scattered, scatter, scatter_both_ways
 from ...scene import RayKind, Scene
 from ...tracing import Hits, TransparencyTracer
 from ...tracing.emission import emission_met
-from ...tracing.lamp_hits import lamps_along
 
 _MOST_FOLLOWED = 8
 """Mirrors and surfaces of glass that a sample is followed over: through four bodies of glass."""
