@@ -10,8 +10,8 @@ from ..core.compiling import part
 from ..core.sampling.warps import PI, TWO_PI, cosine_hemisphere, uniform_cone, uniform_disk
 from ..core.vec3 import ONE, ZERO, along, direction_to, dot, minus, plus, row, times, to_world
 from ..scene import LightKind, Lights
-from .discs import Discs, cone_to_whole
-from .projection_map import cone_to_ball, halved, redirected
+from .aiming.discs import Discs, cone_to_whole
+from .aiming.projection_map import cone_to_ball, halved, redirected
 from .row import SourceRow
 
 _ELLIPSE = int(LightKind.ELLIPSE)

@@ -12,13 +12,13 @@ from ..core.compiling import kernel, part
 from ..core.vec3 import ONE, put, times
 from ..scene import LightKind
 from ..scene.arrays import SceneArrays
+from .aiming.discs import Discs
+from .aiming.guided import GuideCells, guided
+from .aiming.projection_map import Balls
 from .area import emit_area
-from .discs import Discs
-from .guided import GuideCells, guided
 from .lamps import LampArrays
 from .mesh import MeshArrays, emit_mesh
 from .point import emit_point
-from .projection_map import Balls
 from .row import MESH, WORLD
 from .spot import emit_spot
 from .sun import emit_sun

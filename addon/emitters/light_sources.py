@@ -1,11 +1,11 @@
 """All that emits photons in a scene."""
 
 from ..scene import LightKind, Scene
+from .aiming.caustic_makers import caustic_makers
+from .aiming.regions import Sphere
 from .area import area_row
-from .caustic_makers import caustic_makers
 from .mesh import mesh_row
 from .point import point_row
-from .regions import Sphere
 from .row import WORLD
 from .source import Source, Surroundings
 from .spot import spot_row

@@ -15,10 +15,10 @@ from ..core.vec3 import BLACK, ONE, TWO, ZERO, along, direction_to, dot, negativ
 from ..scene import Scene
 from ..scene.arrays import SceneArrays
 from ..scene.hit import emitted, look_up, point_at, ray_offset
-from .discs import Discs
-from .projection_map import halved, redirected
+from .aiming.discs import Discs
+from .aiming.projection_map import halved, redirected
+from .aiming.target_region import aimed_direction, per_density_towards, towards_region
 from .row import MESH, SourceRow
-from .target_region import aimed_direction, per_density_towards, towards_region
 
 _BY_OBJECT = 0.1
 _LEAST_COSINE = np.float32(1e-6)

@@ -10,8 +10,8 @@ from ..core.compiling import part
 from ..core.sampling.warps import PI, TWO_PI, uniform_cone, uniform_disk
 from ..core.vec3 import ONE, TWO, ZERO, along, direction_to, dot, minus, row, times, to_world
 from ..scene import Lights
-from .discs import Discs, cone_to_whole
-from .projection_map import halved, redirected
+from .aiming.discs import Discs, cone_to_whole
+from .aiming.projection_map import halved, redirected
 from .row import SourceRow
 
 _LEAST_COSINE, _TINY = np.float32(1e-6), np.float32(1e-12)

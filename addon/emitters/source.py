@@ -9,13 +9,13 @@ import numpy as np
 from ..core.compiling import kernel_array
 from ..core.sampling.streams import sobol
 from ..scene import ALL_BOUNCES, Scene
-from .discs import Discs, discs_around
+from .aiming.discs import Discs, discs_around
+from .aiming.guided import Guide, guide_cells
+from .aiming.projection_map import ProjectionMap, balls_of
+from .aiming.regions import Sphere
 from .emission import N_DIMENSIONS, Emitters, emit_rays
-from .guided import Guide, guide_cells
 from .lamps import LampArrays, lamp_arrays
 from .mesh import MeshArrays, mesh_arrays
-from .projection_map import ProjectionMap, balls_of
-from .regions import Sphere
 from .row import MESH, WORLD, SourceRow
 from .world import WorldArrays, world_arrays
 

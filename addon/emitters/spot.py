@@ -11,9 +11,9 @@ from ..core.compiling import kernel, part
 from ..core.sampling.warps import TWO_PI, uniform_cone
 from ..core.vec3 import ONE, TWO, ZERO, dot, length, negative, plus, put, row, times, to_world
 from ..scene import Lights
-from .discs import Discs
+from .aiming.discs import Discs
+from .aiming.projection_map import halved, redirected
 from .point import leave_disc, meet_ball, point_row, sample_ball
-from .projection_map import halved, redirected
 from .row import SourceRow
 
 _TINIEST, _LEAST_BLEND, _THREE = np.float32(1e-30), np.float32(1e-5), np.float32(3)

@@ -10,7 +10,7 @@ from ..core.compiling import part
 from ..core.sampling.warps import PI, TWO_PI, uniform_cone
 from ..core.vec3 import ONE, TWO, ZERO, along, dot, minus, negative, row, times, to_world
 from ..scene import Lights
-from .discs import Discs, through_discs
+from .aiming.discs import Discs, through_discs
 from .row import SourceRow
 
 _BEHIND_ALL = np.finfo(np.float32).max

@@ -14,7 +14,7 @@ from ..core.sampling.cutpoint_table import CutpointTable, cutpoint_table, drawn_
 from ..core.sampling.warps import PI, TWO_PI, uniform_sphere
 from ..core.vec3 import ONE, ZERO, mul, negative, put, row, times
 from ..scene import World
-from .discs import Discs, through_discs
+from .aiming.discs import Discs, through_discs
 from .row import WORLD, SourceRow
 
 _HALF, _TINY = np.float32(0.5), np.float32(1e-30)

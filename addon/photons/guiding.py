@@ -19,7 +19,7 @@ import numpy as np
 from ..core.parallel import Workers
 from ..core.sampling.vectors import dot
 from ..emitters import Rays, Source, Sphere
-from ..emitters.guided import Guide
+from ..emitters.aiming.guided import Guide
 from ..scene import Scene
 from ..tracing import TransparencyTracer
 from .photons import Photons

@@ -15,8 +15,8 @@ from ..core.sampling.streams import PathNumbers
 from ..core.sampling.vectors import dot, rows
 from ..core.sampling.warps import pdf_cosine_hemisphere, pdf_uniform_cone, sample_uniform_cone, to_world
 from ..emitters import Sphere
-from ..emitters.projection_map import cones_to_ball
-from ..emitters.target_region import FAR
+from ..emitters.aiming.projection_map import cones_to_ball
+from ..emitters.aiming.target_region import FAR
 from .scattering import Scattered
 
 HOMING = np.float32(0.5)

@@ -204,14 +204,6 @@ class Scene:
         """Diffuse albedo of points on triangles, (n, 3) float32."""
         return self.look_up(self.materials.diffuse, triangle, u, v)
 
-    def emission(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Radiance emitted by points on triangles, with what their coverage leaves of it, (n, 3) float32."""
-        radiance = self.look_up(self.materials.emission, triangle, u, v)
-        radiance *= self.objects.emits[self.object_of_triangle[triangle], None]
-        if self.materials.see_through.any():
-            radiance *= self.look_up(self.materials.coverage, triangle, u, v)
-        return radiance
-
     def ray_offset(self, triangle: np.ndarray, positions: np.ndarray) -> np.ndarray:
         """How far a ray has to start off its triangle so as not to meet it again (`hit.ray_offset`), (n, 1) float32, m.
 

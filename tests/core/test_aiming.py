@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.emitters import Sphere, light_sources, region_of
-from photon_bake.addon.emitters.caustic_makers import caustic_makers
-from photon_bake.addon.emitters.projection_map import ProjectionMap
+from photon_bake.addon.emitters.aiming.caustic_makers import caustic_makers
+from photon_bake.addon.emitters.aiming.projection_map import ProjectionMap
 from photon_bake.addon.photons import PathKind, trace_photons
 from photon_bake.addon.scene import Channel, LightKind, Materials, World
 from photon_bake.addon.tracing import TransparencyTracer

@@ -4,6 +4,7 @@ import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.blender.read.materials.texels import MAX_SIDE, StoredImage
+from photon_bake.addon.emitters.mesh import radiance_of
 from photon_bake.tests.host import scenes
 
 CHECK = np.random.default_rng(3).uniform(0.1, 1, (2, 2, 4))
@@ -198,7 +199,9 @@ def test_emission_texture():
     quads(material, 2)
     scene = extract()
     triangle, third = np.arange(0, scene.n_triangles, 2), np.full(4, 1 / 3, np.float32)
-    np.testing.assert_allclose(scene.emission(triangle, third, third), CHECK.reshape(4, 4)[:, :3] * 2, rtol=1e-3)
+    np.testing.assert_allclose(
+        radiance_of(scene.arrays, triangle, third, third), CHECK.reshape(4, 4)[:, :3] * 2, rtol=1e-3
+    )
 
 
 def test_emission_texture_without_strength_is_not_read(tmp_path):

@@ -9,7 +9,7 @@ from ...core.sampling.vectors import rows
 from ...core.sampling.warps import sample_cosine_hemisphere, to_world
 from ...core.vec3 import BLACK, direction_to, put, row
 from ...emitters import Source
-from ...emitters.regions import Sphere
+from ...emitters.aiming.regions import Sphere
 from ...emitters.row import MESH, WORLD
 from ...emitters.source import Surroundings
 from ...scene import Scene

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import part
-from ..core.sampling.warps import versine_octaves
-from ..core.vec3 import ONE, ZERO, dot, minus, to_world
+from ...core.compiling import part
+from ...core.sampling.warps import versine_octaves
+from ...core.vec3 import ONE, ZERO, dot, minus, to_world
 from .projection_map import cone_to_ball
 
 _SHARE = np.float32(0.5)  # of the photons

@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import kernel, kernel_array, part
-from ..core.sampling.warps import uniform_cone, uniform_disk
-from ..core.vec3 import ONE, TWO, ZERO, dot, length, minus, narrow, plus, put, row, times, to_world, wide
+from ...core.compiling import kernel, kernel_array, part
+from ...core.sampling.warps import uniform_cone, uniform_disk
+from ...core.vec3 import ONE, TWO, ZERO, dot, length, minus, narrow, plus, put, row, times, to_world, wide
 
 _NARROWEST = 2.0**-41  # versine: nothing is so far away that its cone has no solid angle
 _HALF = np.float32(0.5)

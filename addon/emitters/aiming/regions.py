@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..scene import Scene
+from ...scene import Scene
 
 
 @dataclass(frozen=True)

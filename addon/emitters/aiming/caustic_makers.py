@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ..bsdf import PEAK
-from ..core.sampling.streams import stream
-from ..core.sampling.vectors import largest
-from ..scene import Scene
+from ...bsdf import PEAK
+from ...core.sampling.streams import stream
+from ...core.sampling.vectors import largest
+from ...scene import Scene
 from .projection_map import ProjectionMap
 
 _LEAST_REFLECTANCE = 0.2  # of metal or a mirror; a varnish's caustics are dim, and most floors have one

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import part
-from ..core.sampling.warps import uniform_disk
-from ..core.vec3 import ONE, TWO, along, dot, frame, minus, plus, times
-from ..scene import Scene
+from ...core.compiling import part
+from ...core.sampling.warps import uniform_disk
+from ...core.vec3 import ONE, TWO, along, dot, frame, minus, plus, times
+from ...scene import Scene
 from .projection_map import cones_to_ball, halved, moved
 from .regions import Sphere, bounding_sphere
 

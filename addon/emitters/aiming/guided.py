@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import part
-from ..core.vec3 import ONE
+from ...core.compiling import part
+from ...core.vec3 import ONE
 
 _BELOW_ONE = np.float32(1 - 2**-24)
 
