@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 
@@ -25,7 +24,6 @@ from ..gather import (
     thinned_density,
 )
 from ..photons import PathKind, Photons
-from ..tracing.embree import EmbreeTracer
 from .solution import Solution
 
 _LEAST_EXTENT = 1e-3  # m, of the receivers: a lone one has none
@@ -54,7 +52,7 @@ def _by_final_gather(solutions: Sequence[Solution], workers: Workers) -> list[tu
     )
     extent = max(2 * region_of(at.position).radius, _LEAST_EXTENT)
     rays = GatherRays.beside([solution.must_gather() for solution in solutions])
-    gather = FinalGather(rays, at, budget, extent, cast(EmbreeTracer, first.tracer.surfaces), workers)
+    gather = FinalGather(rays, at, budget, extent, first.tracer.surfaces, workers)
     caustics = [caustics_of(solution, gather) for solution in solutions]
     gathered = gather.finish()
     counts = {"gather_points": gathered.n_records, "gather_rays": gathered.n_rays}
