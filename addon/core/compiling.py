@@ -23,6 +23,8 @@ from threading import RLock
 from time import perf_counter, time
 from typing import Any, TypeVar, cast
 
+import numpy as np
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -38,7 +40,7 @@ _LOCK = RLock()
 
 
 def part(function: F) -> F:
-    """Decorate a function that kernels call: it is inlined into them. Called from compiled Python it crashes."""
+    """Decorate a function that kernels call: it is inlined into them. Python cannot call it."""
     return _compiled(function, forceinline=True, no_cpython_wrapper=True)
 
 
@@ -71,6 +73,8 @@ class Compiled:
         update_wrapper(self, function)
 
     def __call__(self, *arguments: Any) -> Any:
+        if "forceinline" in self._how:  # without a wrapper for Python: it would crash
+            raise TypeError(f"{self.py_func.__name__} is a part, which only kernels call")
         return (self._dispatcher or self.dispatcher)(*arguments)
 
     @property
@@ -176,6 +180,14 @@ def remove_unused(top: Path) -> None:
         with suppress(OSError):
             if time() - path.stat().st_mtime > KEPT_DAYS * 86400:
                 rmtree(path, ignore_errors=True) if path.is_dir() else path.unlink()
+
+
+def kernel_array(values: np.ndarray, dtype: Any) -> np.ndarray:
+    """The same values, contiguous, writable and of a dtype: a copy only where they are not.
+
+    For other arrays a kernel would be compiled anew.
+    """
+    return np.require(values, dtype, ["C", "W"])
 
 
 @cache
