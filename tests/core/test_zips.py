@@ -29,9 +29,7 @@ def test_a_library_that_is_missing_or_broken_is_named_with_the_remedy(monkeypatc
     assert not zips.missing_library()
     zips.check_libraries()
     monkeypatch.setitem(zips.LIBRARIES, "no_such_library", "no_such_library")
-    expected = (
-        "no_such_library, which every bake needs, cannot be imported ({}): remove Photon Bake, restart Blender, and"
-    )
+    expected = "no_such_library, which every bake needs, cannot be imported ({}): remove Photon Bake, restart Blender"
     assert zips.missing_library().startswith(expected.format("it is not installed"))
     with pytest.raises(BakeError) as error:
         zips.check_libraries()
