@@ -28,6 +28,9 @@ import numpy as np
 F = TypeVar("F", bound=Callable[..., Any])
 
 ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = __name__.partition(".addon.")[0]
+"""The name that the extension is imported under."""
+
 KEPT_DAYS = 30
 """For which kernels are kept that nothing uses."""
 
@@ -87,7 +90,7 @@ class Compiled:
         if not how.pop("cache", False):
             return numba.njit(**how)(self.py_func)
         # Numba looks at the kernel's own file alone to see whether it is stale; the folder's name says the rest
-        folder = _usable(digest_of(Path(self.py_func.__code__.co_filename).resolve()))
+        folder = folder_of(digest_of(Path(self.py_func.__code__.co_filename).resolve()))
         others, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder or "")
         try:
             return numba.njit(cache=folder is not None, **how)(self.py_func)
@@ -154,7 +157,7 @@ def kept_in() -> Path | None:
 
 
 @cache
-def _usable(digest: str) -> Path | None:
+def folder_of(digest: str) -> Path | None:
     """The folder of a digest, which is made and marked as used; None where nothing can be written."""
     top = kept_in()
     if top is None:
@@ -197,7 +200,8 @@ def digest_of_all(sources: Iterable[Path]) -> str:
     """Of the texts of files, of what compiles them and of Numba's own settings, in hexadecimal."""
     texts = sorted(hashlib.sha256(path.read_bytes()).hexdigest() for path in sources)
     settings = sorted(f"{name}={value}" for name, value in os.environ.items() if name.startswith("NUMBA_"))
-    return hashlib.sha256("\n".join([*_compilers(), *settings, *texts]).encode()).hexdigest()[:16]
+    # Types that kernels take are known on disk by their full names, in which the package's is
+    return hashlib.sha256("\n".join([PACKAGE, *_compilers(), *settings, *texts]).encode()).hexdigest()[:16]
 
 
 @cache
