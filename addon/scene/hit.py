@@ -152,8 +152,13 @@ def off_surface(scene, hit, side):
 @part
 def look_up(scene, channel, triangle, u, v):
     """A channel of the materials (`ChannelArrays`) at a point of a triangle."""
-    material = scene.material[triangle]
-    value, image = row(channel.value, material), channel.texture[material]
+    return channel_at(scene, channel, scene.material[triangle], triangle, u, v)
+
+
+@part
+def channel_at(scene, channel, k, triangle, u, v):
+    """The k-th value of a channel at a point of a triangle."""
+    value, image = row(channel.value, k), channel.texture[k]
     if image < 0:
         return value
     x, y = uv_at(scene, triangle, u, v)

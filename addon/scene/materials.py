@@ -6,39 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from .textures import Textures
-
-
-@dataclass(frozen=True)
-class Channel:
-    """A quantity of m materials that may vary over their surfaces: value × texture.
-
-    Attributes
-    ----------
-    value : (m, 3) float32
-        Scalar quantities stand in all three columns.
-    texture : (m,) int32
-        Image in the materials' `Textures`, or −1.
-    """
-
-    value: np.ndarray
-    texture: np.ndarray
-
-    @staticmethod
-    def constant(value: np.ndarray) -> "Channel":
-        """An untextured channel of (m, 3) or (m,) values."""
-        value = np.asarray(value, np.float32)
-        value = np.repeat(value[:, None], 3, axis=1) if value.ndim == 1 else value
-        return Channel(value, np.full(len(value), -1, np.int32))
-
-    @cached_property
-    def textured(self) -> bool:
-        return bool((self.texture >= 0).any())
-
-    @cached_property
-    def nonzero(self) -> np.ndarray:
-        """Whose value is not black all over, (m,) bool."""
-        return (self.value != 0).any(axis=1)
+from .closures import Closures, closures_of_lobes
+from .textures import Channel, Textures
 
 
 @dataclass(frozen=True)
@@ -104,6 +73,13 @@ class Materials:
 
     def __len__(self) -> int:
         return len(self.names)
+
+    @cached_property
+    def closures(self) -> Closures:
+        """The lobes, one after the other."""
+        names = ("diffuse", "translucent", "f0", "f90", "roughness", "fresnel_ior", "layer_f0", "preserves_energy")
+        glass = ("glass_reflection", "glass_transmission", "glass_ior", "glass_fresnel")
+        return closures_of_lobes(**{name: getattr(self, name) for name in (*names, *glass)})
 
     @cached_property
     def matte(self) -> np.ndarray:

@@ -17,7 +17,7 @@ from unittest import mock
 
 import numpy as np
 from figures import load, table
-from photon_bake.addon.bsdf import Surface, base_share, glossy_albedo, is_focused, sample_bsdf, surface_at
+from photon_bake.addon.bsdf import Surface, base_transmittance, glossy_albedo, surface_at
 from photon_bake.addon.core import parallel
 from photon_bake.addon.core.parallel import Turns, Workers
 from photon_bake.addon.core.sampling.octahedral import encode_octahedral
@@ -93,10 +93,8 @@ SECTIONS = {
         GatherRays._add_glossy,
         GatherRays._surface,
         surface_at,
-        base_share,
+        base_transmittance,
         glossy_albedo,
-        sample_bsdf,
-        is_focused,
         facing,
         local_axes,
     ],

@@ -32,7 +32,7 @@ def glossy_radiance(scene: Scene, seen: SeenSurface, volumes: Cascade, workers: 
         light = nowhere_negative(volumes.radiance(lifted, normal)[:, :3])
         total = np.zeros((len(k), 3), np.float32)
         for _ in range(_N_SAMPLES):
-            on = scatter(scene, hits, position, seen.direction[k], normal, random, (Lobe.GLOSSY,))
+            on = scatter(scene, hits, position, seen.direction[k], normal, random, 1 << Lobe.GLOSSY)
             total += on.weight * np.einsum("nca,na->nc", light, sh_basis(on.directions))
         return total / _N_SAMPLES
 

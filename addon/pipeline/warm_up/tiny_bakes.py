@@ -22,7 +22,7 @@ from ...receivers import (
 )
 from ...scene import Scene
 from ...settings.bake import BakeSettings
-from ...tracing import LightTracer, Tracer
+from ...tracing import Tracer, TransparencyTracer
 from ...tracing.cube_maps import MultiImageTracer, lit_region
 from ...tracing.embree import EmbreeTracer
 from ..bake import bake, solve
@@ -79,7 +79,7 @@ def _camera(scene: Scene, tracer: Tracer, settings: BakeSettings) -> None:
     """The pass of a camera that looks down into the room."""
     axes = np.array([(1, 0, 0), (0, 1, 0), (0, 0, -1)], np.float32)
     camera = Camera.perspective(np.array([0, 0, 3], np.float32), axes, 0.8, 12, 8)
-    points = camera_points(scene, LightTracer(scene, tracer), camera, PixelFilter(), 2, _WORKERS)
+    points = camera_points(scene, TransparencyTracer(scene, tracer), camera, PixelFilter(), 2, _WORKERS)
     solution = solve(scene, points.receivers(scene), settings, tracer)
     beside = light_beside(scene, points, solution, 4, _WORKERS)
     camera_pass(points, solution.irradiance(), beside)

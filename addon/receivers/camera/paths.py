@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...bsdf import SMOOTH
+from ...bsdf import is_mirror, surface_at
 from ...core.sampling.vectors import dot
 from ...emitters.lamp_hits import lamps_along
 from ...photons.scattering import NARROW_LOBES, Scattered, scatter, scatter_both_ways
@@ -108,7 +108,7 @@ class FollowedPaths:
         material = scene.material_of_triangle[self.hits.triangle[k]]
         k = k[(materials.glossy_or_glass & ~materials.spreads_light)[material]]
         met = self.hits.where(k)
-        return k[scene.look_up(materials.roughness, met.triangle, met.u, met.v)[:, 0] < SMOOTH]
+        return k[is_mirror(surface_at(scene, met.triangle, met.u, met.v, met.back(self.directions[k])))]
 
     def light_beyond(self, scene: Scene) -> np.ndarray:
         """What is emitted and met over more than one mirror or surface of glass, (samples, 3), W/(m² sr)."""

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...bsdf import base_share, surface_at
+from ...bsdf import diffuse_albedo, surface_at, translucent_albedo
 from ...core.parallel import Workers
 from ...core.sampling.vectors import dot, rows
 from ...scene import Scene
@@ -226,6 +226,6 @@ def diffuse_colors(scene: Scene, seen: SeenSurface) -> tuple[np.ndarray, np.ndar
         flown = rows(seen.direction, k)
         surface = surface_at(scene, met.triangle, met.u, met.v, met.back(flown))
         cosine = np.abs(dot(rows(seen.normal, k), flown))
-        diffuse[k] = surface.diffuse * base_share(surface, cosine)[:, None]
-        translucent[k] = surface.translucent
+        diffuse[k] = diffuse_albedo(surface, cosine)
+        translucent[k] = translucent_albedo(surface, cosine)
     return diffuse, translucent
