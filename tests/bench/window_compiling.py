@@ -3,8 +3,9 @@
     blender --factory-startup --window-geometry 0 0 400 300 --python tests/bench/window_compiling.py
 
 Begins with an empty folder of kernels. Prints a row for each: nothing going on, the process that compiles, a bake that
-comes first, a bake afterwards. A small window, as drawing one without a GPU takes 0.1 s of the main thread. Needs the extension's libraries in Blender's Python, as `python tools/install_zip.py
---tests BLENDER` lays them out, and a display (Xvfb does).
+comes first, a bake afterwards. The window is small, as drawing one without a GPU takes 0.1 s of the main thread. Needs
+the extension's libraries in Blender's Python, as `python tools/install_zip.py --tests BLENDER` lays them out, and a
+display (Xvfb does).
 """
 
 import os
