@@ -3,8 +3,8 @@
     make bench ARGS="--only versions --against COMMIT [--scene NAME…] [--receivers N] [--quality Q] [--rounds N]"
 
 Both versions bake in one run, each in a process of its own, in turns, so that whatever else the machine does falls on
-both. Seconds and errors are means over the rounds. The cold start is a draft of the demo scene by the command line with an
-empty folder of kernels, and once more.
+both. Seconds and errors are means over the rounds. The cold start is a draft of the demo scene by the command line with
+an empty folder of kernels, and once more.
 """
 
 import json
