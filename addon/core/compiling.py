@@ -85,6 +85,11 @@ class Compiled:
                 self._dispatcher = self._made()
             return self._dispatcher
 
+    @property
+    def _numba_type_(self) -> Any:
+        """What kernels that call this take it for."""
+        return _numba().types.Dispatcher(self.dispatcher)
+
     def _made(self) -> Any:
         numba, how = _numba(), _HOW | self._how
         if not how.pop("cache", False):
@@ -100,10 +105,9 @@ class Compiled:
 
 @cache
 def _numba() -> Any:
-    """Numba, which is taught what a `Compiled` is, and to say how long it compiles."""
+    """Numba, which says how long it compiles."""
     import numba
     from numba.core import event
-    from numba.extending import typeof_impl
 
     class Clock(event.Listener):
         """Adds up seconds of compiling; that of parts happens within that of kernels, all under Numba's one lock."""
@@ -120,7 +124,6 @@ def _numba() -> Any:
             if self._depth == 0:
                 _seconds.append(perf_counter() - self._started)
 
-    typeof_impl.register(Compiled)(lambda compiled, _: numba.types.Dispatcher(compiled.dispatcher))
     event.register("numba:compile", Clock())
     return numba
 

@@ -2,12 +2,13 @@
 
     make bench ARGS="[--scenes DIR] [--output FILE.md] [--pictures DIR] [--only PART]"
     make bench ARGS="--only speed [--scene NAME…] [--receivers N…] [--quality Q…] [--cycles-anew]"
+    make bench ARGS="--only versions --against COMMIT [--scene NAME…] [--receivers N] [--quality Q] [--rounds N]"
     make bench ARGS="--make-truth NAME…"
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
 window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed, light_groups,
-camera, estimates, refine, vertex or eevee (in the Blender that BLENDER names).
+camera, estimates, refine, vertex or eevee (in the Blender that BLENDER names); versions where it is asked for.
 """
 
 import json
@@ -38,6 +39,7 @@ import ray_rates
 import refinement
 import responsiveness
 import small_speed
+import versions
 import vertex_error
 from cycles_bakes import bake_indirect, baked
 from figures import ROOT, figures, load, scene_options, scenes_in, table
@@ -156,6 +158,7 @@ PARTS = {
     "refine": lambda scenes, _: refinement.tables(scenes),
     "vertex": vertex_error.tables,
     "eevee": eevee.tables,
+    "versions": versions.tables,
 }
 
 
@@ -172,6 +175,7 @@ def main():
     parser.add_argument("--only", choices=PARTS)
     parser.add_argument("--make-truth", nargs="+", metavar="NAME", help="converge Cycles' values at the scenes' probes")
     equal_error.add_options(parser)
+    versions.add_options(parser)
     options = parser.parse_args()
     scenes = scenes_in(options.scenes)
     if options.make_truth:
@@ -183,7 +187,7 @@ def main():
         scenes, options.only = demo_scene(), "rays"
     texts = [f"Python {sys.version.split()[0]}, Blender {bpy.app.version_string}, {os.cpu_count()} cores\n"]
     for name, tables in PARTS.items():
-        if options.only in (None, name):
+        if options.only == name or (options.only is None and name != "versions"):
             texts += tables(scenes, options)
     options.output.parent.mkdir(parents=True, exist_ok=True)
     options.output.write_text("\n".join(texts))
