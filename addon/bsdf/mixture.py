@@ -10,6 +10,7 @@ import numpy as np
 from ..core.compiling import part
 from ..core.vec3 import BLACK, ONE, ZERO, largest, mean, mul, plus, times
 from ..scene.closures import Lobe
+from ..scene.hit import weight_of_kind
 from . import diffuse, glass, glossy, translucent
 from .closure import Bsdf, bsdf_at, closure_at, is_nothing
 
@@ -173,11 +174,7 @@ def pdf_glossy(scene, bsdf, wo, wi):
 @part
 def total_weight(scene, bsdf, kind):
     """Sum of the weights of closures of one kind: albedo or transmission, before what layers take."""
-    total = BLACK
-    for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] == kind:
-            total = plus(total, closure_at(scene, bsdf, k).weight)
-    return total
+    return weight_of_kind(scene, kind, bsdf.triangle, bsdf.u, bsdf.v)
 
 
 @part

@@ -50,24 +50,12 @@ class ClosureArrays(NamedTuple):
 
 
 class MaterialArrays(NamedTuple):
-    """`Materials`: their channels, their numbers (m,) float32, and what is known of them (m,) bool."""
+    """`Materials`: closures and channels, and what is known of them (m,) bool."""
 
     closures: ClosureArrays
-    diffuse: ChannelArrays
-    translucent: ChannelArrays
     emission: ChannelArrays
     coverage: ChannelArrays
     tint: ChannelArrays
-    roughness: ChannelArrays
-    f0: ChannelArrays
-    f90: ChannelArrays
-    glass_reflection: ChannelArrays
-    glass_transmission: ChannelArrays
-    fresnel_ior: np.ndarray
-    layer_f0: np.ndarray
-    preserves_energy: np.ndarray
-    glass_ior: np.ndarray
-    glass_fresnel: np.ndarray
     matte: np.ndarray
     glossy_or_glass: np.ndarray
     spreads_light: np.ndarray

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -60,37 +61,62 @@ class Closures:
     def __len__(self) -> int:
         return len(self.kind)
 
+    @cached_property
+    def material(self) -> np.ndarray:
+        """The material of each, (c,) int64."""
+        return np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
+
+    def count(self, kind: Lobe) -> np.ndarray:
+        """How many closures of a kind each material has, (m,) int64."""
+        return np.bincount(self.material[self.kind == kind], minlength=len(self.start) - 1)
+
+    def where(self, chosen: np.ndarray) -> "Closures":
+        """Those that a mask (c,) chooses; without a layer where that is not chosen."""
+        index = np.append(np.where(chosen, np.cumsum(chosen) - 1, -1), -1)
+        ends = np.concatenate([[0], np.cumsum(chosen)])
+        columns = {name: getattr(self, name)[chosen] for name in ("kind", "ior", "fresnel", "preserves_energy")}
+        channels = {name: getattr(self, name).where(chosen) for name in ("weight", "roughness", "f0", "f90")}
+        layer = index[self.layer[chosen]].astype(np.int32)
+        return Closures(start=ends[self.start].astype(np.int32), layer=layer, **columns, **channels)
+
 
 def closures_of_lobes(
-    diffuse: Channel,
-    translucent: Channel,
-    f0: Channel,
-    f90: Channel,
-    roughness: Channel,
-    fresnel_ior: np.ndarray,
-    layer_f0: np.ndarray,
-    preserves_energy: np.ndarray,
-    glass_reflection: Channel,
-    glass_transmission: Channel,
-    glass_ior: np.ndarray,
-    glass_fresnel: np.ndarray,
+    m: int,
+    diffuse: Channel | None = None,
+    translucent: Channel | None = None,
+    f0: Channel | None = None,
+    f90: Channel | None = None,
+    roughness: Channel | None = None,
+    fresnel_ior: np.ndarray | None = None,
+    layer_f0: np.ndarray | None = None,
+    preserves_energy: np.ndarray | None = None,
+    glass_reflection: Channel | None = None,
+    glass_transmission: Channel | None = None,
+    glass_ior: np.ndarray | None = None,
+    glass_fresnel: np.ndarray | None = None,
 ) -> Closures:
     """Closures of m materials with at most one of each kind; what is black is left out.
 
     Parameters
     ----------
     diffuse, translucent : Channel
-        Albedos of reflection and transmission.
+        Albedos of reflection and transmission; black.
     f0, f90, fresnel_ior
-        Of the glossy closure, which lies over the diffuse one where `layer_f0` (m,) is above 0.
+        Of the glossy closure, which lies over the diffuse one where `layer_f0` (m,) is above 0; black, by Schlick.
     roughness, preserves_energy
-        Of the glossy and the glass closure.
+        Of the glossy and the glass closure; 1 and true.
     glass_reflection, glass_transmission, glass_ior, glass_fresnel
-        Of the glass closure.
+        Of the glass closure; black, 1.5 and true.
     """
-    m = len(layer_f0)
     none, one = Channel.constant(np.zeros(m)), Channel.constant(np.ones(m))
     no, zero = np.zeros(m, bool), np.zeros(m, np.float32)
+    diffuse, translucent, f0, f90 = diffuse or none, translucent or none, f0 or none, f90 or none
+    glass_reflection, glass_transmission = glass_reflection or none, glass_transmission or none
+    roughness = roughness or one
+    fresnel_ior, layer_f0 = zero if fresnel_ior is None else fresnel_ior, zero if layer_f0 is None else layer_f0
+    preserves_energy = ~no if preserves_energy is None else preserves_energy
+    glass_ior = np.full(m, 1.5, np.float32) if glass_ior is None else glass_ior
+    glass_fresnel = ~no if glass_fresnel is None else glass_fresnel
     has_gloss, has_glass = f0.nonzero | f90.nonzero, glass_reflection.nonzero | glass_transmission.nonzero
     lobes: Any = (
         (diffuse.nonzero, diffuse, none, none, zero, no),

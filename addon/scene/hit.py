@@ -166,6 +166,17 @@ def channel_at(scene, channel, k, triangle, u, v):
 
 
 @part
+def weight_of_kind(scene, kind, triangle, u, v):
+    """Sum of the weights of closures of a kind (`Lobe`): of Lambertian ones the albedo, before what layers take."""
+    closures, material = scene.materials.closures, scene.material[triangle]
+    total = ZERO, ZERO, ZERO
+    for k in range(closures.start[material], closures.start[material + 1]):
+        if closures.kind[k] == kind:
+            total = plus(total, channel_at(scene, closures.weight, k, triangle, u, v))
+    return total
+
+
+@part
 def texel(textures, image, x, y):
     """The nearest texel of an image (`TextureArrays`) at texture coordinates."""
     width, height = textures.width[image], textures.height[image]
@@ -228,3 +239,10 @@ def look_up_of(scene, channel, triangle, u, v, out):
     """`look_up` of many."""
     for i in range(len(triangle)):
         put(out, i, look_up(scene, channel, triangle[i], u[i], v[i]))
+
+
+@kernel
+def weights_of_kind(scene, kind, triangle, u, v, out):
+    """`weight_of_kind` of many."""
+    for i in range(len(triangle)):
+        put(out, i, weight_of_kind(scene, kind, triangle[i], u[i], v[i]))

@@ -30,7 +30,7 @@ from photon_bake.addon.gather.rays.gather_rays import _Paths
 from photon_bake.addon.photons import GuidedSource, Photons, guide_sources, pilots_for, trace_photons
 from photon_bake.addon.photons.scattering import facing, local_axes, scatter
 from photon_bake.addon.receivers import Receivers
-from photon_bake.addon.scene import Channel, Scene
+from photon_bake.addon.scene import Lobe, Scene
 from photon_bake.addon.settings.bake import BakeSettings
 from photon_bake.addon.tracing import Hits, TransparencyTracer, embree
 from photon_bake.addon.tracing.embree import EmbreeTracer, intersect_all, new_ray, occluded_all
@@ -198,10 +198,9 @@ def replay(calls, n_threads):
 
 def matte(scene):
     """The scene without its glossy and glass lobes."""
-    black = Channel.constant(np.zeros(len(scene.materials)))
-    lobes = dict.fromkeys(("f0", "f90", "glass_reflection", "glass_transmission"), black)
-    bare = replace(scene.materials, **lobes, layer_f0=np.zeros(len(scene.materials), np.float32))
-    return replace(scene, materials=bare)
+    closures = scene.materials.closures
+    bare = closures.where(closures.kind < Lobe.GLOSSY)
+    return replace(scene, materials=replace(scene.materials, closures=bare))
 
 
 def variants(scenes):

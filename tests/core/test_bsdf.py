@@ -30,7 +30,7 @@ from photon_bake.addon.bsdf import microfacets as parts
 from photon_bake.addon.core.sampling.streams import sobol_chunks, stream
 from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere
 from photon_bake.addon.core.vec3 import dot, put, row
-from photon_bake.addon.scene import Channel, Materials
+from photon_bake.addon.scene import Channel, Closures, Materials
 from photon_bake.tests.core.scenes import chi_square, plane, scene_of
 from photon_bake.tools.albedo_tables import tables as computed_tables
 
@@ -468,11 +468,103 @@ def test_surface_at_reads_the_materials():
     assert not glossy_albedo(s, up).any() and not translucent_albedo(s, up).any()
     assert len(s) == 3 and len(s.where(s.back)) == 1
     # Straight through, the weight says on which side the glass was met: radiance is scaled for photons
-    smooth = surface_at(replace(scene, materials=replace(materials, roughness=Channel.constant(np.zeros(2)))), *s._at)
+    closures = replace(materials.closures, roughness=Channel.constant(np.zeros(len(materials.closures))))
+    smooth = surface_at(replace(scene, materials=replace(materials, closures=closures)), *s._at)
     sample = sample_bsdf(smooth, direction(1.0, 3), np.full((3, 3), 0.5, np.float32), 1 << Lobe.GLASS, from_light=True)
     ior = np.array([2, 1.5, 1 / 1.5])
     share = (1 - ((ior - 1) / (ior + 1)) ** 2) / ior**2
     assert np.allclose(sample.weight, colors[[0, 1, 1]] * share[:, None], rtol=1e-4)
+
+
+def closures(*several) -> Closures:
+    """The closures of one material; what is left out is white, smooth and by Schlick's curve."""
+    given = [{"weight": 1, "roughness": 0, "f0": 1, "f90": 1, "ior": 0, "layer": -1} | one for one in several]
+    channels = {
+        name: Channel.constant(np.float32([np.broadcast_to(one[name], 3) for one in given]))
+        for name in ("weight", "roughness", "f0", "f90")
+    }
+    whole, flags = np.array([[one["kind"], one["layer"]] for one in given], np.int32).T, np.ones(len(given), bool)
+    return Closures(
+        start=np.array([0, len(given)], np.int32),
+        kind=whole[0].copy(),
+        ior=np.array([one["ior"] for one in given], np.float32),
+        fresnel=flags,
+        preserves_energy=flags,
+        layer=whole[1].copy(),
+        **channels,
+    )
+
+
+def of_closures(*several, n=N) -> Surface:
+    return points_of(Materials.of(1, closures=closures(*several)), n)
+
+
+SHARP = {"kind": Lobe.GLOSSY, "weight": [0.5, 0.4, 0.3], "roughness": 0.2, "f0": 0.9, "f90": 1}
+DULL = {"kind": Lobe.GLOSSY, "weight": [0.2, 0.3, 0.5], "roughness": 0.8, "f0": [0.3, 0.6, 0.9], "f90": 1}
+
+
+@pytest.mark.parametrize("from_light", [False, True])
+def test_closures_of_one_kind_add_up(from_light):
+    """Two glossy closures of different roughness give the sum of what each gives alone."""
+    both, sharp, dull = of_closures(SHARP, DULL), of_closures(SHARP), of_closures(DULL)
+    wo, wi = direction(0.7), sample_cosine_hemisphere(numbers(3)[:, :2])
+    cos = wo[:, 2]
+    for of in (lambda s: evaluate_glossy(s, wo, wi), lambda s: glossy_albedo(s, cos)):
+        np.testing.assert_allclose(of(both), of(sharp) + of(dull), rtol=1e-4)
+    shares = [glossy_albedo(s, cos).mean(axis=1) for s in (sharp, dull)]
+    mixed = sum(share * pdf_glossy(s, wo, wi) for share, s in zip(shares, (sharp, dull), strict=True)) / sum(shares)
+    np.testing.assert_allclose(pdf_glossy(both, wo, wi), mixed, rtol=1e-4)
+
+    def moments(s):
+        sample = sample_bsdf(s, wo, numbers(), from_light=from_light)
+        seen = np.stack([np.ones(N), sample.wi[:, 0], sample.wi[:, 2], sample.wi[:, 0] < -0.6])
+        return seen @ sample.weight.astype(np.float64) / N
+
+    np.testing.assert_allclose(moments(both), moments(sharp) + moments(dull), atol=2e-3)
+    if not from_light:
+        both, wo = of_closures(SHARP, DULL, n=1 << 17), direction(0.7, 1 << 17)
+        samples = sample_bsdf(both, wo, stream(1, 8).random((1 << 17, 3), dtype=np.float32)).wi
+        up = samples[:, 2] > 0
+        p, _ = chi_square_against(samples[up], lambda d: pdf_glossy(both.where(np.arange(len(d))), wo[: len(d)], d))
+        assert p > 1e-3
+
+
+def test_a_mirror_and_gloss_are_told_from_each_other():
+    s = of_closures({**SHARP, "roughness": SMOOTH / 2}, DULL)
+    sample = sample_bsdf(s, direction(0.8), numbers())
+    assert 0.2 < sample.rough.mean() < 0.8 and sample.specular[~sample.rough].all()
+    wi = sample.wi[sample.rough & ~sample.specular]
+    view = direction(0.8, len(wi))
+    of_dull = evaluate_broad(of_closures(DULL, n=len(wi)), view, wi)
+    np.testing.assert_array_equal(evaluate_broad(s.where(np.arange(len(wi))), view, wi), of_dull)
+    assert bool(reflects_highlights(s)[0]) and not is_mirror(s)[0]
+
+
+def test_layers_lie_over_layers_and_over_what_they_cover_alone():
+    """Gloss over metal over a base: each takes from what is below; a closure beside them keeps all."""
+    coat = {"kind": Lobe.GLOSSY, "roughness": 0.3, "f0": 0.04, "f90": 1, "ior": 1.5}
+    metal = {"kind": Lobe.GLOSSY, "roughness": 0.5, "f0": 0.4, "f90": 1, "layer": 0}
+    base, beside = {"kind": Lobe.DIFFUSE, "weight": 0.5, "layer": 1}, {"kind": Lobe.DIFFUSE, "weight": 0.25}
+    (cos,) = column(1, 0.6)
+
+    def passed(layer):
+        under = of_closures({**layer, "layer": -1}, {"kind": Lobe.DIFFUSE, "weight": 1, "layer": 0}, n=1)
+        return diffuse_albedo(under, cos)
+
+    s = of_closures(coat, metal, base, beside, n=1)
+    np.testing.assert_allclose(diffuse_albedo(s, cos), 0.5 * passed(coat) * passed(metal) + 0.25, rtol=1e-5)
+    alone = [of_closures({**one, "layer": -1}, n=1) for one in (coat, metal)]
+    gloss = glossy_albedo(alone[0], cos) + passed(coat) * glossy_albedo(alone[1], cos)
+    np.testing.assert_allclose(glossy_albedo(s, cos), gloss, rtol=1e-5)
+    many = of_closures(coat, metal, base, beside)
+    np.testing.assert_allclose(albedo_of(many, 0.6), (diffuse_albedo(s, cos) + gloss)[0], atol=3e-3)
+
+
+def test_closures_that_are_chosen_keep_their_layers():
+    several = closures(SHARP, {"kind": Lobe.DIFFUSE, "layer": 2}, DULL, {"kind": Lobe.DIFFUSE, "layer": 0})
+    some = several.where(np.array([False, True, True, True]))
+    assert some.kind.tolist() == [Lobe.DIFFUSE, Lobe.GLOSSY, Lobe.DIFFUSE] and some.layer.tolist() == [1, -1, -1]
+    assert some.start.tolist() == [0, 3] and some.count(Lobe.DIFFUSE).tolist() == [2]
 
 
 def test_mirrors_and_highlights():

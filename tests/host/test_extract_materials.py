@@ -45,7 +45,7 @@ def test_constant_colour(node):
     material, surface = scenes.add_material(node=node)
     surface.inputs[0].default_value = (0.7, 0.2, 0.1, 1)
     obj = quads(material)
-    np.testing.assert_allclose(extract().materials.diffuse.value, [[0.7, 0.2, 0.1]], atol=1e-6)
+    np.testing.assert_allclose(scenes.albedo_of(extract().materials), [[0.7, 0.2, 0.1]], atol=1e-6)
     assert_as_cycles(obj)
 
 
@@ -176,7 +176,7 @@ def test_emission():
     scenes.add_cube("B", material=glowing)
     materials = extract().materials
     np.testing.assert_allclose(materials.emission.value, [[4, 2, 1], [0, 3, 0]])
-    np.testing.assert_allclose(materials.diffuse.value[0], 0)
+    np.testing.assert_allclose(scenes.albedo_of(materials)[0], 0)
 
 
 def test_emission_is_radiance():
@@ -219,7 +219,7 @@ def test_shader_that_is_not_known_is_diffuse_and_warns_once():
     scenes.add_cube("A", material=material)
     scenes.add_cube("B", material=material)
     warnings = []
-    np.testing.assert_allclose(extract(warnings).materials.diffuse.value, [[0.3, 0.2, 0.1]], atol=1e-6)
+    np.testing.assert_allclose(scenes.albedo_of(extract(warnings).materials), [[0.3, 0.2, 0.1]], atol=1e-6)
     assert warnings == ["Material 'Cartoon': its Toon BSDF is baked as diffuse."]
 
 
@@ -227,7 +227,7 @@ def test_surface_without_shader_is_black():
     material, surface = scenes.add_material()
     material.node_tree.nodes.remove(surface)
     scenes.add_cube(material=material)
-    np.testing.assert_allclose(extract().materials.diffuse.value, 0)
+    np.testing.assert_allclose(scenes.albedo_of(extract().materials), 0)
 
 
 @pytest.mark.skipif(bpy.app.version >= (5, 0, 0), reason="materials always have nodes there")

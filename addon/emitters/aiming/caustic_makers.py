@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...bsdf import PEAK
+from ...bsdf import PEAK, Lobe
 from ...core.sampling.streams import stream
 from ...core.sampling.vectors import largest
 from ...scene import Scene
@@ -39,10 +39,12 @@ def caustic_makers(scene: Scene, largest_radius: float) -> ProjectionMap | None:
 
 def _focuses(scene: Scene) -> np.ndarray:
     """Which materials are glass, or gloss whose peak F/(4πα²) is left to photons, (m,) bool."""
-    materials = scene.materials
-    glass = materials.glass_reflection.nonzero | materials.glass_transmission.nonzero
-    reflectance, alpha = largest(materials.f0.value), materials.roughness.value[:, 0] ** 2
-    return glass | ((reflectance >= _LEAST_REFLECTANCE) & (reflectance >= PEAK * 4 * np.pi * alpha**2))
+    closures = scene.materials.closures
+    reflectance, alpha = largest(closures.weight.value * closures.f0.value), closures.roughness.value[:, 0] ** 2
+    peaks = (reflectance >= _LEAST_REFLECTANCE) & (reflectance >= PEAK * 4 * np.pi * alpha**2)
+    focuses = np.zeros(len(scene.materials), bool)
+    focuses[closures.material[(closures.kind == Lobe.GLASS) | ((closures.kind == Lobe.GLOSSY) & peaks)]] = True
+    return focuses
 
 
 def _balls(corners: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -21,8 +21,7 @@ def glossy_radiance(scene: Scene, seen: SeenSurface, volumes: Cascade, workers: 
 
     L is read once in front of the surface; directions ω are sampled by the lobe.
     """
-    materials = scene.materials
-    shiny = (materials.f0.nonzero | materials.f90.nonzero)[scene.material_of_triangle[seen.hits.triangle]]
+    shiny = scene.materials.has(Lobe.GLOSSY)[scene.material_of_triangle[seen.hits.triangle]]
     glossy, radiance = np.flatnonzero(shiny), np.zeros((len(seen), 3), np.float32)
 
     def reflect(chunk: slice, random: np.random.Generator) -> np.ndarray:

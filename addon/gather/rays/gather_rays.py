@@ -137,8 +137,8 @@ class GatherRays:
         # One more entry for triangle −1
         self._narrow = np.append(scene.materials.glossy_or_glass[scene.material_of_triangle], False)
         self._any_narrow = bool(self._narrow.any())
-        self._diffuse = np.append(scene.materials.diffuse.nonzero[scene.material_of_triangle], False)
-        self._translucent = np.append(scene.materials.translucent.nonzero[scene.material_of_triangle], False)
+        self._diffuse = np.append(scene.materials.has(Lobe.DIFFUSE)[scene.material_of_triangle], False)
+        self._translucent = np.append(scene.materials.has(Lobe.TRANSLUCENT)[scene.material_of_triangle], False)
 
     @staticmethod
     def beside(rays: "Sequence[GatherRays]") -> "GatherRays":

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...bsdf import is_mirror, surface_at
+from ...bsdf import Lobe, is_mirror, surface_at
 from ...core.sampling.vectors import dot
 from ...emitters.lamp_hits import lamps_along
 from ...photons.scattering import NARROW_LOBES, Scattered, scatter, scatter_both_ways
@@ -75,8 +75,7 @@ class FollowedPaths:
         hits, directions = self.hits.where(k), self.directions[k]
         positions, normals = hits.points(scene, directions)
         materials, material = scene.materials, scene.material_of_triangle[hits.triangle]
-        glossy = materials.f0.nonzero | materials.f90.nonzero
-        both = split & ~glossy[material]
+        both = split & ~materials.has(Lobe.GLOSSY)[material]
         one, two = np.flatnonzero(~both), np.flatnonzero(both)
         at = [(hits.where(i), positions[i], directions[i], normals[i], random) for i in (one, two)]
         parts = [scatter(scene, *at[0], NARROW_LOBES), *scatter_both_ways(scene, *at[1])]
