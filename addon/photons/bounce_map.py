@@ -17,7 +17,7 @@ from ..emitters import Rays, Source, bounding_sphere
 from ..emitters.emission import N_DIMENSIONS
 from ..emitters.spot import leave_in_directions
 from ..scene import LightKind, Scene
-from ..tracing import Hits, LightTracer
+from ..tracing import Hits, TransparencyTracer
 
 _WIDEST = 0.5  # cosine of half the cone of a spot that is seen as a frustum; a wider one is seen as a cube
 _PLACES = 3  # stream of random numbers: what pixels do not decide
@@ -137,7 +137,7 @@ class BounceMap:
     hits: Hits
 
 
-def bounce_map(scene: Scene, tracer: LightTracer, source: Source, n_photons: int, seed: int = 0) -> BounceMap:
+def bounce_map(scene: Scene, tracer: TransparencyTracer, source: Source, n_photons: int, seed: int = 0) -> BounceMap:
     """The bounce map of a source with at least so many pixels."""
     view = view_of(source, scene)
     rays = view.emit(view.points(n_photons, seed, 0))

@@ -21,7 +21,7 @@ from ..core.sampling.vectors import dot
 from ..emitters import Rays, Source, Sphere
 from ..emitters.aiming.guided import Guide
 from ..scene import Scene
-from ..tracing import LightTracer
+from ..tracing import TransparencyTracer
 from .photons import Photons
 from .tracing import Pass, emitted_points, shares, trace_photons
 
@@ -97,7 +97,7 @@ def pilots_for(n_photons: int) -> int:
 
 def guide_sources(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     sources: list[Source],
     n_pilots: int,
     max_bounces: int,

@@ -14,7 +14,7 @@ from ..core.sampling.vectors import largest, rows
 from ..emitters import Rays, Source, Sphere
 from ..emitters.emission import N_DIMENSIONS
 from ..scene import ALL_BOUNCES, RayKind, Scene, seen_by
-from ..tracing import Hits, LightTracer
+from ..tracing import Hits, TransparencyTracer
 from .bounce_map import View, view_of
 from .emission_segment import first_flight
 from .flights import FlightLog, Flights
@@ -65,7 +65,7 @@ def shares(sources: list[Source], n_photons: int) -> list[int]:
 
 def trace_photons(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     sources: list[Source],
     n_photons: int,
     max_bounces: int,
@@ -170,7 +170,7 @@ def _pictures(views: list[View], counts: list[int], seed: int) -> Iterator[_Batc
 
 def _trace_batch(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     batch: _Batch,
     max_bounces: int,
     seed: int,

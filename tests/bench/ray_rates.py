@@ -32,7 +32,7 @@ from photon_bake.addon.photons.scattering import facing, local_axes, scatter
 from photon_bake.addon.receivers import Receivers
 from photon_bake.addon.scene import Channel, Scene
 from photon_bake.addon.settings.bake import BakeSettings
-from photon_bake.addon.tracing import Hits, LightTracer, embree
+from photon_bake.addon.tracing import Hits, TransparencyTracer, embree
 from photon_bake.addon.tracing.embree import EmbreeTracer, intersect_all, new_ray, occluded_all
 from section_clock import section_shares
 
@@ -84,7 +84,7 @@ class Call:
 SECTIONS = {
     "Embree": [Recorder.closest_hits],
     "Embree, shadow rays": [Recorder.shadow_rays],
-    "Around Embree": [LightTracer.closest_hit, LightTracer.visibility, Hits.points],
+    "Around Embree": [TransparencyTracer.closest_hit, TransparencyTracer.visibility, Hits.points],
     "Where rays start": [GuidedSource.emit, sobol_chunks, gather_directions],
     "Look-ups": [RadianceCache.look_up],
     "Near hits": [GatherRays._add_diffuse],
@@ -130,7 +130,7 @@ class Engine:
     @staticmethod
     def of(scene, receivers):
         settings, workers, tracer = BakeSettings(), Workers(), EmbreeTracer(scene)
-        light_tracer = LightTracer(scene, tracer)
+        light_tracer = TransparencyTracer(scene, tracer)
         region = region_of(receivers.position)
         survey = survey_surfaces(scene, light_tracer, receivers, region, settings.n_cache_elements, workers)
         home, n_photons, n_bounces = survey.home, settings.n_photons, settings.max_bounces
@@ -149,7 +149,7 @@ class Engine:
 
     def trace(self, workers):
         """Trace a million photons."""
-        settings, tracer = BakeSettings(), LightTracer(self.scene, self.tracer)
+        settings, tracer = BakeSettings(), TransparencyTracer(self.scene, self.tracer)
         n_photons, n_bounces = settings.n_photons, settings.max_bounces
         trace_photons(self.scene, tracer, self.sources, n_photons, n_bounces, workers, region=self.home)
 

@@ -49,7 +49,7 @@ from photon_bake.addon.gather.radiance_cache.elements import SurfaceCells, Surfa
 from photon_bake.addon.gather.rays import gather_rays
 from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.settings.bake import settings_for
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 
 QUALITIES = ("draft", "medium", "high")
@@ -77,7 +77,7 @@ def path_traced(scene, probes, element, truth):
     What remains of the error then, beyond noise, is how the scene is read and scattered. Lamps over mirrors and narrow
     gloss, which photons find, are missing.
     """
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     region = region_of(probes.position)
     direct = DirectLight(scene, tracer, light_sources(scene, region))
     cells = SurfaceCells.by_visits(scene, np.zeros(scene.n_triangles), 1)

@@ -13,7 +13,7 @@ from photon_bake.addon.gather import DirectLight, reflected_highlights
 from photon_bake.addon.photons.scattering import NARROW_LOBES, scatter
 from photon_bake.addon.receivers import Camera, PixelFilter, camera_points
 from photon_bake.addon.scene import Channel, LightKind, Lights, Materials
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import lamp, merge, plane, scene_of
 from photon_bake.tests.core.test_camera import AXES
@@ -37,7 +37,7 @@ def metal_in_a_mirror(roughness, lights, world=0.0, glow=0.0):
         emission=Channel.constant(np.repeat(np.float32([[0], [0], [glow]]), 3, axis=1)),
     )
     object.__setattr__(scene, "materials", materials)
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     camera = Camera.perspective(np.zeros(3, np.float32), AXES, 0.8, 6, 4)
     return scene, tracer, camera_points(scene, tracer, camera, PixelFilter("box", 1.0), 1, Workers())
 

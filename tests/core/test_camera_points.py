@@ -17,7 +17,7 @@ from photon_bake.addon.receivers import (
 )
 from photon_bake.addon.scene import Channel, LightKind, Materials
 from photon_bake.addon.settings.bake import settings_for
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, scene_of
 from photon_bake.tests.core.test_camera import AXES, camera_at
@@ -41,7 +41,7 @@ def camera_with(name, position=(0.1, 0.2, -0.1), size=(40, 30), **more):
 
 def points_of(scene, camera, n_samples=16, pixel_filter=BOX):
     tracer = EmbreeTracer(scene)
-    return tracer, camera_points(scene, LightTracer(scene, tracer), camera, pixel_filter, n_samples, Workers())
+    return tracer, camera_points(scene, TransparencyTracer(scene, tracer), camera, pixel_filter, n_samples, Workers())
 
 
 @pytest.mark.parametrize("name", WINDOWS)

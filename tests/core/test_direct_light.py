@@ -11,13 +11,13 @@ from photon_bake.addon.emitters.area import areas_of
 from photon_bake.addon.emitters.world import radiance_along
 from photon_bake.addon.gather import DirectLight, direct_irradiance
 from photon_bake.addon.scene import Channel, LightKind, Lights, Textures, World
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import lamp, merge, plane, receivers_at, scene_of
 
 
 def direct_of(scene):
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     return DirectLight(scene, tracer, light_sources(scene, Sphere(np.zeros(3, np.float32), 2.0)))
 
 

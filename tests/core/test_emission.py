@@ -10,7 +10,7 @@ from photon_bake.addon.emitters.emission import N_DIMENSIONS
 from photon_bake.addon.emitters.mesh import emissive_triangles, radiance_of
 from photon_bake.addon.gather import DirectLight
 from photon_bake.addon.scene import Channel, LightKind, Lights, Textures, World
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import chi_square_of_directions, lamp, merge, plane, scene_of
 
@@ -91,7 +91,7 @@ def test_what_is_see_through_shines_as_much_less(coverage):
         return
     sources = light_sources(scene, WHOLE)
     assert emitted(sources[0]).flux.mean() == pytest.approx(2 * np.pi * 3 * coverage, rel=1e-3)
-    tracer, up = LightTracer(scene, EmbreeTracer(scene)), np.tile(np.float32([0, 0, 1]), (N // 4, 1))
+    tracer, up = TransparencyTracer(scene, EmbreeTracer(scene)), np.tile(np.float32([0, 0, 1]), (N // 4, 1))
     at = 1e-3 * up
     light = DirectLight(scene, tracer, sources).irradiance(at, up, None, stream(2)).mean()
     side = 0.5 / np.hypot(1, 0.5) * np.arctan(0.5 / np.hypot(1, 0.5))
@@ -172,7 +172,7 @@ def test_photons_make_the_irradiance_of_direct_light():
         scene = scene_of(*plane(2.0, z=-0.01), lights=lights)
         (source,) = light_sources(scene, WHOLE)
         photons = [power_on_plane(emitted(source, 1 << 18), half) for half in (0.2, 0.5)]
-        direct = DirectLight(scene, LightTracer(scene, EmbreeTracer(scene)), [source])
+        direct = DirectLight(scene, TransparencyTracer(scene, EmbreeTracer(scene)), [source])
         at = np.random.default_rng(2).uniform(-1, 1, (1 << 18, 3)).astype(np.float32) * np.array([1, 1, 0], np.float32)
         up = np.broadcast_to(np.array([0, 0, 1], np.float32), at.shape)
         for half, power in zip((0.2, 0.5), photons, strict=True):
@@ -198,7 +198,7 @@ def test_far_lamps_aim_at_the_scene(far):
     rays = emitted(source)
     assert np.linalg.norm(np.cross(rays.origins, rays.directions), axis=1).max() < 13
     assert rays.flux.mean() == pytest.approx(source.power.mean(), rel=0.01)
-    direct = DirectLight(scene, LightTracer(scene, EmbreeTracer(scene)), [source])
+    direct = DirectLight(scene, TransparencyTracer(scene, EmbreeTracer(scene)), [source])
     at = np.random.default_rng(2).uniform(-1, 1, (1 << 16, 3)).astype(np.float32) * np.array([1, 1, 0], np.float32)
     up = np.broadcast_to(np.array([0, 0, 1], np.float32), at.shape)
     expected = direct.irradiance(at, up, None, stream(4)).mean() * 4

@@ -7,7 +7,7 @@ import pytest
 from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.photons.emission_segment import first_flight
 from photon_bake.addon.scene import Channel, LightKind, Materials, RayKind, SceneObjects
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, of_objects, plane, scene_of
 
@@ -37,7 +37,7 @@ def from_above(n):
 
 
 def light_tracer(scene):
-    return LightTracer(scene, EmbreeTracer(scene))
+    return TransparencyTracer(scene, EmbreeTracer(scene))
 
 
 def test_half_covered_plane_stops_half_of_the_rays():
@@ -273,7 +273,7 @@ def test_what_emits_in_the_plane_of_a_wall_counts_as_in_front(n, walls, order, t
     assert (scene.shines[hits.triangle] != on_panel).mean() < 1e-3
     assert hits.tint is None or (hits.tint == 1).all()
     seen = np.flatnonzero(scene.shines[hits.triangle])
-    assert not tracer.smothered(hits.triangle[seen], hits.u[seen], hits.v[seen]).any()
+    assert not tracer.coplanar_occluded(hits.triangle[seen], hits.u[seen], hits.v[seen]).any()
     assert tracer.flush_emitters == [(scene.objects.names[1], scene.objects.names[0])]
 
 

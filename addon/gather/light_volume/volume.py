@@ -8,7 +8,7 @@ import numpy as np
 from ...core.parallel import Workers
 from ...photons import Photons
 from ...scene import Scene
-from ...tracing import LightTracer, Tracer
+from ...tracing import Tracer, TransparencyTracer
 from ..rays.gather_rays import GatherRays
 from ..screen_volume.sh_fields import N_FIELDS, solve_radiance
 from .grid import Grid
@@ -38,7 +38,7 @@ class LightVolume:
 
     @staticmethod
     def of_photons(
-        scene: Scene, tracer: LightTracer, photons: Photons, grid: Grid, n_iterations: int, workers: Workers
+        scene: Scene, tracer: TransparencyTracer, photons: Photons, grid: Grid, n_iterations: int, workers: Workers
     ) -> "LightVolume":
         """A volume filled with photons.
 
@@ -57,7 +57,7 @@ class LightVolume:
     @staticmethod
     def of_rays(
         scene: Scene,
-        tracer: LightTracer,
+        tracer: TransparencyTracer,
         rays: GatherRays,
         n_rays: int,
         grid: Grid,

@@ -17,7 +17,7 @@ from ...photons import PathKind, Photons
 from ...photons.scattering import scatter, shading_ratio
 from ...receivers import Receivers
 from ...scene import Scene
-from ...tracing import Hits, LightTracer
+from ...tracing import Hits, TransparencyTracer
 from ..direct.direct_light import DirectLight
 from ..direct.ray_directions import gather_directions
 from ..rays.gather_rays import GatherRays
@@ -82,7 +82,7 @@ class Survey:
 
 
 def survey_surfaces(
-    scene: Scene, tracer: LightTracer, receivers: Receivers, region: Sphere, n_elements: int, workers: Workers
+    scene: Scene, tracer: TransparencyTracer, receivers: Receivers, region: Sphere, n_elements: int, workers: Workers
 ) -> Survey:
     """Cut the surfaces into about `n_elements` elements, shared out by where gather rays from `receivers` end.
 
@@ -112,7 +112,7 @@ def survey_surfaces(
 
 def build_radiance_cache(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     photons: Photons,
     direct: DirectLight,
     survey: Survey,
@@ -158,7 +158,7 @@ def _swapped(of_sides: np.ndarray) -> np.ndarray:
 
 
 def _pilot_hits(
-    scene: Scene, tracer: LightTracer, receivers: Receivers, n_rays: int, workers: Workers
+    scene: Scene, tracer: TransparencyTracer, receivers: Receivers, n_rays: int, workers: Workers
 ) -> tuple[Hits, np.ndarray]:
     """Where gather rays from the receivers end, and rays from there on; whether on a triangle's back, (n,) bool."""
     start = np.linspace(0, len(receivers), n_rays, endpoint=False).astype(np.int64)  # every receiver alike
@@ -239,7 +239,7 @@ class _Sides:
 
 def _direct_radiance(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     direct: DirectLight,
     survey: Survey,
     workers: Workers,
@@ -267,7 +267,7 @@ def _direct_radiance(
 
 def _lit_points(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     direct: DirectLight,
     survey: Survey,
     counts: np.ndarray,
@@ -289,7 +289,7 @@ def _lit_points(
             scene.look_up(channel, at.triangle, at.u, at.v)
             for channel in (scene.materials.diffuse, scene.materials.translucent, scene.materials.coverage)
         )
-        buried = tracer.smothered(at.triangle, at.u, at.v) | _inside(scene, tracer, survey, at, random)
+        buried = tracer.coplanar_occluded(at.triangle, at.u, at.v) | _inside(scene, tracer, survey, at, random)
         coverage = coverage[:, :1] * ~buried[:, None]
         coverage = np.maximum(coverage, _LEAST_COVERAGE)
         columns = np.concatenate([albedo * light, through * light, albedo, through, np.ones_like(coverage)], axis=1)
@@ -328,7 +328,9 @@ def _points_on(scene: Scene, elements: SurfaceElements, side: np.ndarray, random
     return _Points(positions, normals, shading, triangle, u, v, scene.object_of_triangle[triangle])
 
 
-def _inside(scene: Scene, tracer: LightTracer, survey: Survey, at: _Points, random: np.random.Generator) -> np.ndarray:
+def _inside(
+    scene: Scene, tracer: TransparencyTracer, survey: Survey, at: _Points, random: np.random.Generator
+) -> np.ndarray:
     """Whether points are inside of something, (n,) bool, by a ray from each."""
     if not survey.hidden.any:
         return np.zeros(len(at.normals), bool)

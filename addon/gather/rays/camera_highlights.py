@@ -16,7 +16,7 @@ from ...emitters.lamp_hits import lamp_hits, lamps_along
 from ...photons.scattering import NARROW_LOBES, facing, local_axes, scatter
 from ...receivers import CameraPoints, SeenSurface
 from ...scene import Scene
-from ...tracing import LightTracer
+from ...tracing import TransparencyTracer
 from ...tracing.emission import emission_met
 from ..direct.direct_light import DirectLight
 from .lobe_rays import mean_over_rays, ray_counts
@@ -26,7 +26,7 @@ _HIGHLIGHTS = 76  # stream of random numbers
 
 
 def reflected_highlights(
-    scene: Scene, points: CameraPoints, direct: DirectLight, tracer: LightTracer, n_rays: int, workers: Workers
+    scene: Scene, points: CameraPoints, direct: DirectLight, tracer: TransparencyTracer, n_rays: int, workers: Workers
 ) -> tuple[np.ndarray, np.ndarray]:
     """Radiance by direct light on glossy and glass lobes that are seen in mirrors or through glass, as pixels get it.
 
@@ -93,7 +93,7 @@ def _by_points_of_lights(scene: Scene, at: _Glossy, direct: DirectLight, random:
     return f * light.irradiance * found[:, None]
 
 
-def _by_rays(scene: Scene, at: _Glossy, tracer: LightTracer, random: np.random.Generator) -> np.ndarray:
+def _by_rays(scene: Scene, at: _Glossy, tracer: TransparencyTracer, random: np.random.Generator) -> np.ndarray:
     """What rays by the lobes meet that is left to them, (n, 3) float32, W/(m² sr)."""
     seen = at.seen
     on = scatter(scene, seen.hits, seen.position, seen.direction, seen.normal, random, NARROW_LOBES)

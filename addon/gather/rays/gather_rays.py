@@ -22,7 +22,7 @@ from ...core.sampling.vectors import dot, largest, rows
 from ...emitters.lamp_hits import lamps_along
 from ...photons.scattering import ALL_LOBES, NARROW_LOBES, Scattered, facing, local_axes, scatter
 from ...scene import Scene
-from ...tracing import Hits, LightTracer
+from ...tracing import Hits, TransparencyTracer
 from ...tracing.emission import emission_met
 from ..direct.direct_light import DirectLight
 from ..radiance_cache.radiance_cache import RadianceCache
@@ -118,7 +118,7 @@ class GatherRays:
     def __init__(
         self,
         scene: Scene,
-        tracer: LightTracer,
+        tracer: TransparencyTracer,
         direct: DirectLight,
         cache: RadianceCache,
         beyond: "GatherRays | None" = None,

@@ -7,7 +7,7 @@ from ...core.sampling.vectors import dot
 from ...emitters.lamp_hits import lamps_along
 from ...photons.scattering import NARROW_LOBES, Scattered, scatter, scatter_both_ways
 from ...scene import RayKind, Scene
-from ...tracing import Hits, LightTracer
+from ...tracing import Hits, TransparencyTracer
 from ...tracing.emission import emission_met
 
 _MOST_FOLLOWED = 8
@@ -40,7 +40,7 @@ class FollowedPaths:
         self.sample, self.share = np.arange(n), np.ones(n, np.float32)
         self.n_followed, self.lamplight = np.zeros(n, np.uint8), np.zeros_like(throughput)
 
-    def follow(self, scene: Scene, tracer: LightTracer, random: np.random.Generator) -> None:
+    def follow(self, scene: Scene, tracer: TransparencyTracer, random: np.random.Generator) -> None:
         """Send those on that met a mirror or clear glass, until they meet something else; a few are dropped."""
         k = self._at_mirrors(scene, np.flatnonzero(self.hits.hit))
         if len(k) == 0:

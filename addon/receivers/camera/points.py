@@ -8,7 +8,7 @@ from ...bsdf import base_share, surface_at
 from ...core.parallel import Workers
 from ...core.sampling.vectors import dot, rows
 from ...scene import Scene
-from ...tracing import LightTracer
+from ...tracing import TransparencyTracer
 from ..receivers import Receivers, View
 from .camera import Camera, SeenSurface
 from .pixel_filter import PixelFilter
@@ -93,7 +93,12 @@ class CameraPoints:
 
 
 def camera_points(
-    scene: Scene, tracer: LightTracer, camera: Camera, pixel_filter: PixelFilter, n_samples: int, workers: Workers
+    scene: Scene,
+    tracer: TransparencyTracer,
+    camera: Camera,
+    pixel_filter: PixelFilter,
+    n_samples: int,
+    workers: Workers,
 ) -> CameraPoints:
     """Trace `n_samples` through each pixel, and make points of them.
 
