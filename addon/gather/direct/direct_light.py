@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.compiling import kernel, kernel_array
-from ...core.vec3 import BLACK, direction_to, mul, put, row
+from ...core.vec3 import BLACK, ONE, direction_to, mul, plus, put, row, times
 from ...emitters import Source
 from ...emitters.aiming.regions import Sphere
 from ...emitters.row import MESH, WORLD
@@ -97,16 +97,35 @@ class DirectLight:
         with_sky : bool
             With a constant world.
         """
-        irradiance = np.empty((len(positions), 3), np.float32)
-        at = _points(positions, normals, objects)
-        _light_many(self.arrays, self.tracer.arrays, new_ray(), *at, with_sky, _key(random), 0, irradiance)
-        return irradiance
+        return self.mean_irradiance(positions, normals, objects, 1, _key(random), with_sky=with_sky)
 
     def irradiance_with_sky(
         self, positions: np.ndarray, normals: np.ndarray, objects: np.ndarray | None, random: np.random.Generator
     ) -> np.ndarray:
         """One estimate of all direct irradiance at each point, (n, 3) float32, W/m²; see `irradiance`."""
         return self.irradiance(positions, normals, objects, random, with_sky=True)
+
+    def mean_irradiance(
+        self,
+        positions: np.ndarray,
+        normals: np.ndarray,
+        objects: np.ndarray | None,
+        n_samples: int,
+        key: np.uint64,
+        first: int = 0,
+        with_sky: bool = True,
+    ) -> np.ndarray:
+        """Mean of some estimates of the direct irradiance at each point, (n, 3) float32, W/m².
+
+        Parameters
+        ----------
+        key, first
+            Of the random numbers (`path_key`), and the number of the first point among those that share the key.
+        """
+        irradiance = np.empty((len(positions), 3), np.float32)
+        at, how = _points(positions, normals, objects), (n_samples, with_sky, key, first)
+        _light_many(self.arrays, self.tracer.arrays, new_ray(), *at, *how, irradiance)
+        return irradiance
 
     def sample(
         self,
@@ -171,11 +190,13 @@ def _key(random: np.random.Generator) -> np.uint64:
 
 
 @kernel
-def _light_many(direct, tracing, room, positions, normals, objects, with_sky, key, first, irradiance):
+def _light_many(direct, tracing, room, positions, normals, objects, n_samples, with_sky, key, first, irradiance):
     for k in range(len(positions)):
-        position, normal = row(positions, k), row(normals, k)
-        light = direct_light(direct, tracing, room, position, normal, objects[k], key, first + k, 0, with_sky)
-        put(irradiance, k, light)
+        position, normal, total = row(positions, k), row(normals, k), BLACK
+        for path in range((first + k) * n_samples, (first + k + 1) * n_samples):
+            light = direct_light(direct, tracing, room, position, normal, objects[k], key, path, 0, with_sky)
+            total = plus(total, light)
+        put(irradiance, k, times(total, ONE / np.float32(n_samples)))
 
 
 @kernel
