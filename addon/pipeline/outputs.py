@@ -23,7 +23,8 @@ from ..settings.bake import BakeSettings
 from ..tracing import Tracer
 from ..tracing.cube_maps import LightRays, MultiImageTracer, lit_region
 from .bake import no_light, solve_apart
-from .solution import Solution, irradiances
+from .gathers import irradiances
+from .solution import Solution
 
 N_LIGHT_RAYS = 1000
 """That are followed to see which surfaces cube maps are to show."""

@@ -16,14 +16,14 @@ from ...addon.core.errors import Advice, BakeError, Cancelled, refuse_difference
 from ...addon.core.inspector import Inspector
 from ...addon.core.parallel import Workers, aside
 from ...addon.core.progress import Progress
+from ...addon.core.zips import check_libraries
 from ...addon.output import check_space
 from ...addon.scene import Scene
 from ...addon.settings.bake import BakeSettings
-from ...addon.tracing import Tracer
 from ...addon.ui.properties.mixer import set_layers
 from ...addon.ui.state import duration
 from ..targets.camera import CameraTarget
-from ..targets.target import Solved, Target, Wanted
+from ..targets.target import Request, Solved, Target
 from ..targets.vertices import VertexLight
 from .describe import describe
 from .written import Written
@@ -75,7 +75,7 @@ class BakeJob:
     def prepare(
         cls,
         context: Any,
-        wanted: Sequence[Wanted],
+        requests: Sequence[Request],
         progress: Progress,
         names: list[str] | None = None,
         light_group: str = "",
@@ -87,7 +87,7 @@ class BakeJob:
         Parameters
         ----------
         context : bpy.types.Context
-        wanted : sequence of Wanted
+        requests : sequence of Request
         progress : Progress
         names : list of str, optional
             Objects to bake; without names every renderable mesh object.
@@ -108,11 +108,11 @@ class BakeJob:
         asked = context.scene  # what is read has its names from a copy
 
         def read(depsgraph: Any) -> tuple[list[Target], SceneReading]:
-            targets = [one.read(depsgraph, asked, names, progress, warnings) for one in wanted]
+            targets = [one.read(depsgraph, asked, names, progress, warnings) for one in requests]
             for_camera = any(isinstance(target, CameraTarget) for target in targets)
             return targets, read_scene(depsgraph, warnings, light_group, for_camera, progress)
 
-        copies = any(getattr(one, "copies", False) for one in wanted)
+        copies = any(getattr(one, "copies", False) for one in requests)
         with originals_shown() if copies else nullcontext():
             targets, reading = in_render_graph(context.scene, context.view_layer, read)
         scene = reading.scene(context.scene)
@@ -155,31 +155,39 @@ class BakeJob:
         """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it.
 
         It ends soon after it is cancelled, whatever is being done.
+
+        Raises
+        ------
+        BakeError
+            If it cannot be baked, or a library is missing.
+        Cancelled
         """
+        check_libraries()
         return aside(lambda: self._solve(settings, progress, inspector), progress.check)
 
     def _solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None) -> Solved:
         from ...addon.gather import Irradiance
         from ...addon.pipeline.outputs import light, parts_of  # here, as Blender's start should not wait for SciPy
+        from ...addon.tracing.embree import EmbreeTracer
 
         started = perf_counter()
         workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
-        tracer = make_tracer(self.scene, self.warnings)
-        points = [target.points(self.scene, tracer, workers, self.warnings) for target in self.targets]
+        tracer = EmbreeTracer(self.scene)
+        samples = [target.samples(self.scene, tracer, workers, self.warnings) for target in self.targets]
         self.check_strict()
         groups = list(self.groups.values()) or [self.scene]
-        lit = light(self.scene, groups, points, settings, tracer, workers, inspector, started)
+        lit = light(self.scene, groups, samples, settings, tracer, workers, inspector, started)
         self._say(lit)
-        products = [
+        outputs = [
             type(of_one[0]).together(dict(zip(self.groups, of_one, strict=True))) if self.groups else of_one[0]
             for of_one in lit.outputs
         ]
         self._warn_if_late(perf_counter() - started, settings.time)
         shown = [
             one.irradiance if isinstance(one, VertexLight) else part
-            for one, part in zip(products, parts_of(points, lit.total), strict=True)
+            for one, part in zip(outputs, parts_of(samples, lit.total), strict=True)
         ]
-        return Solved(Irradiance.join(shown, lit.total.counts), products)
+        return Solved(Irradiance.join(shown, lit.total.counts), outputs)
 
     def _say(self, lit: "Lit") -> None:
         """Warn of what the solve found, and count it."""
@@ -211,18 +219,18 @@ class BakeJob:
         bpy.context.view_layer.update()  # a script may have changed it since
         written = Written(warnings=self._moved())
         with edit_mode_left():
-            self.check_strict([*written.warnings, *(one for product in solved.products for one in product.concerns())])
+            self.check_strict([*written.warnings, *(one for output in solved.outputs for one in output.concerns())])
             refusals = []
-            for product in solved.products:
+            for output in solved.outputs:
                 try:
-                    written.add(product.write())
+                    written.add(output.write())
                 except BakeError as error:
                     refusals.append(str(error))
                 except Exception as error:  # a fault of ours; what is written already can still be undone
                     written.failures.append(describe(error))
             if len(self.targets) > 1 and not refusals:
                 complete_copies(self.object_names)
-        if refusals and len(refusals) == len(solved.products):
+        if refusals and len(refusals) == len(solved.outputs):
             raise BakeError(" ".join(refusals))
         written.failures += refusals
         scene = bpy.data.scenes.get(self.of_scene)
@@ -258,16 +266,3 @@ def _flush(emitter: str, other: str) -> str:
         f"Emissive faces of object '{emitter}' lie in one plane with {place}, where Cycles' light depends on rounding; "
         "it was baked as if in front: move it 1 mm in front."
     )
-
-
-def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:
-    """Embree's tracer, or where Embree is not installed Blender's own with a notice."""
-    try:
-        from ...addon.tracing.embree import EmbreeTracer
-    except ImportError:
-        from ...addon.blender import BVHTracer
-
-        slow = "embreex is not installed, so Blender's slower BVH traces rays: install the extension's zip."
-        warnings.append(Advice(slow))
-        return BVHTracer(scene)
-    return EmbreeTracer(scene)

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 import OpenEXR
 import pytest
-from photon_bake.addon.blender.read.light_layers import group_names
+from photon_bake.addon.blender.read.lamps.light_layers import group_names
 from photon_bake.addon.core.errors import BakeError
 from photon_bake.operators.command_line.command import run
 from photon_bake.tests.host.camera_scenes import build_room
