@@ -46,12 +46,12 @@ from figures import ROOT, figures, load, scene_options, scenes_in, table
 from own_scenes import OWN_SCENES
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.emitters import light_sources, region_of
-from photon_bake.addon.gather import DirectLight, Effort, FinalGather, GatherRays, RadianceCache
+from photon_bake.addon.gather import DirectLight, FinalGather, GatherRays, RadianceCache, SampleBudget
 from photon_bake.addon.gather.radiance_cache.elements import SurfaceCells, SurfaceElements
 from photon_bake.addon.gather.rays import gather_rays
 from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.settings.bake import settings_for
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 
 QUALITIES = ("draft", "medium", "high")
@@ -79,7 +79,7 @@ def path_traced(scene, probes, element, truth):
     What remains of the error then, beyond noise, is how the scene is read and scattered. Lamps over mirrors and narrow
     gloss, which photons find, are missing.
     """
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     region = region_of(probes.position)
     direct = DirectLight(scene, tracer, light_sources(scene, region))
     cells = SurfaceCells.by_visits(scene, np.zeros(scene.n_triangles), 1)
@@ -88,8 +88,8 @@ def path_traced(scene, probes, element, truth):
     cache.__dict__["_reach"] = np.full(len(elements) + 1, np.inf, np.float32)
     with mock.patch.object(gather_rays, "_MAX_NEAR_HITS", 32):
         start = perf_counter()
-        rays, effort = GatherRays(scene, tracer, direct, cache), Effort(2048, interpolate=False)
-        gathered = FinalGather(rays, probes, effort, 2 * region.radius, tracer.surfaces, Workers()).finish()
+        rays, budget = GatherRays(scene, tracer, direct, cache), SampleBudget(2048, interpolate=False)
+        gathered = FinalGather(rays, probes, budget, 2 * region.radius, tracer.surfaces, Workers()).finish()
     at_probe = gathered.light.irradiance[element].reshape(-1, 3, 3).mean(axis=1) / np.pi
     return f"{perf_counter() - start:.1f}", *figures(at_probe, truth)
 

@@ -22,10 +22,10 @@ from ...receivers import (
 )
 from ...scene import Scene
 from ...settings.bake import BakeSettings
-from ...tracing import LightTracer, Tracer
+from ...tracing import TransparencyTracer
 from ...tracing.cube_maps import MultiImageTracer, lit_region
 from ...tracing.embree import EmbreeTracer
-from ..bake import bake, solve
+from ..bake import bake, solve, solve_apart
 from ..camera_pass import camera_pass, light_beside
 from ..probe_bake import probe_light
 from .tiny_scene import floor_chart, floor_mesh, tiny_scene
@@ -54,7 +54,7 @@ def _settings(**changes: Any) -> BakeSettings:
     return BakeSettings(**(small | changes))
 
 
-def _vertices(scene: Scene, tracer: Tracer) -> None:
+def _vertices(scene: Scene, tracer: EmbreeTracer) -> None:
     """Vertices with direct light, fitted and denoised, and probes."""
     meshes = [floor_mesh()]
     vertices = vertex_receivers(meshes)
@@ -67,7 +67,7 @@ def _vertices(scene: Scene, tracer: Tracer) -> None:
     probe_light(solution, np.zeros((2, 3), np.float32), 8, _WORKERS)
 
 
-def _texels(scene: Scene, tracer: Tracer) -> None:
+def _texels(scene: Scene, tracer: EmbreeTracer) -> None:
     """A directional lightmap, filtered and with its seams closed."""
     receivers, texels = texel_receivers([floor_chart()], [(16, 16)], tracer, _WORKERS)
     receivers = replace(receivers, directional=True)
@@ -75,28 +75,28 @@ def _texels(scene: Scene, tracer: Tracer) -> None:
     finish_lightmaps(light.value, light.stderr, receivers, texels, FinishOptions(denoiser="own"), _WORKERS)
 
 
-def _camera(scene: Scene, tracer: Tracer, settings: BakeSettings) -> None:
+def _camera(scene: Scene, tracer: EmbreeTracer, settings: BakeSettings) -> None:
     """The pass of a camera that looks down into the room."""
     axes = np.array([(1, 0, 0), (0, 1, 0), (0, 0, -1)], np.float32)
     camera = Camera.perspective(np.array([0, 0, 3], np.float32), axes, 0.8, 12, 8)
-    points = camera_points(scene, LightTracer(scene, tracer), camera, PixelFilter(), 2, _WORKERS)
+    points = camera_points(scene, TransparencyTracer(scene, tracer), camera, PixelFilter(), 2, _WORKERS)
     solution = solve(scene, points.receivers(scene), settings, tracer)
     beside = light_beside(scene, points, solution, 4, _WORKERS)
     camera_pass(points, solution.irradiance(), beside)
 
 
-def _density(scene: Scene, tracer: Tracer) -> None:
+def _density(scene: Scene, tracer: EmbreeTracer) -> None:
     bake(scene, vertex_receivers([floor_mesh(4)]), _settings(gather="density"), tracer)
 
 
-def _light_volume(scene: Scene, tracer: Tracer) -> None:
+def _light_volume(scene: Scene, tracer: EmbreeTracer) -> None:
     for n_rays in (0, 4):
         bake(scene, vertex_receivers([floor_mesh(4)]), _settings(gather="light_volume", n_volume_rays=n_rays), tracer)
 
 
-def _cube_maps(scene: Scene, tracer: Tracer) -> None:
+def _cube_maps(scene: Scene, tracer: EmbreeTracer) -> None:
     """Photons through cube maps of the scene."""
     receivers, settings = vertex_receivers([floor_mesh(4)]), _settings(tracer="multi_image", gather="density")
     region = lit_region(receivers.position)
     maps = MultiImageTracer.build(scene, tracer, region, settings.n_maps, settings.map_size, workers=_WORKERS)
-    solve(scene, receivers, settings, maps).irradiance()
+    solve_apart(scene, [scene], receivers, settings, tracer, photon_tracer=maps)[0].irradiance()
