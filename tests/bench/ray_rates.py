@@ -24,7 +24,7 @@ from photon_bake.addon.gather import DirectLight, GatherRays, build_radiance_cac
 from photon_bake.addon.gather.irradiance_cache.records import RecordMaker
 from photon_bake.addon.photons import guide_sources, pilots_for, trace_photons
 from photon_bake.addon.receivers import Receivers
-from photon_bake.addon.scene import Channel, Scene
+from photon_bake.addon.scene import Channel, Lobe, Scene
 from photon_bake.addon.settings.bake import BakeSettings
 from photon_bake.addon.tracing import EmbreeTracer, TransparencyTracer
 from ray_recorder import recorded
