@@ -11,7 +11,7 @@ from photon_bake.addon.photons import Photons
 from photon_bake.addon.receivers import Camera, seen_surface
 from photon_bake.addon.scene import Channel, LightKind, Materials
 from photon_bake.addon.settings.bake import settings_for
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.camera_bake import bake_camera
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, scene_of
@@ -25,7 +25,7 @@ def camera_at(position, width=64, height=48, angle=np.pi / 2, axes=AXES):
 
 
 def seen_by(camera, scene):
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     return tracer, seen_surface(scene, tracer, camera)
 
 

@@ -20,7 +20,7 @@ from photon_bake.addon.gather.light_volume.propagation import (
 from photon_bake.addon.gather.screen_volume.sh_fields import sh_response
 from photon_bake.addon.photons import PathKind, Photons
 from photon_bake.addon.scene.surface_points import surface_points
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, receivers_at, receivers_in_box, scene_of
 
@@ -144,7 +144,7 @@ def test_transmittance_is_the_open_share():
         scene = scene_of(*mesh)
         tracer = EmbreeTracer(scene)
         grid = Grid(np.array([-1.49, -1.49, -1.01], np.float32), 1.0, (3, 3, 2))
-        response, _ = response_of(grid, lit_sides(scene, LightTracer(scene, tracer), grid, 32, Workers()))
+        response, _ = response_of(grid, lit_sides(scene, TransparencyTracer(scene, tracer), grid, 32, Workers()))
         passes = transmittance(tracer, grid, response, Workers())
         assert passes[1, 1, 0, 2] == expected
         assert passes[1, 1, 0, 0] == 1
@@ -173,7 +173,7 @@ def photons_of_even_light(n, half=1.0, seed=1):
 
 def volume_of(scene, photons, n_cells, n_iterations):
     grid = Grid.over(scene.bounds, n_cells)
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     return Cascade((LightVolume.of_photons(scene, tracer, photons, grid, n_iterations, Workers()),))
 
 
@@ -238,7 +238,7 @@ def test_nothing_bleeds_through_a_wall(n_cells):
 def test_cascade_is_finer_where_receivers_are_and_photons_too():
     """Receivers in a corner of a wide hall get a volume of their own, if there are photons for it."""
     scene = scene_of(*box(50.0))
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     at = receivers_at(np.random.default_rng(0).uniform(-50, -45, (500, 3)), (0, 0, 1)).position
     photons = photons_of_even_light(600_000, 50.0)
     cells = [

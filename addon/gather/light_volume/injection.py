@@ -12,7 +12,7 @@ from ...core.vec3 import along, put, row
 from ...photons import Photons
 from ...scene import Scene
 from ...scene.surface_points import SurfacePoints, surface_points
-from ...tracing import LightTracer
+from ...tracing import TransparencyTracer
 from ..direct.ray_directions import gather_directions
 from ..rays.gather_rays import GatherRays
 from ..screen_volume.sh_fields import N_LIGHT, N_SIGNS, inject_light, inject_response, random_signs
@@ -61,7 +61,9 @@ class Sides:
         return Sides(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
-def lit_sides(scene: Scene, tracer: LightTracer, grid: Grid, n_points_a_cell: int, workers: Workers) -> Iterator[Sides]:
+def lit_sides(
+    scene: Scene, tracer: TransparencyTracer, grid: Grid, n_points_a_cell: int, workers: Workers
+) -> Iterator[Sides]:
     """Yield both sides of points spread over the surfaces, so many on a cell's length squared.
 
     They take part if their cell's centre sees them: light of the next room, on the floor just beyond a wall that runs
@@ -81,7 +83,7 @@ def lit_sides(scene: Scene, tracer: LightTracer, grid: Grid, n_points_a_cell: in
         cell, centres = _cells_in_front(grid, position, normal)
         ways = position - centres
         hits = tracer.surfaces.closest_hit(centres, ways / np.sqrt(dot(ways, ways))[:, None])
-        seen = (hits.triangle == np.tile(points.triangle, 2)) & ~tracer.smothered(hits.triangle, hits.u, hits.v)
+        seen = (hits.triangle == np.tile(points.triangle, 2)) & ~tracer.coplanar_occluded(hits.triangle, hits.u, hits.v)
         seen &= cell >= 0
         return Sides(position[seen], normal[seen], hits.triangle[seen], np.tile(area, 2)[seen], cell[seen], cell[~seen])
 
@@ -109,7 +111,7 @@ def response_of(grid: Grid, parts: Iterable[Sides]) -> tuple[np.ndarray, np.ndar
 
 
 def light_of_photons(
-    scene: Scene, tracer: LightTracer, grid: Grid, photons: Photons, cut: np.ndarray, workers: Workers
+    scene: Scene, tracer: TransparencyTracer, grid: Grid, photons: Photons, cut: np.ndarray, workers: Workers
 ) -> np.ndarray:
     """The photons' fields, (cells, N_LIGHT, 4) float32, W."""
     fields = np.zeros((grid.n_cells, N_LIGHT, 4))

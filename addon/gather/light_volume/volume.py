@@ -10,7 +10,7 @@ from ...core.parallel import Workers
 from ...core.vec3 import ONE, ZERO, along, dot, minus, put, row
 from ...photons import Photons
 from ...scene import Scene
-from ...tracing import LightTracer, Tracer
+from ...tracing import Tracer, TransparencyTracer
 from ..rays.gather_rays import GatherRays
 from ..screen_volume.sh_fields import N_FIELDS, N_LIGHT, solve_cell
 from .grid import Grid, cell_at, centre_at, in_cells
@@ -41,7 +41,7 @@ class LightVolume:
 
     @staticmethod
     def of_photons(
-        scene: Scene, tracer: LightTracer, photons: Photons, grid: Grid, n_iterations: int, workers: Workers
+        scene: Scene, tracer: TransparencyTracer, photons: Photons, grid: Grid, n_iterations: int, workers: Workers
     ) -> "LightVolume":
         """A volume filled with photons.
 
@@ -60,7 +60,7 @@ class LightVolume:
     @staticmethod
     def of_rays(
         scene: Scene,
-        tracer: LightTracer,
+        tracer: TransparencyTracer,
         rays: GatherRays,
         n_rays: int,
         grid: Grid,
