@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..emitters.source import Source
+from ..emitters import Source
 from ..scene import Scene
 from ..tracing import Hits, TransparencyTracer
 

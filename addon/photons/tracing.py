@@ -11,7 +11,8 @@ from ..core.parallel import Workers, slices
 from ..core.sampling.octahedral import encode_octahedral
 from ..core.sampling.streams import PathNumbers, sobol_chunks, stream
 from ..core.sampling.vectors import largest, rows
-from ..emitters.source import N_DIMENSIONS, Rays, Source, Sphere
+from ..emitters import Rays, Source, Sphere
+from ..emitters.emission import N_DIMENSIONS
 from ..scene import ALL_BOUNCES, RayKind, Scene, seen_by
 from ..tracing import Hits, TransparencyTracer
 from .bounce_map import View, view_of
@@ -190,8 +191,7 @@ def _trace_batch(
     origins, directions = rays.origins, rays.directions
     path_density = np.ones(len(path), np.float32)
     focused, gained = np.zeros(len(path), bool), np.ones(len(path), np.float32)
-    # What photons left last; −1 for lamps and the world
-    came_from = np.full(len(path), -1, np.int32) if rays.objects is None else rays.objects
+    came_from = rays.objects  # what photons left last; −1 for lamps and the world
     seen = np.stack([np.append(seen_by(scene.objects, kind), True) for kind in RayKind])
     stored = [Photons.none()]
 

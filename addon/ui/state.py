@@ -4,6 +4,7 @@ from collections.abc import Collection, Mapping
 from time import perf_counter
 
 from ..core.progress import Progress
+from ..pipeline.warm_up import COMPILING
 from ..settings.bake import Gather
 from .outcomes import Outcome
 
@@ -39,7 +40,7 @@ STAGE_SHARES: dict[Gather, dict[str, float]] = {
         "Reading the scene": 1,
         "Tracing photons": 4,
         "Measuring photons": 1,
-        "Scattering photons": 6,
+        "Splatting photons": 6,
         "Looking for edges": 1,
         "Upsampling": 1,
         "Adding direct light": 1,
@@ -159,7 +160,7 @@ class BakeState:
     @property
     def words(self) -> str:
         """The stage, and how long the rest may take."""
-        left = self.seconds_left
+        left = None if self.stage == COMPILING else self.seconds_left
         return self.stage if left is None else f"{self.stage}: {duration(left)} left"
 
     def _listen(self, stage: str, fraction: float) -> None:

@@ -24,7 +24,7 @@ from photon_bake.addon.gather import DirectLight, GatherRays, build_radiance_cac
 from photon_bake.addon.gather.irradiance_cache.records import RecordMaker
 from photon_bake.addon.photons import guide_sources, pilots_for, trace_photons
 from photon_bake.addon.receivers import Receivers
-from photon_bake.addon.scene import Channel, Scene
+from photon_bake.addon.scene import Channel, Lobe, Scene
 from photon_bake.addon.settings.bake import BakeSettings
 from photon_bake.addon.tracing import EmbreeTracer, TransparencyTracer
 from ray_recorder import recorded
@@ -114,10 +114,9 @@ def seconds(function, clock):
 
 def matte(scene):
     """The scene without its glossy and glass lobes."""
-    black = Channel.constant(np.zeros(len(scene.materials)))
-    lobes = dict.fromkeys(("f0", "f90", "glass_reflection", "glass_transmission"), black)
-    bare = replace(scene.materials, **lobes, layer_f0=np.zeros(len(scene.materials), np.float32))
-    return replace(scene, materials=bare)
+    closures = scene.materials.closures
+    bare = closures.where(closures.kind < Lobe.GLOSSY)
+    return replace(scene, materials=replace(scene.materials, closures=bare))
 
 
 def variants(scenes):

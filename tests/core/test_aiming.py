@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.emitters import Sphere, light_sources, region_of
-from photon_bake.addon.emitters.caustic_makers import caustic_makers
-from photon_bake.addon.emitters.projection_map import Aim
+from photon_bake.addon.emitters.aiming.caustic_makers import caustic_makers
+from photon_bake.addon.emitters.aiming.projection_map import ProjectionMap
 from photon_bake.addon.photons import PathKind, trace_photons
 from photon_bake.addon.scene import Channel, LightKind, Materials, World
 from photon_bake.addon.tracing import TransparencyTracer
@@ -17,7 +17,7 @@ from photon_bake.tests.core.test_emission import N, emitted, power_on_plane, sou
 
 WHITE, NONE = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 LARGEST = 0.8  # m
-AIM = Aim(np.float32([[0.3, 0.2, 0], [-0.5, 0, 0.1]]), np.float32([0.2, 0.1]))
+AIM = ProjectionMap(np.float32([[0.3, 0.2, 0], [-0.5, 0, 0.1]]), np.float32([0.2, 0.1]))
 IMAGE = np.random.default_rng(1).uniform(0, 1, (8, 16, 3)).astype(np.float32) ** 4
 
 SOURCES = {

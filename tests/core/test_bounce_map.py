@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
-from photon_bake.addon.emitters import light_sources
-from photon_bake.addon.emitters.source import Sphere
+from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.photons import bounce_map, trace_photons
 from photon_bake.addon.photons.bounce_map import view_of
 from photon_bake.addon.scene import LightKind

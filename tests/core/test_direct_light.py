@@ -5,8 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.sampling.path_numbers import path_key
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import Sphere, light_sources
+from photon_bake.addon.emitters.area import areas_of
+from photon_bake.addon.emitters.world import radiance_along
 from photon_bake.addon.gather import DirectLight, direct_irradiance
 from photon_bake.addon.scene import Channel, LightKind, Lights, Textures, World
 from photon_bake.addon.tracing import TransparencyTracer
@@ -120,7 +123,7 @@ def test_spread(kind, spread):
     at = receivers_at(at, UP)
     direct = direct_of(scene_of(*plane(0.1, z=-50), lights=light))
     values = direct.irradiance(at.position, at.normal, None, stream(9))[:, 0].astype(np.float64) * (2 * half) ** 2
-    power = np.pi * 2 * light.area(np.array([0]))[0]
+    power = np.pi * 2 * areas_of(light)[0]
     assert abs(values.mean() - power) < 4 * values.std() / np.sqrt(len(values)) + 0.01 * power
 
 
@@ -194,7 +197,9 @@ def test_world_image(normal):
     value, error = mean_at(scene, (0, 0, 0), normal, 200_000)
     from_world = np.random.default_rng(1).normal(size=(2_000_000, 3))
     from_world /= np.linalg.norm(from_world, axis=1, keepdims=True)
-    at_random = world.radiance(from_world.astype(np.float32)).mean(1) * np.maximum(from_world @ normal, 0) * 4 * np.pi
+    at_random = (
+        radiance_along(world, from_world.astype(np.float32)).mean(1) * np.maximum(from_world @ normal, 0) * 4 * np.pi
+    )
     assert abs(value - at_random.mean()) < 4 * np.hypot(error, at_random.std() / np.sqrt(len(at_random)))
     assert error < 0.005 * value
 
@@ -260,6 +265,15 @@ def test_many_lamps_add_up():
 def test_point_in_the_lamp_is_finite():
     value, _ = irradiance((0, 0, 2), UP, lamp(LightKind.POINT, 7.0, position=(0, 0, 2)), n=100)
     assert np.isfinite(value)
+
+
+def test_estimates_do_not_depend_on_chunks():
+    lights = lamp(LightKind.RECTANGLE, 2.0, position=(0, 0, 1), size=(1, 1))
+    direct = direct_of(scene_of(*plane(2.0), lights=lights, world=0.3))
+    at = receivers_at(np.random.default_rng(1).uniform(-1, 1, (300, 3)) * [1, 1, 0] + [0, 0, 1e-3], UP)
+    whole = direct.mean_irradiance(at.position, at.normal, None, 4, path_key(1, 2))
+    part = direct.mean_irradiance(at.position[200:], at.normal[200:], None, 4, path_key(1, 2), first=200)
+    assert np.array_equal(whole[200:], part)
 
 
 def test_receivers_get_the_same_for_any_threads():

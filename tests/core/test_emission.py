@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from photon_bake.addon.core.sampling.streams import sobol_chunks, stream
 from photon_bake.addon.emitters import Sphere, light_sources
-from photon_bake.addon.emitters.mesh_source import emissive_triangles
-from photon_bake.addon.emitters.source import N_DIMENSIONS
+from photon_bake.addon.emitters.emission import N_DIMENSIONS
+from photon_bake.addon.emitters.mesh import emissive_triangles, radiance_of
+from photon_bake.addon.emitters.source import emitted as emitted_by
 from photon_bake.addon.gather import DirectLight
 from photon_bake.addon.scene import Channel, LightKind, Lights, Textures, World
 from photon_bake.addon.tracing import TransparencyTracer
@@ -84,9 +85,9 @@ def test_what_is_see_through_shines_as_much_less(coverage):
     scene = replace(scene, materials=materials)
     _, _, power = emissive_triangles(scene)
     assert power.sum() / 3 == pytest.approx(2 * np.pi * 3 * coverage)
-    assert scene.emission(np.array([0, 2]), *np.float32([[0.3, 0.3], [0.3, 0.3]])).mean(axis=1) == pytest.approx(
-        [3 * coverage, 0]
-    )
+    assert radiance_of(scene.arrays, np.array([0, 2]), *np.float32([[0.3, 0.3], [0.3, 0.3]])).mean(
+        axis=1
+    ) == pytest.approx([3 * coverage, 0])
     if coverage == 0:
         return
     sources = light_sources(scene, WHOLE)
@@ -155,7 +156,8 @@ def test_spot_photons_follow_its_falloff():
     edges = np.linspace(np.cos(0.8), 1, 21)
     flux, _ = np.histogram(cosine, edges, weights=rays.flux[:, 0])
     middle = (edges[1:] + edges[:-1]) / 2
-    expected = spot.spot_falloff(np.zeros(20, int), middle.astype(np.float32)) * 2 * np.pi * np.diff(edges) * N
+    t = np.clip((middle - np.cos(0.8)) / (0.5 * (1 - np.cos(0.8))), 0, 1)
+    expected = t * t * (3 - 2 * t) * 2 * np.pi * np.diff(edges) * N
     assert np.allclose(flux, expected, rtol=0.02, atol=expected.max() * 0.01)
 
 
@@ -250,6 +252,21 @@ def test_lamps_without_power_are_no_sources():
 
 def test_a_lamp_without_power_is_no_source():
     assert light_sources(scene_of(*plane(), lights=lamp(LightKind.POINT, 0.0)), WHOLE) == []
+
+
+def test_sources_of_all_kinds_share_a_batch():
+    """Photons of many sources emitted together are those that each emits alone."""
+    kinds = [lamp(kind, 3.0, size=(1, 0.5), angle=0.5, position=(0, 0, 1 + kind)) for kind in LightKind]
+    mesh = merge(plane(2.0), plane(0.5, z=1))
+    lit = {"albedo": [0.5, 0.5], "emission": [0, 8.0], "material": [0, 0, 1, 1], "world": 0.5}
+    sources = light_sources(scene_of(*mesh, lights=Lights.join(kinds), **lit), WHOLE)
+    assert len(sources) == len(LightKind) + 2
+    u, number = stream(5).random((700, N_DIMENSIONS), dtype=np.float32), np.arange(700, dtype=np.int32) % 7
+    together = emitted_by(sources, number, u)
+    for k, source in enumerate(sources):
+        alone = source.emit(u[number == k])
+        for name in ("origins", "directions", "flux", "objects"):
+            assert np.array_equal(getattr(together, name)[number == k], getattr(alone, name))
 
 
 def test_emission_does_not_depend_on_how_it_is_chunked():

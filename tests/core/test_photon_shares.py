@@ -122,7 +122,9 @@ def test_triangles_are_chosen_by_power_by_what_arrives_and_by_object():
     """A lamp inside, one 100 m away and a sky of 10⁸ times their power: each object has a thirtieth at least."""
     scene = of_meshes([(plane(0.1, 1.0), 1), (plane(0.1, 100.0), 1), (ball(1000, n=8), 1)], SKY)
     (source,) = light_sources(scene, Sphere(np.zeros(3, np.float32), 3.0))
-    near, far, sky = source.chance[:2].sum(), source.chance[2:4].sum(), source.chance[4:].sum()
+    mesh = source.surroundings.mesh
+    chance = scene.areas[mesh.triangles] / mesh.area
+    near, far, sky = chance[:2].sum(), chance[2:4].sum(), chance[4:].sum()
     assert near > far > 1 / 30 and sky > 0.9
     at_lamps = [chance / share for chance, share in ((near - 1 / 30, 0.5), (far - 1 / 30, 0.03**2 / 4))]
     assert at_lamps[0] == pytest.approx(

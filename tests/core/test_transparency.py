@@ -1,9 +1,10 @@
 """Light past and through surfaces: see-through ones, coincident ones, kinds of rays, light linking."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from photon_bake.addon.emitters.lamp_sources import PointSource
-from photon_bake.addon.emitters.source import bounding_sphere
+from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.photons.emission_segment import first_flight
 from photon_bake.addon.scene import Channel, LightKind, Materials, RayKind, SceneObjects
 from photon_bake.addon.tracing import Hits, TransparencyTracer
@@ -210,8 +211,8 @@ def test_neighbours_that_share_an_edge_are_not_in_one_place():
 
 def flown(scene, illuminates=None, blocked_by=None, n=20_000):
     """Photons of a spot above two planes; where they end, by object, in watts."""
-    light = lamp(LightKind.SPOT, 1.0, position=(0, 0, 3), angle=0.3)
-    source = PointSource(light, 0, bounding_sphere(scene))
+    scene = replace(scene, lights=lamp(LightKind.SPOT, 1.0, position=(0, 0, 3), angle=0.3))
+    (source,) = light_sources(scene, Sphere(np.zeros(3, np.float32), 1.0))
     source.illuminates, source.blocked_by = illuminates, blocked_by
     random = np.random.default_rng(2)
     rays = source.emit(random.random((n, 5), dtype=np.float32))

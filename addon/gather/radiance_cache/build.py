@@ -16,7 +16,7 @@ from ...emitters import Sphere
 from ...photons import PathKind, Photons
 from ...photons.scattering import scatter, shading_ratio
 from ...receivers import Receivers
-from ...scene import Scene
+from ...scene import Lobe, Scene
 from ...tracing import Hits, TransparencyTracer
 from ..direct.direct_light import DirectLight
 from ..direct.ray_directions import gather_directions
@@ -65,11 +65,11 @@ class Survey:
         With ρ what the surface reflects, A the area of its element and v/n the share of the rays that end there, a
         photon of Φ watts adds ρΦ/(πA) · π v/n. Caustics light receivers themselves, whatever ρ is.
         """
-        elements, channels = self.elements, (scene.materials.diffuse, scene.materials.translucent)
+        elements = self.elements
         u, v = scene.barycentrics(photons.triangle, photons.position)
         back = dot(rows(scene.normals, photons.triangle), photons.normal) < 0
         looks = self.visits / np.repeat(elements.areas, 2) / self.n_rays
-        albedo = sum(scene.look_up(channel, photons.triangle, u, v) for channel in channels if channel.nonzero.any())
+        albedo = scene.albedo(photons.triangle, u, v) + scene.translucence(photons.triangle, u, v)
         power = np.abs(photons.power)
         power = np.where((photons.kind == PathKind.CAUSTIC)[:, None], power, albedo * power)
         return power.mean(axis=1) * looks[2 * elements.find(photons.triangle, u, v) + back]
@@ -101,7 +101,7 @@ def survey_surfaces(
     of_cells = np.bincount(2 * cell + back, minlength=2 * len(cells)).reshape(-1, 2)
     elements = SurfaceElements.by_visits(scene, cells, of_cells.sum(axis=1), n_elements)
     seen = elements.of_cells(of_cells > 0)
-    if scene.materials.translucent.nonzero.any():
+    if scene.materials.has(Lobe.TRANSLUCENT).any():
         seen |= seen[:, ::-1]  # either side may shine through to the other
     visits = np.bincount(2 * elements.find(met.triangle, met.u, met.v) + back, minlength=2 * len(elements))
     away = scene.points(met.triangle, met.u, met.v) - region.centre
@@ -204,8 +204,8 @@ def photon_radiance(
         shading = scene.shading_normals(part.triangle, u, v, normals)
         power = part.power * shading_ratio(shading, normals, part.direction)[:, None]
         _add(radiance, side, scene.albedo(part.triangle, u, v) * power)
-        if scene.materials.translucent.nonzero.any():
-            through = scene.look_up(scene.materials.translucent, part.triangle, u, v)
+        if scene.materials.has(Lobe.TRANSLUCENT).any():
+            through = scene.translucence(part.triangle, u, v)
             _add(radiance, side ^ 1, through * power)
     area = np.repeat(elements.areas, 2) * (1 if coverage is None else coverage)
     return (radiance / (np.pi * area)[:, None]).astype(np.float32)
@@ -285,10 +285,8 @@ def _lit_points(
         side = np.searchsorted(ends, np.arange(chunk.start, chunk.stop), side="right") - 1
         at = _points_on(scene, survey.elements, side, random)
         light = direct.irradiance(at.positions, at.shading_normals, at.objects, random) / np.float32(np.pi)
-        albedo, through, coverage = (
-            scene.look_up(channel, at.triangle, at.u, at.v)
-            for channel in (scene.materials.diffuse, scene.materials.translucent, scene.materials.coverage)
-        )
+        albedo, through = scene.albedo(at.triangle, at.u, at.v), scene.translucence(at.triangle, at.u, at.v)
+        coverage = scene.look_up(scene.materials.coverage, at.triangle, at.u, at.v)
         buried = tracer.coplanar_occluded(at.triangle, at.u, at.v) | _inside(scene, tracer, survey, at, random)
         coverage = coverage[:, :1] * ~buried[:, None]
         coverage = np.maximum(coverage, _LEAST_COVERAGE)

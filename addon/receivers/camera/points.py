@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...bsdf import base_share, surface_at
+from ...bsdf import diffuse_albedo, surface_at, translucent_albedo
 from ...core.parallel import Workers
 from ...core.sampling.vectors import dot, rows
 from ...scene import Scene
@@ -75,7 +75,7 @@ class CameraPoints:
     def receivers(self, scene: Scene) -> Receivers:
         """A receiver in front of each point, and after those one behind each of `through`.
 
-        Only points in mirrors take caustics: those that the camera itself sees have them by `photon_volumes`.
+        Only points in mirrors take caustics: those that the camera itself sees have them by `photon_splatting`.
         """
         seen = self.seen
         footprint = np.sqrt(seen.area / np.float32(np.pi))
@@ -226,6 +226,6 @@ def diffuse_colors(scene: Scene, seen: SeenSurface) -> tuple[np.ndarray, np.ndar
         flown = rows(seen.direction, k)
         surface = surface_at(scene, met.triangle, met.u, met.v, met.back(flown))
         cosine = np.abs(dot(rows(seen.normal, k), flown))
-        diffuse[k] = surface.diffuse * base_share(surface, cosine)[:, None]
-        translucent[k] = surface.translucent
+        diffuse[k] = diffuse_albedo(surface, cosine)
+        translucent[k] = translucent_albedo(surface, cosine)
     return diffuse, translucent
