@@ -8,8 +8,8 @@ from ..bsdf import Lobe, glass_ways, is_focused, sample_bsdf, surface_at
 from ..core.sampling.streams import PathNumbers
 from ..core.sampling.vectors import dot, rows
 from ..core.sampling.warps import frame, sample_cosine_hemisphere, to_world
-from ..scene import Scene
-from ..tracing import Hits, RayKind
+from ..scene import RayKind, Scene
+from ..tracing import Hits
 
 ALL_LOBES = tuple(Lobe)
 NARROW_LOBES = (Lobe.GLOSSY, Lobe.GLASS)

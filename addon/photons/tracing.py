@@ -12,8 +12,8 @@ from ..core.sampling.octahedral import encode_octahedral
 from ..core.sampling.streams import PathNumbers, sobol_chunks, stream
 from ..core.sampling.vectors import largest, rows
 from ..emitters.source import N_DIMENSIONS, Rays, Source, Sphere
-from ..scene import ALL_BOUNCES, Scene
-from ..tracing import Hits, LightTracer, RayKind, seen_by
+from ..scene import ALL_BOUNCES, RayKind, Scene, seen_by
+from ..tracing import Hits, LightTracer
 from .bounce_map import View, view_of
 from .emission_segment import first_flight
 from .flights import FlightLog, Flights

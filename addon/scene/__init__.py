@@ -3,6 +3,7 @@
 from .light_groups import OTHER, LightGroups
 from .lights import ALL_BOUNCES, LightKind, Lights
 from .materials import Channel, Materials
+from .ray_kinds import RayKind, seen_by
 from .scene import Scene, SceneObjects
 from .textures import Textures
 from .world import World
@@ -15,8 +16,10 @@ __all__ = [
     "LightKind",
     "Lights",
     "Materials",
+    "RayKind",
     "Scene",
     "SceneObjects",
     "Textures",
     "World",
+    "seen_by",
 ]

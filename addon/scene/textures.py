@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.sampling.vectors import rows
-
 
 @dataclass(frozen=True)
 class Textures:
@@ -35,11 +33,3 @@ class Textures:
         pixels = [image.reshape(-1, 3).astype(np.float32) for image in images] or [np.zeros((0, 3), np.float32)]
         extends = [False] * len(images) if extends is None else extends
         return Textures(np.concatenate(pixels), offset, sizes[:, 1], sizes[:, 0], np.array(extends, bool))
-
-    def look_up(self, image: np.ndarray, uv: np.ndarray) -> np.ndarray:
-        """The nearest texel of each image at texture coordinates `uv`, (n, 3) float32."""
-        width, height = self.width[image], self.height[image]
-        uv = np.where(self.extends[image, None], np.clip(uv, 0, 1), uv - np.floor(uv))
-        x = np.minimum((uv[:, 0] * width).astype(np.int32), width - 1)
-        y = np.minimum((uv[:, 1] * height).astype(np.int32), height - 1)
-        return rows(self.pixels, self.offset[image] + y * width + x)

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.sampling.vectors import dot
-from ..scene import LightKind, Lights
-from .protocol import RayKind
+from ..scene import LightKind, Lights, RayKind
 
 _BEHIND_ALL = np.finfo(np.float32).max
 """Distance of suns, m: nearer than nothing."""

@@ -11,10 +11,10 @@ import numpy as np
 
 from ..core.progress import Progress
 from ..core.sampling.vectors import rows
-from ..scene import Scene
+from ..scene import RayKind, Scene, seen_by
 from .coincident import CoincidentSurfaces
 from .onward import onward
-from .protocol import Hits, RayKind, Tracer, seen_by
+from .protocol import Hits, Tracer
 
 _MAX_SURFACES = 64  # see-through surfaces along one ray
 _MIX_1, _MIX_2, _STEP = np.uint32(0x7FEB352D), np.uint32(0x846CA68B), np.uint32(0x9E3779B9)

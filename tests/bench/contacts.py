@@ -32,7 +32,8 @@ from photon_bake.addon.pipeline.bake import solve
 from photon_bake.addon.receivers.uv_maps.faces import areas
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.lightmap import LightmapSettings
-from photon_bake.operators.jobs.bake_job import BakeJob, make_tracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.operators.jobs.bake_job import BakeJob
 from photon_bake.operators.targets.lightmap import LightmapRequest
 from scipy.ndimage import distance_transform_cdt
 
@@ -129,7 +130,7 @@ def bake_twice(name, given):
         wanted = LightmapRequest(lightmaps, Path(folder), name)
         job = BakeJob.prepare(bpy.context, [wanted], Progress(), [o.name for o in objects])
     settings = settings_for(given.quality)
-    tracer, workers = make_tracer(job.scene, []), Workers(settings.seed, settings.n_threads)
+    tracer, workers = EmbreeTracer(job.scene), Workers(settings.seed, settings.n_threads)
     points = job.targets[0].samples(job.scene, tracer, workers, [])
     receivers, texels = points.receivers, points.texels
     solution = solve(job.scene, receivers, settings, tracer)

@@ -20,11 +20,11 @@ from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.gather import Cascade
 from photon_bake.addon.photons import PathKind, trace_photons
-from photon_bake.addon.pipeline.camera_bake import bake_camera
 from photon_bake.addon.scene.surface_points import surface_points
 from photon_bake.addon.settings.bake import BakeSettings
 from photon_bake.addon.tracing import LightTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.tests.camera_bake import bake_camera
 
 N_PHOTONS, N_POINTS = 600_000, 50_000
 STAGES = {

@@ -8,12 +8,12 @@ from photon_bake.addon.gather import Cascade, glossy_radiance, screen_irradiance
 from photon_bake.addon.gather.light_volume.glossy_light import nowhere_negative
 from photon_bake.addon.gather.screen_volume.screen_volume import gather_once
 from photon_bake.addon.photons import Photons
-from photon_bake.addon.pipeline.camera_bake import bake_camera
 from photon_bake.addon.receivers import Camera, seen_surface
 from photon_bake.addon.scene import Channel, LightKind, Materials
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.tracing import LightTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.tests.camera_bake import bake_camera
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, scene_of
 from photon_bake.tests.core.test_light_volume import photons_of_even_light
 

@@ -5,8 +5,7 @@ import pytest
 from photon_bake.addon.core.sampling.streams import sobol
 from photon_bake.addon.core.sampling.warps import sample_uniform_cone
 from photon_bake.addon.emitters.light_samples import light_samples
-from photon_bake.addon.scene import LightKind
-from photon_bake.addon.tracing import RayKind
+from photon_bake.addon.scene import LightKind, RayKind
 from photon_bake.addon.tracing.lamp_hits import has_size, lamp_hits, lamps_along
 from photon_bake.tests.core.scenes import lamp
 

@@ -5,8 +5,8 @@ import pytest
 from photon_bake.addon.emitters.lamp_sources import PointSource
 from photon_bake.addon.emitters.source import bounding_sphere
 from photon_bake.addon.photons.emission_segment import first_flight
-from photon_bake.addon.scene import Channel, LightKind, Materials, SceneObjects
-from photon_bake.addon.tracing import LightTracer, RayKind
+from photon_bake.addon.scene import Channel, LightKind, Materials, RayKind, SceneObjects
+from photon_bake.addon.tracing import LightTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, of_objects, plane, scene_of
 

@@ -12,7 +12,7 @@ from photon_bake.addon.core.errors import BakeError
     [
         ((3, 11), "install photon_bake-<version>-blender4.5-windows-x64.zip."),
         ((3, 14), "install photon_bake-<version>-blender5.2-debian-windows-x64.zip."),
-        ((3, 12), "There is no Photon Bake for a Blender with Python 3.12."),
+        ((3, 12), "there is no Photon Bake for a Blender with Python 3.12."),
     ],
 )
 def test_without_its_wheels_the_right_zip_is_named(python, says, monkeypatch):
@@ -23,3 +23,8 @@ def test_without_its_wheels_the_right_zip_is_named(python, says, monkeypatch):
     with pytest.raises(BakeError) as error:
         zips.check_zip()
     assert str(error.value).endswith(says)
+
+
+def test_a_platform_without_wheels_is_told_which_there_are(monkeypatch):
+    monkeypatch.setattr(zips, "this_platform", lambda: "macos-x64")
+    assert zips.remedy().endswith("for macos-x64; Photon Bake runs on linux-x64, windows-x64, macos-arm64.")

@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from ...core.sampling.vectors import dot, rows
-from ...scene import Scene
-from ...tracing import Hits, LightTracer, RayKind
+from ...scene import RayKind, Scene
+from ...tracing import Hits, LightTracer
 from .lenses import Lens, Perspective
 
 LEAST_COSINE = np.float32(1e-6)

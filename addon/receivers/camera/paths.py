@@ -5,8 +5,8 @@ import numpy as np
 from ...bsdf import SMOOTH
 from ...core.sampling.vectors import dot
 from ...photons.scattering import NARROW_LOBES, Scattered, scatter, scatter_both_ways
-from ...scene import Scene
-from ...tracing import Hits, LightTracer, RayKind
+from ...scene import RayKind, Scene
+from ...tracing import Hits, LightTracer
 from ...tracing.emission import emission_met
 from ...tracing.lamp_hits import lamps_along
 

@@ -3,16 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from ..core.parallel import Workers
-from ..core.progress import Progress
-from ..emitters import light_sources, region_of
-from ..gather import Cascade, glossy_radiance, screen_irradiance
-from ..photons import PathKind, trace_photons
-from ..receivers import Camera, diffuse_colors, seen_surface
-from ..scene import Scene
-from ..settings.bake import BakeSettings
-from ..tracing import LightTracer, Tracer
+from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.emitters import light_sources, region_of
+from photon_bake.addon.gather import Cascade, glossy_radiance, screen_irradiance
+from photon_bake.addon.photons import PathKind, trace_photons
+from photon_bake.addon.receivers import Camera, diffuse_colors, seen_surface
+from photon_bake.addon.scene import Scene
+from photon_bake.addon.settings.bake import BakeSettings
+from photon_bake.addon.tracing import LightTracer, Tracer
 
 
 @dataclass(frozen=True)
