@@ -11,7 +11,7 @@ from photon_bake.addon.photons import PathKind, trace_photons
 from photon_bake.addon.receivers import Camera, diffuse_colors, seen_surface
 from photon_bake.addon.scene import Scene
 from photon_bake.addon.settings.bake import BakeSettings
-from photon_bake.addon.tracing import LightTracer, Tracer
+from photon_bake.addon.tracing import EmbreeTracer, TransparencyTracer
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class CameraLight:
 
 
 def bake_camera(
-    scene: Scene, camera: Camera, settings: BakeSettings, tracer: Tracer, progress: Progress | None = None
+    scene: Scene, camera: Camera, settings: BakeSettings, tracer: EmbreeTracer, progress: Progress | None = None
 ) -> CameraLight:
     """Trace photons through `scene` and gather them at what `camera` sees (Fei and Wang, section 4).
 
@@ -52,7 +52,7 @@ def bake_camera(
         If `progress` was cancelled.
     """
     workers = Workers(settings.seed, settings.n_threads, progress or Progress(), settings.memory)
-    light_tracer = LightTracer(scene, tracer, workers.progress)
+    light_tracer = TransparencyTracer(scene, tracer, workers.progress)
     seen = seen_surface(scene, light_tracer, camera)
     if len(seen) == 0:
         black = np.zeros((camera.height, camera.width, 3), np.float32)

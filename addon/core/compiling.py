@@ -28,6 +28,9 @@ import numpy as np
 F = TypeVar("F", bound=Callable[..., Any])
 
 ROOT = Path(__file__).resolve().parents[2]
+PACKAGE = __name__.partition(".addon.")[0]
+"""The name that the extension is imported under."""
+
 KEPT_DAYS = 30
 """For which kernels are kept that nothing uses."""
 
@@ -82,12 +85,17 @@ class Compiled:
                 self._dispatcher = self._made()
             return self._dispatcher
 
+    @property
+    def _numba_type_(self) -> Any:
+        """What kernels that call this take it for."""
+        return _numba().types.Dispatcher(self.dispatcher)
+
     def _made(self) -> Any:
         numba, how = _numba(), _HOW | self._how
         if not how.pop("cache", False):
             return numba.njit(**how)(self.py_func)
         # Numba looks at the kernel's own file alone to see whether it is stale; the folder's name says the rest
-        folder = _usable(digest_of(Path(self.py_func.__code__.co_filename).resolve()))
+        folder = folder_of(digest_of(Path(self.py_func.__code__.co_filename).resolve()))
         others, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder or "")
         try:
             return numba.njit(cache=folder is not None, **how)(self.py_func)
@@ -97,10 +105,9 @@ class Compiled:
 
 @cache
 def _numba() -> Any:
-    """Numba, which is taught what a `Compiled` is, and to say how long it compiles."""
+    """Numba, which says how long it compiles."""
     import numba
     from numba.core import event
-    from numba.extending import typeof_impl
 
     class Clock(event.Listener):
         """Adds up seconds of compiling; that of parts happens within that of kernels, all under Numba's one lock."""
@@ -117,7 +124,6 @@ def _numba() -> Any:
             if self._depth == 0:
                 _seconds.append(perf_counter() - self._started)
 
-    typeof_impl.register(Compiled)(lambda compiled, _: numba.types.Dispatcher(compiled.dispatcher))
     event.register("numba:compile", Clock())
     return numba
 
@@ -154,7 +160,7 @@ def kept_in() -> Path | None:
 
 
 @cache
-def _usable(digest: str) -> Path | None:
+def folder_of(digest: str) -> Path | None:
     """The folder of a digest, which is made and marked as used; None where nothing can be written."""
     top = kept_in()
     if top is None:
@@ -197,7 +203,8 @@ def digest_of_all(sources: Iterable[Path]) -> str:
     """Of the texts of files, of what compiles them and of Numba's own settings, in hexadecimal."""
     texts = sorted(hashlib.sha256(path.read_bytes()).hexdigest() for path in sources)
     settings = sorted(f"{name}={value}" for name, value in os.environ.items() if name.startswith("NUMBA_"))
-    return hashlib.sha256("\n".join([*_compilers(), *settings, *texts]).encode()).hexdigest()[:16]
+    # Types that kernels take are known on disk by their full names, in which the package's is
+    return hashlib.sha256("\n".join([PACKAGE, *_compilers(), *settings, *texts]).encode()).hexdigest()[:16]
 
 
 @cache

@@ -89,6 +89,14 @@ def normalized(a):
 
 
 @part
+def direction_to(origin, target):
+    """The unit direction from one point to another, and the distance: at least 1e-6, as nothing is infinitely close."""
+    way = minus(target, origin)
+    distance = max(length(way), np.float32(1e-6))
+    return times(way, ONE / distance), distance
+
+
+@part
 def largest(a):
     """Largest component."""
     return max(a[0], max(a[1], a[2]))
@@ -104,6 +112,12 @@ def mean(a):
 def wide(a):
     """In float64, where the digits are needed."""
     return np.float64(a[0]), np.float64(a[1]), np.float64(a[2])
+
+
+@part
+def narrow(a):
+    """In float32 again."""
+    return np.float32(a[0]), np.float32(a[1]), np.float32(a[2])
 
 
 @part

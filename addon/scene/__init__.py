@@ -1,5 +1,6 @@
 """What is lit: meshes, materials, lights and world as NumPy arrays in world space (metres, scene-linear Rec.709)."""
 
+from .closures import Closures, Lobe
 from .light_groups import OTHER, LightGroups
 from .lights import ALL_BOUNCES, LightKind, Lights
 from .materials import Channel, Materials
@@ -12,9 +13,11 @@ __all__ = [
     "ALL_BOUNCES",
     "OTHER",
     "Channel",
+    "Closures",
     "LightGroups",
     "LightKind",
     "Lights",
+    "Lobe",
     "Materials",
     "RayKind",
     "Scene",

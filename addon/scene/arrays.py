@@ -34,24 +34,28 @@ class TextureArrays(NamedTuple):
     extends: np.ndarray
 
 
-class MaterialArrays(NamedTuple):
-    """`Materials`: their channels, their numbers (m,) float32, and what is known of them (m,) bool."""
+class ClosureArrays(NamedTuple):
+    """`Closures`: those of material m are rows `start[m]` to `start[m + 1]`."""
 
-    diffuse: ChannelArrays
-    translucent: ChannelArrays
-    emission: ChannelArrays
-    coverage: ChannelArrays
-    tint: ChannelArrays
+    start: np.ndarray
+    kind: np.ndarray
+    weight: ChannelArrays
     roughness: ChannelArrays
     f0: ChannelArrays
     f90: ChannelArrays
-    glass_reflection: ChannelArrays
-    glass_transmission: ChannelArrays
-    fresnel_ior: np.ndarray
-    layer_f0: np.ndarray
+    ior: np.ndarray
+    fresnel: np.ndarray
     preserves_energy: np.ndarray
-    glass_ior: np.ndarray
-    glass_fresnel: np.ndarray
+    layer: np.ndarray
+
+
+class MaterialArrays(NamedTuple):
+    """`Materials`: closures and channels, and what is known of them (m,) bool."""
+
+    closures: ClosureArrays
+    emission: ChannelArrays
+    coverage: ChannelArrays
+    tint: ChannelArrays
     matte: np.ndarray
     glossy_or_glass: np.ndarray
     spreads_light: np.ndarray
@@ -123,14 +127,16 @@ def channel_arrays(channel: Channel) -> ChannelArrays:
 
 
 def _material_arrays(materials: Materials) -> MaterialArrays:
-    columns: dict[str, Any] = {}
-    for name in MaterialArrays._fields:
-        column = getattr(materials, name)
-        if isinstance(column, Channel):
-            columns[name] = channel_arrays(column)
-        else:
-            columns[name] = kernel_array(column, np.bool_ if column.dtype == bool else np.float32)
-    return MaterialArrays(**columns)
+    closures = {name: _column(getattr(materials.closures, name)) for name in ClosureArrays._fields}
+    columns = {name: _column(getattr(materials, name)) for name in MaterialArrays._fields if name != "closures"}
+    return MaterialArrays(closures=ClosureArrays(**closures), **columns)
+
+
+def _column(column: Any) -> Any:
+    """A channel or an array inside kernels."""
+    if isinstance(column, Channel):
+        return channel_arrays(column)
+    return kernel_array(column, np.float32 if column.dtype.kind == "f" else column.dtype)
 
 
 def _texture_arrays(textures: Textures) -> TextureArrays:

@@ -152,12 +152,28 @@ def off_surface(scene, hit, side):
 @part
 def look_up(scene, channel, triangle, u, v):
     """A channel of the materials (`ChannelArrays`) at a point of a triangle."""
-    material = scene.material[triangle]
-    value, image = row(channel.value, material), channel.texture[material]
+    return channel_at(scene, channel, scene.material[triangle], triangle, u, v)
+
+
+@part
+def channel_at(scene, channel, k, triangle, u, v):
+    """The k-th value of a channel at a point of a triangle."""
+    value, image = row(channel.value, k), channel.texture[k]
     if image < 0:
         return value
     x, y = uv_at(scene, triangle, u, v)
     return mul(value, texel(scene.textures, image, x, y))
+
+
+@part
+def weight_of_kind(scene, kind, triangle, u, v):
+    """Sum of the weights of closures of a kind (`Lobe`): of Lambertian ones the albedo, before what layers take."""
+    closures, material = scene.materials.closures, scene.material[triangle]
+    total = ZERO, ZERO, ZERO
+    for k in range(closures.start[material], closures.start[material + 1]):
+        if closures.kind[k] == kind:
+            total = plus(total, channel_at(scene, closures.weight, k, triangle, u, v))
+    return total
 
 
 @part
@@ -223,3 +239,10 @@ def look_up_of(scene, channel, triangle, u, v, out):
     """`look_up` of many."""
     for i in range(len(triangle)):
         put(out, i, look_up(scene, channel, triangle[i], u[i], v[i]))
+
+
+@kernel
+def weights_of_kind(scene, kind, triangle, u, v, out):
+    """`weight_of_kind` of many."""
+    for i in range(len(triangle)):
+        put(out, i, weight_of_kind(scene, kind, triangle[i], u[i], v[i]))

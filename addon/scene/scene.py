@@ -10,6 +10,7 @@ from ..core.sampling.octahedral import encode_octahedral
 from ..core.sampling.vectors import dot, rows
 from . import hit
 from .arrays import SceneArrays, channel_arrays, scene_arrays
+from .closures import Lobe
 from .lights import Lights
 from .materials import Channel, Materials
 from .world import World
@@ -201,16 +202,18 @@ class Scene:
         return out
 
     def albedo(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Diffuse albedo of points on triangles, (n, 3) float32."""
-        return self.look_up(self.materials.diffuse, triangle, u, v)
+        """Diffuse albedo of points on triangles, before what layers take of it, (n, 3) float32."""
+        return self._weight(Lobe.DIFFUSE, triangle, u, v)
 
-    def emission(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Radiance emitted by points on triangles, with what their coverage leaves of it, (n, 3) float32."""
-        radiance = self.look_up(self.materials.emission, triangle, u, v)
-        radiance *= self.objects.emits[self.object_of_triangle[triangle], None]
-        if self.materials.see_through.any():
-            radiance *= self.look_up(self.materials.coverage, triangle, u, v)
-        return radiance
+    def translucence(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """What points on triangles transmit diffusely, (n, 3) float32."""
+        return self._weight(Lobe.TRANSLUCENT, triangle, u, v)
+
+    def _weight(self, lobe: Lobe, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        out = np.zeros((len(triangle), 3), np.float32)
+        if self.materials.has(lobe).any():  # most scenes lack most lobes
+            hit.weights_of_kind(self.arrays, int(lobe), *_places(triangle, u, v), out)
+        return out
 
     def ray_offset(self, triangle: np.ndarray, positions: np.ndarray) -> np.ndarray:
         """How far a ray has to start off its triangle so as not to meet it again (`hit.ray_offset`), (n, 1) float32, m.

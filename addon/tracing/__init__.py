@@ -1,6 +1,7 @@
 """How a ray finds a surface: one protocol, and the tracers that keep it."""
 
+from .embree import EmbreeTracer
 from .protocol import Hits, Tracer
-from .transparency import LightTracer
+from .transparency import TransparencyTracer
 
-__all__ = ["Hits", "LightTracer", "Tracer"]
+__all__ = ["EmbreeTracer", "Hits", "Tracer", "TransparencyTracer"]

@@ -11,11 +11,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-import llvmlite.binding
-import numba
 import numpy as np
-from numba import types
 
+from ..core.compiling import jit
 from ..core.errors import BakeError
 
 _P, _U, _SIZE = ctypes.c_void_p, ctypes.c_uint, ctypes.c_size_t
@@ -34,32 +32,52 @@ def find_library(package: Path) -> Path | None:
     return next((path for folder in folders for path in sorted(folder.glob("*embree4*"))), None)
 
 
-def _load() -> ctypes.CDLL | None:
+@cache
+def _library() -> Any:
+    """The library, its functions made known to LLVM.
+
+    Raises
+    ------
+    BakeError
+        If it is not there, or cannot be loaded.
+    """
     spec = find_spec("embreex")
     path = find_library(Path(spec.origin).parent) if spec and spec.origin else None
     try:
-        return ctypes.CDLL(str(path)) if path else None
+        library = ctypes.CDLL(str(path)) if path else None
     except OSError:
-        return None
+        library = None
+    if library is None:
+        raise BakeError("Embree, which traces rays, is missing: install Photon Bake's zip for this platform.")
+    if jit():
+        import llvmlite.binding  # here, as Blender's start should not wait for it
+
+        for function in (rtc_intersect, rtc_occluded):
+            address = ctypes.cast(getattr(library, function.name), _P).value
+            llvmlite.binding.add_symbol(function.name_in_kernels, address)
+    return library
 
 
-_library = _load()
+class RayFunction:
+    """One of Embree's functions of a tree, a ray and arguments, all of them addresses: kernels call it, and Python."""
+
+    def __init__(self, name: str) -> None:
+        self.name, self.name_in_kernels = name, f"photon_bake_{name}"
+
+    def __call__(self, tree: int, ray: int, arguments: int) -> None:
+        _call(self.name, None, _P(int(tree)), _P(int(ray)), _P(arguments))
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What Numba takes it for."""
+        from numba import types
+
+        _library()
+        address = types.uintp
+        return types.ExternalFunction(self.name_in_kernels, types.void(address, address, address))
 
 
-def _for_kernels(name: str) -> Any:
-    """One of Embree's functions of a tree, a ray and no arguments, all of them addresses."""
-    function: Any = getattr(_library, name, None)
-    if numba.config.DISABLE_JIT:
-        if function is not None:
-            function.argtypes, function.restype = [_P, _P, _P], None
-        return lambda tree, ray, arguments: function(int(tree), int(ray), arguments)
-    own_name = f"photon_bake_{name}"
-    if function is not None:
-        llvmlite.binding.add_symbol(own_name, ctypes.cast(function, _P).value)
-    return types.ExternalFunction(own_name, types.void(types.uintp, types.uintp, types.uintp))
-
-
-rtc_intersect, rtc_occluded = _for_kernels("rtcIntersect1"), _for_kernels("rtcOccluded1")
+rtc_intersect, rtc_occluded = RayFunction("rtcIntersect1"), RayFunction("rtcOccluded1")
 
 
 class EmbreeTree:
@@ -106,13 +124,11 @@ class EmbreeTree:
 @cache
 def _device() -> ctypes.c_void_p:
     """Embree's device, one for all trees."""
-    if _library is None:
-        raise BakeError("Embree, which traces rays, is missing: install Photon Bake's zip for this platform.")
     return _P(_call("rtcNewDevice", _P, _P(None)))
 
 
 def _call(name: str, result: Any, *arguments: Any) -> Any:
     """What a function of the library returns; each argument is of the ctypes type that it takes."""
-    function = getattr(_library, name)
+    function = getattr(_library(), name)
     function.restype, function.argtypes = result, [type(argument) for argument in arguments]
     return function(*arguments)

@@ -18,6 +18,7 @@ from ...addon.core.parallel import Workers, aside
 from ...addon.core.progress import Progress
 from ...addon.core.zips import check_libraries
 from ...addon.output import check_space
+from ...addon.pipeline.warm_up import compiler
 from ...addon.scene import Scene
 from ...addon.settings.bake import BakeSettings
 from ...addon.ui.properties.mixer import set_layers
@@ -162,6 +163,8 @@ class BakeJob:
             If it cannot be baked, or a library is missing.
         Cancelled
         """
+        compiler.wait(progress)
+        compiler.wait(progress)
         check_libraries()
         return aside(lambda: self._solve(settings, progress, inspector), progress.check)
 

@@ -26,7 +26,7 @@ from photon_bake.addon.blender.lightmap.meshes import check_lightmap_object
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.emitters import region_of
-from photon_bake.addon.gather import Effort, FinalGather
+from photon_bake.addon.gather import FinalGather, SampleBudget
 from photon_bake.addon.output.lightmap import FinishOptions, finish_lightmaps
 from photon_bake.addon.pipeline.bake import solve
 from photon_bake.addon.receivers.uv_maps.faces import areas
@@ -137,7 +137,7 @@ def bake_twice(name, given):
     solution.rays  # the cache, which both share  # noqa: B018
     extent = max(2 * region_of(receivers.position).radius, 1e-3)
     start = process_time()
-    ours = gathered(solution, receivers, Effort(settings.n_gather_rays), extent, 0)
+    ours = gathered(solution, receivers, SampleBudget(settings.n_gather_rays), extent, 0)
     seconds = process_time() - start
     near, _ = near_edges(texels)
     compared = drawn(near, given.most)
@@ -146,7 +146,7 @@ def bake_twice(name, given):
         k = np.flatnonzero(texels.image == image)
         at[k] = mask[texels.row[k], texels.column[k]]
     k = np.flatnonzero(at)
-    sure = gathered(solution, receivers.where(k), Effort(given.rays, interpolate=False), extent, 1)
+    sure = gathered(solution, receivers.where(k), SampleBudget(given.rays, interpolate=False), extent, 1)
     value, known = ours.light.irradiance.copy(), np.zeros(len(at))
     value[k], known[k] = sure.light.irradiance, sure.light.stderr
     options = FinishOptions(denoiser="none")

@@ -17,7 +17,7 @@ from unittest import mock
 
 import numpy as np
 from figures import load, table
-from photon_bake.addon.bsdf import Surface, base_share, glossy_albedo, is_focused, sample_bsdf, surface_at
+from photon_bake.addon.bsdf import Surface, base_transmittance, glossy_albedo, surface_at
 from photon_bake.addon.core import parallel
 from photon_bake.addon.core.parallel import Turns, Workers
 from photon_bake.addon.core.sampling.octahedral import encode_octahedral
@@ -30,9 +30,9 @@ from photon_bake.addon.gather.rays.gather_rays import _Paths
 from photon_bake.addon.photons import GuidedSource, Photons, guide_sources, pilots_for, trace_photons
 from photon_bake.addon.photons.scattering import facing, local_axes, scatter
 from photon_bake.addon.receivers import Receivers
-from photon_bake.addon.scene import Channel, Scene
+from photon_bake.addon.scene import Lobe, Scene
 from photon_bake.addon.settings.bake import BakeSettings
-from photon_bake.addon.tracing import Hits, LightTracer, embree
+from photon_bake.addon.tracing import Hits, TransparencyTracer, embree
 from photon_bake.addon.tracing.embree import EmbreeTracer, intersect_all, new_ray, occluded_all
 from section_clock import section_shares
 
@@ -84,7 +84,7 @@ class Call:
 SECTIONS = {
     "Embree": [Recorder.closest_hits],
     "Embree, shadow rays": [Recorder.shadow_rays],
-    "Around Embree": [LightTracer.closest_hit, LightTracer.visibility, Hits.points],
+    "Around Embree": [TransparencyTracer.closest_hit, TransparencyTracer.visibility, Hits.points],
     "Where rays start": [GuidedSource.emit, sobol_chunks, gather_directions],
     "Look-ups": [RadianceCache.look_up],
     "Near hits": [GatherRays._add_diffuse],
@@ -93,10 +93,8 @@ SECTIONS = {
         GatherRays._add_glossy,
         GatherRays._surface,
         surface_at,
-        base_share,
+        base_transmittance,
         glossy_albedo,
-        sample_bsdf,
-        is_focused,
         facing,
         local_axes,
     ],
@@ -130,7 +128,7 @@ class Engine:
     @staticmethod
     def of(scene, receivers):
         settings, workers, tracer = BakeSettings(), Workers(), EmbreeTracer(scene)
-        light_tracer = LightTracer(scene, tracer)
+        light_tracer = TransparencyTracer(scene, tracer)
         region = region_of(receivers.position)
         survey = survey_surfaces(scene, light_tracer, receivers, region, settings.n_cache_elements, workers)
         home, n_photons, n_bounces = survey.home, settings.n_photons, settings.max_bounces
@@ -149,7 +147,7 @@ class Engine:
 
     def trace(self, workers):
         """Trace a million photons."""
-        settings, tracer = BakeSettings(), LightTracer(self.scene, self.tracer)
+        settings, tracer = BakeSettings(), TransparencyTracer(self.scene, self.tracer)
         n_photons, n_bounces = settings.n_photons, settings.max_bounces
         trace_photons(self.scene, tracer, self.sources, n_photons, n_bounces, workers, region=self.home)
 
@@ -200,10 +198,9 @@ def replay(calls, n_threads):
 
 def matte(scene):
     """The scene without its glossy and glass lobes."""
-    black = Channel.constant(np.zeros(len(scene.materials)))
-    lobes = dict.fromkeys(("f0", "f90", "glass_reflection", "glass_transmission"), black)
-    bare = replace(scene.materials, **lobes, layer_f0=np.zeros(len(scene.materials), np.float32))
-    return replace(scene, materials=bare)
+    closures = scene.materials.closures
+    bare = closures.where(closures.kind < Lobe.GLOSSY)
+    return replace(scene, materials=replace(scene.materials, closures=bare))
 
 
 def variants(scenes):

@@ -2,6 +2,7 @@
 
 import gc
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 
 import numpy as np
 import pytest
@@ -30,8 +31,9 @@ def test_the_library_is_found_in_each_systems_wheel(platform, tmp_path):
 
 def test_an_absent_library_is_said_in_one_sentence(tmp_path, monkeypatch):
     assert embree_library.find_library(tmp_path / "embreex") is None
-    monkeypatch.setattr(embree_library, "_library", None)
-    embree_library._device.cache_clear()
+    monkeypatch.setattr(embree_library, "find_library", lambda _: None)
+    for cached in (embree_library._device, embree_library._library):
+        monkeypatch.setattr(embree_library, cached.__name__, cache(cached.__wrapped__))
     with pytest.raises(BakeError, match="Embree, which traces rays, is missing: install"):
         EmbreeTracer(scene_of(*plane()))
 

@@ -2,17 +2,17 @@
 
 import numpy as np
 
-from ..bsdf import PEAK
-from ..core.sampling.streams import stream
-from ..core.sampling.vectors import largest
-from ..scene import Scene
-from .projection_map import Aim
+from ...bsdf import PEAK, Lobe
+from ...core.sampling.streams import stream
+from ...core.sampling.vectors import largest
+from ...scene import Scene
+from .projection_map import ProjectionMap
 
 _LEAST_REFLECTANCE = 0.2  # of metal or a mirror; a varnish's caustics are dim, and most floors have one
 _MOST_BALLS = 32
 
 
-def caustic_makers(scene: Scene, largest_radius: float) -> Aim | None:
+def caustic_makers(scene: Scene, largest_radius: float) -> ProjectionMap | None:
     """Balls around the objects that make caustics and have a radius below `largest_radius`, m; None without any.
 
     Those close together are joined.
@@ -34,15 +34,17 @@ def caustic_makers(scene: Scene, largest_radius: float) -> Aim | None:
 
         _, group[small] = kmeans2(centre[small].astype(np.float64), _MOST_BALLS, minit="++", rng=stream(0))
     k = np.flatnonzero(group[of_triangle] >= 0)
-    return Aim(*_balls(corners[k], group[of_triangle[k]]))
+    return ProjectionMap(*_balls(corners[k], group[of_triangle[k]]))
 
 
 def _focuses(scene: Scene) -> np.ndarray:
     """Which materials are glass, or gloss whose peak F/(4πα²) is left to photons, (m,) bool."""
-    materials = scene.materials
-    glass = materials.glass_reflection.nonzero | materials.glass_transmission.nonzero
-    reflectance, alpha = largest(materials.f0.value), materials.roughness.value[:, 0] ** 2
-    return glass | ((reflectance >= _LEAST_REFLECTANCE) & (reflectance >= PEAK * 4 * np.pi * alpha**2))
+    closures = scene.materials.closures
+    reflectance, alpha = largest(closures.weight.value * closures.f0.value), closures.roughness.value[:, 0] ** 2
+    peaks = (reflectance >= _LEAST_REFLECTANCE) & (reflectance >= PEAK * 4 * np.pi * alpha**2)
+    focuses = np.zeros(len(scene.materials), bool)
+    focuses[closures.material[(closures.kind == Lobe.GLASS) | ((closures.kind == Lobe.GLOSSY) & peaks)]] = True
+    return focuses
 
 
 def _balls(corners: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
