@@ -41,6 +41,10 @@ class DirectArrays(NamedTuple):
     n_candidates : int
     far : float32, m
         How far away suns and the world are.
+    has_blockers : (l,) bool
+        Lamps whose light some objects do not keep away that cast shadows; (0,) where all lamps have the same blockers.
+    blockers : (l, o) bool
+        What keeps the light of those lamps away.
     """
 
     scene: SceneArrays
@@ -53,6 +57,8 @@ class DirectArrays(NamedTuple):
     world_chance: np.float32
     n_candidates: int
     far: np.float32
+    has_blockers: np.ndarray
+    blockers: np.ndarray
 
 
 @part
