@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.compiling import kernel
+from ...core.compiling import kernel, kernel_array
 from ...core.vec3 import add, put, row
 from ...scene import RayKind, Scene
 from ...tracing import Hits, TransparencyTracer
@@ -98,9 +98,10 @@ class GatherRays:
         """
         hits = self._tracer.closest_hit(origins, directions, kind)
         radiance = np.zeros((self.n_lights, len(origins), 3), np.float32)
+        left = np.ones((len(origins), 3), np.float32) if hits.tint is None else hits.tint
+        met = kernel_array(directions, np.float32), hits.triangle, hits.distance, hits.u, hits.v, left
         for steps, of_light in zip(self._lights, radiance, strict=True):
-            left = np.ones_like(of_light) if hits.tint is None else hits.tint
-            rays = tuple(of.copy() for of in (directions, hits.triangle, hits.distance, hits.u, hits.v, left))
+            rays = tuple(of.copy() for of in met) if len(steps) > 1 else met
             for light, first_step, last_step in steps:
                 numbers = key, first, first_step, last_step
                 _follow(self._tracer.arrays, new_ray(), light, *numbers, rays, specular, of_light)
@@ -110,12 +111,15 @@ class GatherRays:
 
 @kernel
 def _follow(tracing, room, light, key, first, first_step, last_step, rays, specular, radiance):
-    """Follow n rays over some steps: add what they bring to `radiance`, and leave them where they have come to."""
+    """Follow n rays over some steps: add what they bring to `radiance`, and unless these are all leave the rays where
+    they have come to.
+    """
     direction, triangle, distance, u, v, throughput = rays
     for k in range(len(triangle)):
         ray = row(direction, k), triangle[k], distance[k], u[k], v[k], row(throughput, k)
         light_met, ray = radiance_along(tracing, room, light, key, first + k, first_step, last_step, ray, specular)
         add(radiance, k, light_met)
-        put(direction, k, ray[0])
-        triangle[k], distance[k], u[k], v[k] = ray[1], ray[2], ray[3], ray[4]
-        put(throughput, k, ray[5])
+        if last_step < MAX_STEPS:
+            put(direction, k, ray[0])
+            triangle[k], distance[k], u[k], v[k] = ray[1], ray[2], ray[3], ray[4]
+            put(throughput, k, ray[5])
