@@ -11,7 +11,7 @@ from . import baked_light, export_gltf
 from .add_preset import PHOTON_BAKE_OT_add_preset
 from .bake_indirect import PHOTON_BAKE_OT_bake_indirect
 from .cancel import PHOTON_BAKE_OT_cancel
-from .command_line import command_line
+from .command_line import command
 from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
 from .copy_object_settings import PHOTON_BAKE_OT_copy_object_settings
 from .export_gltf import PHOTON_BAKE_OT_export_gltf
@@ -56,7 +56,7 @@ def register() -> None:
         bpy.utils.register_class(cls)
     bpy.app.handlers.load_pre.append(_before_load)
     export_gltf.register()
-    command_line.register()
+    command.register()
 
 
 def unregister() -> None:
@@ -66,7 +66,7 @@ def unregister() -> None:
     bake_state.cancel()  # one that a script runs
     bake_state.stop()
     join_cancelled()
-    command_line.unregister()
+    command.unregister()
     export_gltf.unregister()
     render_graph.unregister()
     for cls in reversed(CLASSES):

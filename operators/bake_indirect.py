@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from ..addon.blender.read.light_layers import group_names
+from ..addon.blender.read.lamps.light_layers import group_names
 from ..addon.core.errors import BakeError
 from ..addon.ui.checks import checks, key_of
 from ..addon.ui.outcomes import Outcome
@@ -18,11 +18,11 @@ from .jobs.describe import describe
 from .jobs.folders import path_of, scene_name, without_folder
 from .jobs.solving import Solver, Solving
 from .jobs.written import Written
-from .targets.camera import WantedCamera
-from .targets.lightmap import WantedLightmaps
-from .targets.probes import WantedProbes
-from .targets.target import Solved, Wanted
-from .targets.vertices import WantedVertices
+from .targets.camera import CameraRequest
+from .targets.lightmap import LightmapRequest
+from .targets.probes import ProbeRequest
+from .targets.target import Request, Solved
+from .targets.vertices import VertexRequest
 
 _WHERE = {
     "vertex": "a color attribute of each mesh",
@@ -65,11 +65,11 @@ class PHOTON_BAKE_OT_bake_indirect(Solving, bpy.types.Operator):
         self._gather, self._foretold = properties.gather, _foretold(context)
         self._asked = key_of(context.scene)
         copies = self.copies or properties.bake_copies
-        wanted, names = wanted_by(properties, copies), None
+        requests, names = requests_of(properties, copies), None
         if properties.selected_only and properties.targets != {"camera"}:  # a camera sees all objects
             names = selected_objects(context, copies)
         group, apart = properties.light_group, properties.light_groups == "apart"
-        job = BakeJob.prepare(context, wanted, progress, names, group, properties.strict, apart)
+        job = BakeJob.prepare(context, requests, progress, names, group, properties.strict, apart)
         self._job = job
         job.check_strict()
         job.check_space()
@@ -123,25 +123,25 @@ def _outcome(job: BakeJob, solved: Solved, written: Written) -> Outcome:
     )
 
 
-def wanted_by(properties: Any, copies: bool) -> list[Wanted]:
+def requests_of(properties: Any, copies: bool) -> list[Request]:
     """What the panel asks for; with copies of objects whose mesh cannot hold their light, or without."""
-    wanted: list[Wanted] = []
+    requests: list[Request] = []
     groups, scene = _groups(properties), scene_name(bpy.context.scene)
     if "lightmap" in properties.targets:
         folder = path_of(properties.lightmap.folder, "the lightmaps have")
-        wanted.append(WantedLightmaps(properties.lightmap.settings(), folder, scene, None, groups, copies))
+        requests.append(LightmapRequest(properties.lightmap.settings(), folder, scene, None, groups, copies))
     if "camera" in properties.targets:
         folder = path_of(properties.camera.folder, "the camera's pass has")
-        wanted.append(WantedCamera(properties.camera.settings(), folder, groups))
+        requests.append(CameraRequest(properties.camera.settings(), folder, groups))
     if "probes" in properties.targets:
         folder = path_of(properties.probes.folder, "the probes have")
-        wanted.append(WantedProbes(properties.probes.settings(), folder, scene))
+        requests.append(ProbeRequest(properties.probes.settings(), folder, scene))
     if "vertex" in properties.targets:
         on_vertices = properties.fit, properties.denoise
-        wanted.append(WantedVertices(properties.attribute, copies, groups, *on_vertices))
-    if not wanted:
+        requests.append(VertexRequest(properties.attribute, copies, groups, *on_vertices))
+    if not requests:
         raise BakeError("Nothing is chosen to bake to: choose Vertices, Lightmaps, Camera or Probes.")
-    return wanted
+    return requests
 
 
 def _groups(properties: Any) -> tuple[str, ...]:

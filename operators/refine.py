@@ -12,7 +12,7 @@ from ..addon.ui.state import bake_state, duration
 from ..addon.ui.views.debug_views import debug_views
 from .jobs.bake_job import BakeJob
 from .jobs.solving import NotWhileBaking, Solver, Solving
-from .targets.refine import WantedRefinement
+from .targets.refine import RefineRequest
 
 _DEFAULTS = RefineOptions()
 
@@ -63,8 +63,8 @@ class PHOTON_BAKE_OT_refine(Solving, bpy.types.Operator):
         names = [one.name for one in self.objects] or None
         if names is None:
             names = [obj.name for obj in context.selected_objects if obj.type == "MESH"] or None
-        wanted = WantedRefinement(RefineOptions(self.tolerance, self.budget), self.on_copy)
-        self._job = BakeJob.prepare(context, [wanted], progress, names, properties.light_group)
+        request = RefineRequest(RefineOptions(self.tolerance, self.budget), self.on_copy)
+        self._job = BakeJob.prepare(context, [request], progress, names, properties.light_group)
         self._solver = Solver(self._job, draft_of(properties.settings()), progress, debug_views.start())
 
     def _finish(self) -> set[str]:

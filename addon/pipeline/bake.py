@@ -9,7 +9,7 @@ from ..core.errors import BakeError
 from ..core.inspector import LIFT, Inspector
 from ..core.parallel import Workers
 from ..core.progress import Progress
-from ..emitters import Source, Sphere, light_sources, region_of
+from ..emitters import Source, light_sources, region_of
 from ..gather import (
     DirectLight,
     Irradiance,
@@ -22,7 +22,7 @@ from ..receivers import Receivers
 from ..scene import Scene
 from ..settings.bake import BakeSettings, affordable
 from ..tracing import LightTracer, Tracer
-from .solution import Solution
+from .solution import Setup, Solution
 
 _PILOT_PART = 0.1  # of the stage in which photons are traced
 
@@ -94,38 +94,38 @@ def solve_apart(
     _check(receivers, settings)
     started = started or perf_counter()
     workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
-    region = region_of(receivers.position)
-    light_tracer = LightTracer(scene, tracer, progress)
-    of_photons = LightTracer(scene, photon_tracer, progress) if photon_tracer else light_tracer
+    setup = _set_up(scene, receivers, settings, tracer, photon_tracer, started, inspector, workers)
+    return [_solved(setup, one, len(lit), part) for one, part in zip(lit, workers.parts(len(lit)), strict=True)]
 
-    # See where gather rays end, so that photons go there
+
+def _set_up(
+    scene: Scene,
+    receivers: Receivers,
+    settings: BakeSettings,
+    tracer: Tracer,
+    photon_tracer: Tracer | None,
+    started: float,
+    inspector: Inspector,
+    workers: Workers,
+) -> Setup:
+    """What has no light in it: tracers, where receivers are, and where gather rays end, so that photons go there."""
+    region = region_of(receivers.position)
+    light_tracer = LightTracer(scene, tracer, workers.progress)
+    of_photons = LightTracer(scene, photon_tracer, workers.progress) if photon_tracer else light_tracer
     survey = None
     if settings.needs_cache:
         survey = survey_surfaces(scene, light_tracer, receivers, region, settings.n_cache_elements, workers)
     deadline = started + settings.time if settings.time else np.inf
-    n = len(lit)
-    return [
-        _solved(one, light_tracer, of_photons, receivers, region, survey, settings, part, inspector, deadline, n)
-        for one, part in zip(lit, workers.parts(n), strict=True)
-    ]
+    return Setup(scene, receivers, settings, light_tracer, of_photons, region, survey, deadline, inspector)
 
 
-def _solved(
-    scene: Scene,
-    light_tracer: LightTracer,
-    of_photons: LightTracer,
-    receivers: Receivers,
-    region: Sphere,
-    survey: Survey | None,
-    settings: BakeSettings,
-    workers: Workers,
-    inspector: Inspector,
-    deadline: float,
-    n_lights: int,
-) -> Solution:
+def _solved(setup: Setup, scene: Scene, n_lights: int, workers: Workers) -> Solution:
     """The light of a scene, which is one of so many that have the time together."""
+    settings, survey, region, of_photons = setup.settings, setup.survey, setup.region, setup.photon_tracer
     home = survey.home if survey else region
     sources = light_sources(scene, region if region.radius > 0 else home)
+
+    # See what photons are worth to those who gather
     emitters, noise = sources, 0.0
     if survey:
         guided, seconds = _guided(scene, of_photons, sources, survey, settings, workers)
@@ -133,17 +133,28 @@ def _solved(
             settings = affordable(settings, pilots_for(settings.n_photons) / seconds / n_lights)
         emitters, noise = list[Source](guided), noise_of_photons(guided, settings.n_photons)
 
+    # Trace them
     rest = workers.part(_PILOT_PART if survey else 0.0, 1.0)
     n_photons, n_bounces, volumes = settings.n_photons, settings.max_bounces, settings.gather == "photon_volumes"
-    mid_air = _in_mid_air(scene, light_tracer, receivers, settings)
+    mid_air = _in_mid_air(scene, setup.tracer, setup.receivers, settings)
     log = mid_air.log if mid_air else None
     photons = trace_photons(
         scene, of_photons, emitters, n_photons, n_bounces, rest, region=home, on_gloss=volumes, log=log
     )
-    inspector.see("photons", lambda: (photons.position + LIFT * region.radius * photons.normal, photons.power))
-    left, direct = bounces_left(emitters, n_photons, photons), DirectLight(scene, light_tracer, sources)
-    light = photons, left, noise, sources, direct, survey, mid_air
-    return Solution(scene, receivers, settings, light_tracer, *light, workers, inspector, deadline)
+    setup.inspector.see("photons", lambda: (photons.position + LIFT * region.radius * photons.normal, photons.power))
+    return Solution(
+        setup=setup,
+        scene=scene,
+        receivers=setup.receivers,
+        settings=settings,
+        sources=sources,
+        photons=photons,
+        bounces_left=bounces_left(emitters, n_photons, photons),
+        noise=noise,
+        direct=DirectLight(scene, setup.tracer, sources),
+        mid_air=mid_air,
+        workers=workers,
+    )
 
 
 def _in_mid_air(scene: Scene, tracer: LightTracer, receivers: Receivers, settings: BakeSettings) -> MidAir | None:

@@ -8,7 +8,6 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import bpy
-import numpy as np
 
 from ...addon.blender import READING, SceneReading, in_render_graph, read_scene
 from ...addon.blender.read.as_read import Placement, edit_mode_left, named
@@ -18,24 +17,19 @@ from ...addon.core.inspector import Inspector
 from ...addon.core.parallel import Workers, aside
 from ...addon.core.progress import Progress
 from ...addon.output import check_space
-from ...addon.receivers import Receivers
 from ...addon.scene import Scene
 from ...addon.settings.bake import BakeSettings
 from ...addon.tracing import Tracer
 from ...addon.ui.properties.mixer import set_layers
 from ...addon.ui.state import duration
 from ..targets.camera import CameraTarget
-from ..targets.probes import ProbePoints
-from ..targets.target import Points, Product, Solved, Target, Wanted
+from ..targets.target import Request, Solved, Target
 from ..targets.vertices import VertexLight
 from .describe import describe
 from .written import Written
 
 if TYPE_CHECKING:
-    from ...addon.gather import Irradiance
-
-N_LIGHT_RAYS = 1000
-"""That are followed to see which surfaces cube maps are to show."""
+    from ...addon.pipeline.outputs import Lit
 
 NO_LIGHT = (
     "Nothing in the scene gives light, so what was baked is black: add a lamp, an emissive material or a world color."
@@ -81,7 +75,7 @@ class BakeJob:
     def prepare(
         cls,
         context: Any,
-        wanted: Sequence[Wanted],
+        requests: Sequence[Request],
         progress: Progress,
         names: list[str] | None = None,
         light_group: str = "",
@@ -93,7 +87,7 @@ class BakeJob:
         Parameters
         ----------
         context : bpy.types.Context
-        wanted : sequence of Wanted
+        requests : sequence of Request
         progress : Progress
         names : list of str, optional
             Objects to bake; without names every renderable mesh object.
@@ -114,11 +108,11 @@ class BakeJob:
         asked = context.scene  # what is read has its names from a copy
 
         def read(depsgraph: Any) -> tuple[list[Target], SceneReading]:
-            targets = [one.read(depsgraph, asked, names, progress, warnings) for one in wanted]
+            targets = [one.read(depsgraph, asked, names, progress, warnings) for one in requests]
             for_camera = any(isinstance(target, CameraTarget) for target in targets)
             return targets, read_scene(depsgraph, warnings, light_group, for_camera, progress)
 
-        copies = any(getattr(one, "copies", False) for one in wanted)
+        copies = any(getattr(one, "copies", False) for one in requests)
         with originals_shown() if copies else nullcontext():
             targets, reading = in_render_graph(context.scene, context.view_layer, read)
         scene = reading.scene(context.scene)
@@ -165,58 +159,36 @@ class BakeJob:
         return aside(lambda: self._solve(settings, progress, inspector), progress.check)
 
     def _solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None) -> Solved:
-        from ...addon.gather import Irradiance, OpenBacks
-        from ...addon.photons import Photons
-        from ...addon.pipeline.bake import no_light, solve_apart  # here, as Blender's start should not wait for SciPy
-        from ...addon.pipeline.solution import irradiances
+        from ...addon.gather import Irradiance
+        from ...addon.pipeline.outputs import light, parts_of  # here, as Blender's start should not wait for SciPy
 
-        inspector, started = inspector or Inspector(), perf_counter()
+        started = perf_counter()
         workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
         tracer = make_tracer(self.scene, self.warnings)
-        points = [target.points(self.scene, tracer, workers, self.warnings) for target in self.targets]
+        samples = [target.samples(self.scene, tracer, workers, self.warnings) for target in self.targets]
         self.check_strict()
-        receivers = Receivers.join([one.receivers for one in points])
-        backs = OpenBacks.of(receivers, tracer, workers, settings.open_side)
-        if settings.open_side:
-            receivers = backs.added_to(receivers)
-        everywhere = _with_eyes(receivers, points, settings)
-        maps = None
-        if settings.tracer == "multi_image" and len(everywhere):
-            maps = self._take_cube_maps(tracer, everywhere, settings, workers, inspector)
-        lit, names = list(self.groups.values()) or [self.scene], list(self.groups)
-        lights, of_lights = [no_light()] * len(lit), [points] * len(lit)
-        if len(everywhere):
-            solutions = solve_apart(self.scene, lit, everywhere, settings, tracer, progress, inspector, maps, started)
-            if len(everywhere) > len(receivers):
-                solutions = [solution.at(receivers) for solution in solutions]
-            if all(solution.dark for solution in solutions):
-                self.warnings.append(NO_LIGHT)
-            self.warnings += [_flush(*names) for names in solutions[0].tracer.flush_emitters]
-            of_lights = [
-                [one.lit_by(solution, part) for one in points]
-                for solution, part in zip(solutions, workers.parts(len(lit)), strict=True)
-            ]
-            if len(receivers):
-                lights = irradiances(solutions, workers)
-            if len(receivers) and not settings.open_side:
-                photons = Photons.join([solution.photons for solution in solutions])
-                self.warnings += [_turned_away(name) for name in backs.lit_behind(self.scene, photons)]
-        total = Irradiance.together(lights)
-        if settings.open_side:
-            lights = [backs.taken(light, total) for light in lights]
-            total = backs.taken(total)
-        parts = zip(of_lights, lights, workers.parts(len(lit)), strict=True)
-        of_targets = zip(*[_products(of, light, part) for of, light, part in parts], strict=True)
-        products = [
-            type(of_groups[0]).together(dict(zip(names, of_groups, strict=True))) if names else of_groups[0]
-            for of_groups in of_targets
+        groups = list(self.groups.values()) or [self.scene]
+        lit = light(self.scene, groups, samples, settings, tracer, workers, inspector, started)
+        self._say(lit)
+        outputs = [
+            type(of_one[0]).together(dict(zip(self.groups, of_one, strict=True))) if self.groups else of_one[0]
+            for of_one in lit.outputs
         ]
         self._warn_if_late(perf_counter() - started, settings.time)
         shown = [
             one.irradiance if isinstance(one, VertexLight) else part
-            for one, part in zip(products, _parts(points, total), strict=True)
+            for one, part in zip(outputs, parts_of(samples, lit.total), strict=True)
         ]
-        return Solved(Irradiance.join(shown, total.counts), products)
+        return Solved(Irradiance.join(shown, lit.total.counts), outputs)
+
+    def _say(self, lit: "Lit") -> None:
+        """Warn of what the solve found, and count it."""
+        if lit.dark:
+            self.warnings.append(NO_LIGHT)
+        self.warnings += [_flush(*names) for names in lit.flush_emitters]
+        self.warnings += [_turned_away(name) for name in lit.turned_away]
+        if lit.cube_maps:
+            self.counts.update(cube_maps=len(lit.cube_maps.maps), cube_map_bytes=lit.cube_maps.maps.n_bytes)
 
     def _warn_if_late(self, seconds: float, limit: float) -> None:
         """Say that more time was taken than was asked for: what every point needs at least depends on their number."""
@@ -239,18 +211,18 @@ class BakeJob:
         bpy.context.view_layer.update()  # a script may have changed it since
         written = Written(warnings=self._moved())
         with edit_mode_left():
-            self.check_strict([*written.warnings, *(one for product in solved.products for one in product.concerns())])
+            self.check_strict([*written.warnings, *(one for output in solved.outputs for one in output.concerns())])
             refusals = []
-            for product in solved.products:
+            for output in solved.outputs:
                 try:
-                    written.add(product.write())
+                    written.add(output.write())
                 except BakeError as error:
                     refusals.append(str(error))
                 except Exception as error:  # a fault of ours; what is written already can still be undone
                     written.failures.append(describe(error))
             if len(self.targets) > 1 and not refusals:
                 complete_copies(self.object_names)
-        if refusals and len(refusals) == len(solved.products):
+        if refusals and len(refusals) == len(solved.outputs):
             raise BakeError(" ".join(refusals))
         written.failures += refusals
         scene = bpy.data.scenes.get(self.of_scene)
@@ -268,51 +240,9 @@ class BakeJob:
             return []
         return [f"Light is that of where {named(names)} stood when the bake began: bake again."]
 
-    def _take_cube_maps(
-        self, tracer: Tracer, receivers: Receivers, settings: BakeSettings, workers: Workers, inspector: Inspector
-    ) -> Tracer | None:
-        """A tracer through cube maps around the receivers, which `tracer` takes; None where nothing gives light."""
-        from ...addon.emitters import light_sources, region_of
-        from ...addon.photons import emitted_rays
-        from ...addon.tracing.cube_maps import LightRays, MultiImageTracer, lit_region
-
-        region = lit_region(receivers.position)
-        sources = light_sources(self.scene, region_of(receivers.position))
-        if not sources:
-            return None
-        rays = emitted_rays(sources, N_LIGHT_RAYS, settings.seed)
-        light = LightRays(np.concatenate([r.origins for r in rays]), np.concatenate([r.directions for r in rays]))
-        images = MultiImageTracer.build(
-            self.scene, tracer, region, settings.n_maps, settings.map_size, workers=workers, light=light
-        )
-        self.counts.update(cube_maps=len(images.maps), cube_map_bytes=images.maps.n_bytes)
-        inspector.see("maps", lambda: (images.maps.centres, None))
-        return images
-
-
-def _products(points: list[Points], light: "Irradiance", workers: Workers) -> list[Product]:
-    """What targets make of the light of all their receivers."""
-    return [one.finish(part, workers) for one, part in zip(points, _parts(points, light), strict=True)]
-
-
-def _parts(points: list[Points], light: "Irradiance") -> "list[Irradiance]":
-    """The light of the receivers of each target."""
-    ends = np.cumsum([len(one.receivers) for one in points])
-    return [light.where(slice(end - len(one.receivers), end)) for one, end in zip(points, ends, strict=True)]
-
 
 def _empty(group: str) -> Advice:
     return Advice(f"Light group '{group}' has no light in it, so no layer was baked of it.")
-
-
-def _with_eyes(receivers: Receivers, points: "Sequence[Points]", settings: BakeSettings) -> Receivers:
-    """The receivers, and after them those by which probes look around."""
-    eyes = [one.eyes for one in points if isinstance(one, ProbePoints)]
-    if not eyes:
-        return receivers
-    if not settings.needs_cache:
-        raise BakeError("Probes look around with rays: choose Final Gather, or a Light Volume with Volume Rays.")
-    return Receivers.join([receivers, *eyes] if len(receivers) else eyes)
 
 
 def _turned_away(name: str) -> Advice:

@@ -43,7 +43,7 @@ _BYTES_OF_CHANNEL = {"half": 2, "float": 4}
 
 
 @dataclass(frozen=True)
-class WantedCamera:
+class CameraRequest:
     """The pass of the scene's camera is wanted.
 
     Attributes
@@ -62,7 +62,7 @@ class WantedCamera:
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
     ) -> "CameraTarget":
-        """See `Wanted.read`."""
+        """See `Request.read`."""
         if names is not None:
             warnings.append(Advice("The camera's pass shows all objects, and not only those that are to get light."))
         camera = read_camera(scene, depsgraph, warnings)
@@ -106,14 +106,14 @@ class CameraTarget:
         of_pixel = BYTES_OF_PIXEL[self.settings.precision] + self.n_groups * of_light
         return {self.path: self.frame.width * self.frame.height * of_pixel}
 
-    def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "SeenPoints":
-        """See `Target.points`."""
+    def samples(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "CameraSamples":
+        """See `Target.samples`."""
         from ...addon.tracing import LightTracer
 
         points = self.seen(scene, LightTracer(scene, tracer, workers.progress), workers)
         if len(points) == 0:
             warnings.append(Advice("The camera sees no surface, so its pass is empty."))
-        return SeenPoints(points, points.receivers(scene), scene, self, warnings)
+        return CameraSamples(points, points.receivers(scene), scene, self, warnings)
 
     def seen(self, scene: Scene, tracer: "LightTracer", workers: Workers) -> "CameraPoints":
         """What the camera sees: the same points whatever the scene's lights are, and the light beyond mirrors."""
@@ -123,7 +123,7 @@ class CameraTarget:
 
 
 @dataclass(frozen=True)
-class SeenPoints:
+class CameraSamples:
     """What the camera sees, and the receivers there."""
 
     points: "CameraPoints"
@@ -134,8 +134,8 @@ class SeenPoints:
     beside: "LightBeside | None" = None
     solved_by: BakeSettings | None = None
 
-    def lit_by(self, solution: "Solution", workers: Workers) -> "SeenPoints":
-        """See `Points.lit_by`: by what gloss shows, and by caustics."""
+    def lit_by(self, solution: "Solution", workers: Workers) -> "CameraSamples":
+        """See `Samples.lit_by`: by what gloss shows, and by caustics."""
         from ...addon.pipeline.camera_pass import light_beside
 
         n_gloss_rays, points = self.target.settings.n_gloss_rays, self.points
@@ -145,7 +145,7 @@ class SeenPoints:
         return replace(self, points=points, beside=beside, solved_by=solution.settings)
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "CameraPicture":
-        """See `Points.finish`."""
+        """See `Samples.finish`."""
         from ...addon.pipeline.camera_pass import camera_pass
 
         settings, solved_by = self.target.settings, self.solved_by
@@ -172,16 +172,16 @@ class CameraPicture:
 
     @staticmethod
     def together(apart: "Mapping[str, CameraPicture]") -> "CameraPicture":
-        """See `Product.together`."""
+        """See `Output.together`."""
         passes = CameraPass.together({name: one.passes for name, one in apart.items()})
         return replace(next(iter(apart.values())), passes=passes)
 
     def concerns(self) -> list[str]:
-        """See `Product.concerns`: none."""
+        """See `Output.concerns`: none."""
         return []
 
     def write(self) -> Written:
-        """See `Product.write`."""
+        """See `Output.write`."""
         target = self.target
         make_folder(target.path.parent)
         settings = json.dumps({**self.made_with, **asdict(target.settings)})

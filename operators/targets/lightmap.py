@@ -15,7 +15,7 @@ from ...addon.blender.lightmap.subjects import Subject
 from ...addon.blender.lightmap.writing import write_lightmaps
 from ...addon.blender.overrides import density_factors
 from ...addon.blender.read.as_read import AsRead, still_there
-from ...addon.blender.read.light_layers import write_lightmap_layers
+from ...addon.blender.read.lamps.light_layers import write_lightmap_layers
 from ...addon.blender.write.baked_copies import MadeMesh, drop_meshes, make_meshes, place_copies
 from ...addon.core.errors import BakeError
 from ...addon.core.findings import counted
@@ -43,7 +43,7 @@ _BYTES_OF_TEXEL = {"exr_half": 6, "exr_float": 12, "hdr": 4, "rgbm": 4, "rgbd": 
 
 
 @dataclass(frozen=True)
-class WantedLightmaps:
+class LightmapRequest:
     """Light is wanted in images.
 
     Attributes
@@ -74,7 +74,7 @@ class WantedLightmaps:
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
     ) -> "LightmapTarget":
-        """See `Wanted.read`."""
+        """See `Request.read`."""
         density_of = {**density_factors(bpy.data.objects), **self.density_of}
         reading = LightmapReading(depsgraph, self.settings, self.copies, density_of, warnings, progress)
         found = reading.objects(names)
@@ -143,8 +143,8 @@ class LightmapTarget:
         images = zip(self.paths, self.layout.sizes, strict=True)
         return {path: height * width * n_bytes for paths, (height, width) in images for path in paths.values()}
 
-    def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "LightmapPoints":
-        """See `Target.points`."""
+    def samples(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "TexelSamples":
+        """See `Target.samples`."""
         from ...addon.receivers import texel_receivers
 
         receivers, texels = texel_receivers(self.meshes, self.layout.sizes, tracer, workers)
@@ -157,23 +157,23 @@ class LightmapTarget:
             for i, place in enumerate(self.layout.places)
         )
         wanted = replace(receivers, targets=targets, directional=self.settings.directional)
-        return LightmapPoints(wanted, texels, self)
+        return TexelSamples(wanted, texels, self)
 
 
 @dataclass(frozen=True)
-class LightmapPoints:
+class TexelSamples:
     """Receivers at texels."""
 
     receivers: Receivers
     texels: "Texels"
     target: LightmapTarget
 
-    def lit_by(self, solution: "Solution", workers: Workers) -> "LightmapPoints":
-        """See `Points.lit_by`: nothing is."""
+    def lit_by(self, solution: "Solution", workers: Workers) -> "TexelSamples":
+        """See `Samples.lit_by`: nothing is."""
         return self
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "Lightmaps":
-        """See `Points.finish`."""
+        """See `Samples.finish`."""
         from ...addon.output.lightmap import FinishOptions, finish_lightmaps
 
         if not np.isfinite(irradiance.value).all():
@@ -207,7 +207,7 @@ class Lightmaps:
 
     @staticmethod
     def together(apart: "Mapping[str, Lightmaps]") -> "Lightmaps":
-        """See `Product.together`."""
+        """See `Output.together`."""
         from ...addon.output.lightmap import Finished
 
         parts = list(apart.values())
@@ -220,11 +220,11 @@ class Lightmaps:
         return [one.light for one in self.finished]
 
     def concerns(self) -> list[str]:
-        """See `Product.concerns`."""
+        """See `Output.concerns`."""
         return still_there(self.target.meanwhile)[1]
 
     def write(self) -> Written:
-        """See `Product.write`."""
+        """See `Output.write`."""
         own, warnings = still_there(self.target.meanwhile)
         subjects, remaining = self.target.subjects, iter(own)
         wanted = {one.copy: one.corner_vertex for one in subjects if one.copy and one.corner_vertex is not None}

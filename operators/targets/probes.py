@@ -35,7 +35,7 @@ _BYTES_OF_PROBE = 1024
 
 
 @dataclass(frozen=True)
-class WantedProbes:
+class ProbeRequest:
     """Light of probes is wanted.
 
     Attributes
@@ -54,7 +54,7 @@ class WantedProbes:
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
     ) -> "ProbeTarget":
-        """See `Wanted.read`."""
+        """See `Request.read`."""
         places = probe_places(depsgraph, names, self.settings, Warnings(warnings))
         stem = file_name(self.scene)
         path = self.folder / f"{stem}_probes.json"
@@ -92,13 +92,13 @@ class ProbeTarget:
         """See `Target.sizes`."""
         return {self.path: len(self.places) * _BYTES_OF_PROBE}
 
-    def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "ProbePoints":
-        """See `Target.points`."""
-        return ProbePoints(self)
+    def samples(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "ProbeSamples":
+        """See `Target.samples`."""
+        return ProbeSamples(self)
 
 
 @dataclass(frozen=True)
-class ProbePoints:
+class ProbeSamples:
     """Probes that look around by themselves: nothing is gathered for them besides.
 
     Attributes
@@ -125,15 +125,15 @@ class ProbePoints:
         """What looks around at the probes."""
         return self.target.places.eyes()
 
-    def lit_by(self, solution: "Solution", workers: Workers) -> "ProbePoints":
-        """See `Points.lit_by`."""
+    def lit_by(self, solution: "Solution", workers: Workers) -> "ProbeSamples":
+        """See `Samples.lit_by`."""
         from ...addon.pipeline.probe_bake import probe_light
 
         light = probe_light(solution, self.target.places.positions, self.target.settings.n_probe_rays, workers)
         return replace(self, light=light, settings=solution.settings)
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "ProbeFiles":
-        """See `Points.finish`."""
+        """See `Samples.finish`."""
         light = self.light
         assert light is not None  # there is at least one probe
         if not (np.isfinite(light.sh).all() and np.isfinite(light.irradiance).all()):
@@ -152,7 +152,7 @@ class ProbeFiles:
 
     @staticmethod
     def together(apart: "Mapping[str, ProbeFiles]") -> "ProbeFiles":
-        """See `Product.together`; files have the light of all groups alone."""
+        """See `Output.together`; files have the light of all groups alone."""
         parts = list(apart.values())
         return replace(parts[0], light=reduce(lambda sum_, one: sum_.plus(one), (one.light for one in parts)))
 
@@ -185,12 +185,12 @@ class ProbeFiles:
         return self.light.relative_noise
 
     def concerns(self) -> list[str]:
-        """See `Product.concerns`."""
+        """See `Output.concerns`."""
         inside = "All probes lie inside of solids: move them to where objects move."
         return [] if self.probes.valid.any() else [Advice(inside)]
 
     def write(self) -> Written:
-        """See `Product.write`."""
+        """See `Output.write`."""
         from ...addon.output.probes import write_probe_file
 
         target, settings = self.target, self.target.settings

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class WantedRefinement:
+class RefineRequest:
     """Meshes are to be refined.
 
     Attributes
@@ -43,7 +43,7 @@ class WantedRefinement:
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
     ) -> "RefineTarget":
-        """See `Wanted.read`."""
+        """See `Request.read`."""
         kept = {obj.data for obj in bpy.data.objects if obj.type == "MESH" and keeps_its_mesh(obj)}
 
         def check(obj: Any, graph: Any) -> None:
@@ -76,7 +76,7 @@ class RefineTarget:
     meshes: list[Placed]
     vertices: Receivers
     meanwhile: list[AsRead]
-    wanted: WantedRefinement
+    request: RefineRequest
 
     @property
     def object_names(self) -> list[str]:
@@ -87,25 +87,25 @@ class RefineTarget:
         """See `Target.sizes`: none."""
         return {}
 
-    def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "RefinePoints":
-        """See `Target.points`."""
-        return RefinePoints(self.vertices, self)
+    def samples(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "RefineSamples":
+        """See `Target.samples`."""
+        return RefineSamples(self.vertices, self)
 
 
 @dataclass(frozen=True)
-class RefinePoints:
+class RefineSamples:
     """Receivers at the vertices of meshes as they are."""
 
     receivers: Receivers
     target: RefineTarget
     solution: "Solution | None" = None
 
-    def lit_by(self, solution: "Solution", workers: Workers) -> "RefinePoints":
-        """See `Points.lit_by`: keeps the solution, to gather more of it."""
-        return RefinePoints(self.receivers, self.target, solution)
+    def lit_by(self, solution: "Solution", workers: Workers) -> "RefineSamples":
+        """See `Samples.lit_by`: keeps the solution, to gather more of it."""
+        return RefineSamples(self.receivers, self.target, solution)
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "Refined":
-        """See `Points.finish`."""
+        """See `Samples.finish`."""
         solution, target = self.solution, self.target
         assert solution is not None  # there are objects
 
@@ -113,7 +113,7 @@ class RefinePoints:
             found = solution.gather(receivers)
             return found.value, found.stderr
 
-        options = target.wanted.options
+        options = target.request.options
         return Refined(refine(target.meshes, light, options, workers.seed, workers.progress), target, workers.progress)
 
 
@@ -127,7 +127,7 @@ class Refined:
 
     @staticmethod
     def together(apart: "Mapping[str, Refined]") -> "Refined":
-        """See `Product.together`: meshes are refined for all light."""
+        """See `Output.together`: meshes are refined for all light."""
         raise NotImplementedError
 
     @property
@@ -140,11 +140,11 @@ class Refined:
         return {"refined_meshes": meshes, "added_vertices": self.refinement.n_vertices}
 
     def concerns(self) -> list[str]:
-        """See `Product.concerns`."""
+        """See `Output.concerns`."""
         return still_there(self.target.meanwhile)[1]
 
     def write(self) -> Written:
-        """See `Product.write`."""
+        """See `Output.write`."""
         objects, warnings = still_there(self.target.meanwhile)
         meshes: dict[str, bpy.types.Mesh] = {}
         for mesh, obj in zip(self.target.meshes, objects, strict=True):
@@ -152,5 +152,5 @@ class Refined:
                 meshes.setdefault(mesh.mesh_name, obj.data)
         if not meshes:
             raise BakeError(warnings[0])
-        split_meshes(meshes, self.refinement, self.target.wanted.on_copy, self.progress)
+        split_meshes(meshes, self.refinement, self.target.request.on_copy, self.progress)
         return Written(warnings=warnings)

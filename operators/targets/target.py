@@ -1,4 +1,4 @@
-"""What light is baked to: what a target is asked for, reads, lights and writes."""
+"""What light is baked to: what is requested, the target that is read, and the output that is written."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from ...addon.core.parallel import Workers
 from ...addon.core.progress import Progress
-from ...addon.receivers import Receivers
 from ...addon.scene import Scene
 from ...addon.tracing import Tracer
 from ..jobs.written import Written
@@ -15,10 +14,10 @@ from .probes import ProbeFiles
 
 if TYPE_CHECKING:
     from ...addon.gather import Irradiance
-    from ...addon.pipeline.solution import Solution
+    from ...addon.pipeline.outputs import Samples
 
 
-class Product(Protocol):
+class Output(Protocol):
     """What a target makes of light, ready to be written.
 
     Attributes
@@ -36,7 +35,7 @@ class Product(Protocol):
     def counts(self) -> dict[str, int]: ...
 
     @staticmethod
-    def together(apart: "Mapping[str, Any]") -> "Product":
+    def together(apart: "Mapping[str, Any]") -> "Output":
         """What has the light of all light groups, and that of each apart, from those of each by their names."""
 
     def concerns(self) -> list[str]:
@@ -50,22 +49,6 @@ class Product(Protocol):
         BakeError
             If nothing can be, and nothing was changed.
         """
-
-
-class Points(Protocol):
-    """Where a target wants light."""
-
-    @property
-    def receivers(self) -> Receivers: ...
-
-    def lit_by(self, solution: "Solution", workers: Workers) -> "Points":
-        """The same with what is wanted of a solution beside the receivers' light; touches none of Blender's data.
-
-        That comes first, so that the light is gathered in the time that is left.
-        """
-
-    def finish(self, irradiance: "Irradiance", workers: Workers) -> Product:
-        """Make the product of the receivers' light; touches none of Blender's data."""
 
 
 class Target(Protocol):
@@ -84,11 +67,11 @@ class Target(Protocol):
     def sizes(self) -> dict[Path, int]:
         """How large the files that it goes to may become, bytes."""
 
-    def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> Points:
-        """Where light is wanted; touches none of Blender's data."""
+    def samples(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "Samples":
+        """Where light is wanted, to be finished into an `Output`; touches none of Blender's data."""
 
 
-class Wanted(Protocol):
+class Request(Protocol):
     """A target that was asked for."""
 
     def read(
@@ -111,17 +94,17 @@ class Solved:
     ----------
     irradiance : Irradiance
         Of all targets' receivers, one after the other; of vertices, as it is stored.
-    products : list of Product
+    outputs : list of Output
         One a target.
     """
 
     irradiance: "Irradiance"
-    products: list[Product]
+    outputs: list[Output]
 
     @property
     def files(self) -> list[Path]:
-        """That writing the products writes."""
-        return [path for product in self.products for path in product.files]
+        """That writing the outputs writes."""
+        return [path for output in self.outputs for path in output.files]
 
     @property
     def n_points(self) -> int:
@@ -133,12 +116,12 @@ class Solved:
         """The receivers', and if there are none the probes'."""
         if len(self.irradiance.value):
             return self.irradiance.relative_noise
-        return max((one.relative_noise for one in self.products if isinstance(one, ProbeFiles)), default=0.0)
+        return max((one.relative_noise for one in self.outputs if isinstance(one, ProbeFiles)), default=0.0)
 
     @property
     def counts(self) -> dict[str, int]:
         """What the bake counted, for its report."""
         counts = dict(self.irradiance.counts)
-        for product in self.products:
-            counts |= product.counts
+        for output in self.outputs:
+            counts |= output.counts
         return counts

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...addon.blender import bake_objects, check_color_attribute, receiver_meshes
 from ...addon.blender.read.as_read import AsRead
-from ...addon.blender.read.light_layers import attribute_of
+from ...addon.blender.read.lamps.light_layers import attribute_of
 from ...addon.blender.read.meshes.shown_meshes import (
     CopyMesh,
     check_copied,
@@ -43,7 +43,7 @@ _LEAST_EXTENT = 1e-3  # m, of the vertices: those that lie very far away, or in 
 
 
 @dataclass(frozen=True)
-class WantedVertices:
+class VertexRequest:
     """Light is wanted in a colour attribute.
 
     Attributes
@@ -68,7 +68,7 @@ class WantedVertices:
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
     ) -> "VertexTarget":
-        """See `Wanted.read`."""
+        """See `Request.read`."""
         read = self._with_copies if self.copies else self._without_copies
         return read(depsgraph, names, progress, warnings)
 
@@ -140,14 +140,14 @@ class VertexTarget:
         """See `Target.sizes`: none."""
         return {}
 
-    def points(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "VertexPoints":
-        """See `Target.points`."""
+    def samples(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "AttributeSamples":
+        """See `Target.samples`."""
         meshes = [*self.meshes, *(copy.mesh for copy in self.copies)]
         vertices = vertex_receivers(meshes, all_shown=self.fit)
         faces = ShownFaces.of(meshes, vertices.targets)
         if not self.fit or not len(faces):
-            return VertexPoints(vertices, vertices, None, self, tracer, warnings)
-        return VertexPoints.fitted(vertices, faces, self, tracer, workers, warnings)
+            return AttributeSamples(vertices, vertices, None, self, tracer, warnings)
+        return AttributeSamples.fitted(vertices, faces, self, tracer, workers, warnings)
 
     def without_noise(
         self, light: "Irradiance", receivers: Receivers, tracer: Tracer, workers: Workers
@@ -163,7 +163,7 @@ class VertexTarget:
 
 
 @dataclass(frozen=True)
-class VertexPoints:
+class AttributeSamples:
     """Receivers at vertices, and of light that is fitted to faces, samples of these after them.
 
     Attributes
@@ -191,7 +191,7 @@ class VertexPoints:
         tracer: Tracer,
         workers: Workers,
         warnings: list[str],
-    ) -> "VertexPoints":
+    ) -> "AttributeSamples":
         """Of vertices, with samples of the faces between them."""
         from ...addon.emitters import region_of
         from ...addon.output.vertex_light import VertexSamples
@@ -201,14 +201,14 @@ class VertexPoints:
         receivers = Receivers.join([vertices, samples.receivers(faces, vertices.targets)])
         names = [one.object_name for one in vertices.targets]
         sampled = VertexSamples(faces, samples, hidden, names, receivers, extent)
-        return VertexPoints(receivers, vertices, sampled, target, tracer, warnings)
+        return AttributeSamples(receivers, vertices, sampled, target, tracer, warnings)
 
-    def lit_by(self, solution: "Solution", workers: Workers) -> "VertexPoints":
-        """See `Points.lit_by`: by points between vertices, unless samples of the faces tell of these."""
+    def lit_by(self, solution: "Solution", workers: Workers) -> "AttributeSamples":
+        """See `Samples.lit_by`: by points between vertices, unless samples of the faces tell of these."""
         return self if self.samples else replace(self, beside=self.target.wide.lit_by(solution, workers.seed))
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "VertexLight":
-        """See `Points.finish`."""
+        """See `Samples.finish`."""
         from ...addon.output.vertex_light import finish_vertices
 
         tracer = self.tracer if self.target.denoise else None
@@ -249,7 +249,7 @@ class VertexLight:
 
     @staticmethod
     def together(apart: "Mapping[str, VertexLight]") -> "VertexLight":
-        """See `Product.together`."""
+        """See `Output.together`."""
         from ...addon.gather import Irradiance
 
         parts = list(apart.values())
@@ -265,12 +265,12 @@ class VertexLight:
         return {name: n for name, n in counts.items() if n}
 
     def concerns(self) -> list[str]:
-        """See `Product.concerns`."""
+        """See `Output.concerns`."""
         own = replace(self.receivers, targets=self.receivers.targets[: len(self.target.meshes)])
         return light_takers(own, self.target.attribute, self.target.meanwhile)[1]
 
     def write(self) -> Written:
-        """See `Product.write`."""
+        """See `Output.write`."""
         target = self.target
         at = self.receivers, target.copies, target.attribute, target.meanwhile
         apart = {attribute_of(target.attribute, name): light.irradiance.value for name, light in self.apart.items()}

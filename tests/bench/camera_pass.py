@@ -25,7 +25,7 @@ from photon_bake.addon.output.oidn import filtered
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.camera import CameraSettings
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.camera import WantedCamera
+from photon_bake.operators.targets.camera import CameraRequest
 
 NAMES = ("cornell", "classroom")
 GATHERS = ("final", "photon_volumes")
@@ -160,11 +160,11 @@ class Judge:
 def ours(gather, quality, folder):
     """Our pass with caustics, (h, w, 3), our guides, and the seconds for all of it and for the denoiser alone."""
     start, progress = perf_counter(), Progress()
-    job = BakeJob.prepare(bpy.context, [WantedCamera(CameraSettings(), Path(folder))], progress)
+    job = BakeJob.prepare(bpy.context, [CameraRequest(CameraSettings(), Path(folder))], progress)
     solved = job.solve(settings_for(quality, gather=gather), progress)
     job.write(solved, progress)
     seconds = perf_counter() - start
-    passes = solved.products[0].passes
+    passes = solved.outputs[0].passes
     light = passes.indirect_diffuse + passes.caustics / np.maximum(passes.albedo, np.float32(LEAST_ALBEDO))
     return light, passes, seconds, progress.stage_seconds.get("Denoising the pass", 0.0)
 

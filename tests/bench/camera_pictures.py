@@ -17,7 +17,7 @@ from photon_bake.addon.output.png import write_png
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.camera import CameraSettings
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.camera import WantedCamera
+from photon_bake.operators.targets.camera import CameraRequest
 
 SAMPLES = 128
 
@@ -47,7 +47,7 @@ def pictures(name, path, size, exposure):
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         full = rendered(scene, folder / "full.exr", compose=False)
-        job = BakeJob.prepare(bpy.context, [WantedCamera(CameraSettings(), folder)], Progress())
+        job = BakeJob.prepare(bpy.context, [CameraRequest(CameraSettings(), folder)], Progress())
         solved = job.solve(settings_for("medium"), Progress())
         job.write(solved, Progress())
         add_pass(scene, solved.files)

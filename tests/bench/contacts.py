@@ -33,7 +33,7 @@ from photon_bake.addon.receivers.uv_maps.faces import areas
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.lightmap import LightmapSettings
 from photon_bake.operators.jobs.bake_job import BakeJob, make_tracer
-from photon_bake.operators.targets.lightmap import WantedLightmaps
+from photon_bake.operators.targets.lightmap import LightmapRequest
 from scipy.ndimage import distance_transform_cdt
 
 TITLE = "Lightmaps near edges and contacts, against a bake without interpolation"
@@ -126,11 +126,11 @@ def bake_twice(name, given):
     objects = [o for o in objects if o.name not in LEFT_OUT and (not given.object or o.name in given.object)]
     lightmaps = LightmapSettings(density=given.density or density_for(objects, given.texels), max_size=8192)
     with tempfile.TemporaryDirectory() as folder:
-        wanted = WantedLightmaps(lightmaps, Path(folder), name)
+        wanted = LightmapRequest(lightmaps, Path(folder), name)
         job = BakeJob.prepare(bpy.context, [wanted], Progress(), [o.name for o in objects])
     settings = settings_for(given.quality)
     tracer, workers = make_tracer(job.scene, []), Workers(settings.seed, settings.n_threads)
-    points = job.targets[0].points(job.scene, tracer, workers, [])
+    points = job.targets[0].samples(job.scene, tracer, workers, [])
     receivers, texels = points.receivers, points.texels
     solution = solve(job.scene, receivers, settings, tracer)
     solution.rays  # the cache, which both share  # noqa: B018

@@ -54,9 +54,9 @@ def _bake(scene, target, quality, gather):
     from photon_bake.addon.core.progress import Progress
     from photon_bake.addon.settings.camera import CameraSettings
     from photon_bake.operators.jobs.bake_job import BakeJob
-    from photon_bake.operators.targets.camera import WantedCamera
-    from photon_bake.operators.targets.lightmap import WantedLightmaps
-    from photon_bake.operators.targets.vertices import WantedVertices
+    from photon_bake.operators.targets.camera import CameraRequest
+    from photon_bake.operators.targets.lightmap import LightmapRequest
+    from photon_bake.operators.targets.vertices import VertexRequest
 
     build(scene)
     shown, settings = bpy.context.scene, settings_for(quality, gather=gather)
@@ -65,9 +65,9 @@ def _bake(scene, target, quality, gather):
     lightmap = LightmapSettings(density=12, max_size=256)
     with tempfile.TemporaryDirectory() as folder:
         wanted = {
-            "vertex": WantedVertices(),
-            "lightmap": WantedLightmaps(lightmap, Path(folder), "scene"),
-            "camera": WantedCamera(CameraSettings(), Path(folder)),
+            "vertex": VertexRequest(),
+            "lightmap": LightmapRequest(lightmap, Path(folder), "scene"),
+            "camera": CameraRequest(CameraSettings(), Path(folder)),
         }[target]
         asked = Asked(
             shown, bpy.context.view_layer, frozenset({target}), settings, lightmap, "Indirect", "", False, False

@@ -14,11 +14,11 @@ import bpy
 import numpy as np
 from figures import table
 from mixer_pictures import demo_room
-from photon_bake.addon.blender.read.light_layers import group_names
+from photon_bake.addon.blender.read.lamps.light_layers import group_names
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.vertices import WantedVertices
+from photon_bake.operators.targets.vertices import VertexRequest
 
 NAMES = ("Key", "Fill", "Rim")
 _OF_NORMAL = np.sqrt(2 / np.pi)  # mean of what a normal distribution is off, over its standard deviation
@@ -54,7 +54,7 @@ def _glows(obj):
 def baked(quality, light_group="", apart=False):
     """The light of a bake, its processor time and its groups."""
     groups = group_names(bpy.context.view_layer, "Indirect") if apart else ()
-    wanted = [WantedVertices(groups=groups)]
+    wanted = [VertexRequest(groups=groups)]
     job = BakeJob.prepare(bpy.context, wanted, Progress(), light_group=light_group, apart=apart)
     start = process_time()
     light = job.solve(settings_for(quality), Progress()).irradiance

@@ -15,7 +15,7 @@ from photon_bake.addon.output.lightmap import contact_sheet
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.lightmap import LightmapSettings
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.lightmap import WantedLightmaps
+from photon_bake.operators.targets.lightmap import LightmapRequest
 
 SIDE, GAP = 360, 8
 SAMPLES = 64
@@ -58,7 +58,7 @@ def main():
     look_at_the_box()
     names = [obj.name for obj in bpy.context.view_layer.objects if obj.type == "MESH" and obj.name != "Probes"]
     with tempfile.TemporaryDirectory() as folder:
-        wanted = WantedLightmaps(LightmapSettings(density=24.0, atlas="shared"), Path(folder), "cornell")
+        wanted = LightmapRequest(LightmapSettings(density=24.0, atlas="shared"), Path(folder), "cornell")
         job = BakeJob.prepare(bpy.context, [wanted], Progress(), names)
         solved = job.solve(settings_for("medium"), Progress())
         job.write(solved, Progress())
@@ -70,7 +70,7 @@ def main():
     gap = np.ones((SIDE, GAP, 3))
     white = np.percentile(full, 95)
     write_png(options.pictures / "lightmaps_cornell.png", np.hstack([srgb(full / white), gap, srgb(ours / white)]))
-    write_png(options.pictures / "lightmaps_atlas.png", contact_sheet(solved.products[0].images) / 255)
+    write_png(options.pictures / "lightmaps_atlas.png", contact_sheet(solved.outputs[0].images) / 255)
 
 
 if __name__ == "__main__":

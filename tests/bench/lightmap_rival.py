@@ -35,7 +35,7 @@ from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.lightmap import LightmapSettings
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.lightmap import WantedLightmaps
+from photon_bake.operators.targets.lightmap import LightmapRequest
 from rivals import Rival
 from truth import Truth, open_scene
 
@@ -220,7 +220,7 @@ def measure_ours(lightmap, judge, quality, rivals):
     job = _our_job(lightmap)
     start = perf_counter()
     tracer = EmbreeTracer(job.scene)
-    points = job.targets[0].points(job.scene, tracer, workers, [])
+    points = job.targets[0].samples(job.scene, tracer, workers, [])
     light = bake(job.scene, points.receivers, settings, tracer)
     seconds = perf_counter() - start
     for denoiser in DENOISERS:
@@ -245,7 +245,7 @@ def _our_job(lightmap):
     """What a bake of ours to the same image needs."""
     settings = LightmapSettings(uv_map=UV_MAP, size=lightmap.image.size[0])
     with tempfile.TemporaryDirectory() as folder:
-        wanted = WantedLightmaps(settings, Path(folder), bpy.context.scene.name)
+        wanted = LightmapRequest(settings, Path(folder), bpy.context.scene.name)
         return BakeJob.prepare(bpy.context, [wanted], Progress(), [lightmap.obj.name])
 
 

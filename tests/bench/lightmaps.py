@@ -29,7 +29,7 @@ from photon_bake.addon.receivers.uv_maps import areas
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.lightmap import LightmapSettings
 from photon_bake.operators.jobs.bake_job import BakeJob, make_tracer
-from photon_bake.operators.targets.lightmap import WantedLightmaps
+from photon_bake.operators.targets.lightmap import LightmapRequest
 
 HEAD = ["Scene", "Texels a metre", "Denoiser", "Objects", "Texels", "Use", "Probes", "Seconds", "Relative RMSE"]
 HEAD += ["Median", "Gathered at the probes", "Inside solids too", "Mean", "Seam jump, 99 %", "At smooth folds"]
@@ -162,11 +162,11 @@ def measure(name, path, density, quality, most_texels):
     names = chosen_objects(name, probes, density, most_texels)
     start, settings = perf_counter(), settings_for(quality)
     with tempfile.TemporaryDirectory() as folder:
-        wanted = WantedLightmaps(LightmapSettings(density=density, max_size=8192), Path(folder), name)
+        wanted = LightmapRequest(LightmapSettings(density=density, max_size=8192), Path(folder), name)
         job = BakeJob.prepare(bpy.context, [wanted], Progress(), names)
     (target,) = job.targets
     tracer, workers = make_tracer(job.scene, []), Workers(settings.seed, settings.n_threads)
-    points = target.points(job.scene, tracer, workers, [])
+    points = target.samples(job.scene, tracer, workers, [])
     light = bake(job.scene, joined(points.receivers, probes.receivers()), settings, tracer)
     seconds = perf_counter() - start
     at_probes = light.value[len(points.receivers) :] / np.pi

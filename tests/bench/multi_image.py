@@ -16,13 +16,13 @@ from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.photons import emitted_rays, trace_photons
+from photon_bake.addon.pipeline.outputs import N_LIGHT_RAYS
 from photon_bake.addon.scene import Scene
 from photon_bake.addon.scene.surface_points import surface_points
 from photon_bake.addon.tracing import Hits, LightTracer
 from photon_bake.addon.tracing.cube_maps import LightRays, MultiImageTracer, Tally, lit_region
 from photon_bake.addon.tracing.cube_maps.box import through_box
 from photon_bake.addon.tracing.embree import EmbreeTracer
-from photon_bake.operators.jobs.bake_job import N_LIGHT_RAYS
 
 N_RAYS = N_PHOTONS = 100_000
 N_PHOTONS_OF_ROOM = 3_000_000  # of which few come in through the windows

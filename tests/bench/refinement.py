@@ -28,7 +28,7 @@ from photon_bake.addon.pipeline.refinement.samples import LEAST_LIGHT, Samples, 
 from photon_bake.addon.settings.bake import BakeSettings, settings_for
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.operators.refine import draft_of
-from photon_bake.operators.targets.refine import WantedRefinement
+from photon_bake.operators.targets.refine import RefineRequest
 
 sys.path.append(str(ROOT / "tools"))
 import demo_scene
@@ -43,7 +43,7 @@ def read(names):
     warnings = []
 
     def of(depsgraph):
-        wanted = WantedRefinement(RefineOptions(), on_copy=True)
+        wanted = RefineRequest(RefineOptions(), on_copy=True)
         return wanted.read(depsgraph, bpy.context.scene, names, Progress(), warnings)
 
     return in_render_graph(bpy.context.scene, bpy.context.view_layer, of)

@@ -24,7 +24,7 @@ from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.operators.jobs.bake_job import BakeJob
 from photon_bake.operators.jobs.solving import Solver
-from photon_bake.operators.targets.vertices import WantedVertices
+from photon_bake.operators.targets.vertices import VertexRequest
 
 TICK, N_RECEIVERS, SECONDS_ALONE = 0.01, 200_000, 3.0
 WORK = 1000  # additions: about 0.05 ms
@@ -72,7 +72,7 @@ def bake_on_thread(n_threads):
         stage[0] = name
 
     progress = Progress(listen)
-    job = BakeJob.prepare(bpy.context, [WantedVertices()], progress, ["Receivers"])
+    job = BakeJob.prepare(bpy.context, [VertexRequest()], progress, ["Receivers"])
     return Solver(job, settings_for("medium", n_threads=n_threads), progress, Inspector()), stage
 
 

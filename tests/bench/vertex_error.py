@@ -21,7 +21,7 @@ from photon_bake.addon.receivers import Receivers, ShownFaces, face_samples, ver
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.vertices import WantedVertices
+from photon_bake.operators.targets.vertices import VertexRequest
 from scipy.spatial import cKDTree
 
 N_POINTS, N_RAYS = 6000, 2048
@@ -65,14 +65,14 @@ def prepared(name, path):
     names = [
         name for name in names if not bpy.data.objects[name].hide_render and len(bpy.data.objects[name].data.polygons)
     ]
-    return BakeJob.prepare(bpy.context, [WantedVertices()], Progress(), names)
+    return BakeJob.prepare(bpy.context, [VertexRequest()], Progress(), names)
 
 
 def light_by(job, quality, fitted):
     """E of vertices (n, 3), and the processor's seconds; sampled at vertices, or fitted and denoised."""
     job = replace(job, targets=[replace(job.targets[0], fit=fitted, denoise=fitted)], counts=dict(job.counts))
     start = process_time()
-    product = job.solve(settings_for(quality), Progress()).products[0]
+    product = job.solve(settings_for(quality), Progress()).outputs[0]
     return product.irradiance.value, process_time() - start, product.n_samples
 
 
@@ -123,7 +123,7 @@ def wall_rows(path):
         for quality in ("medium", "high"):
             target = replace(job.targets[0], fit=fit, denoise=denoise)
             one = replace(job, targets=[target], counts=dict(job.counts))
-            light.append(one.solve(settings_for(quality), Progress()).products[0])
+            light.append(one.solve(settings_for(quality), Progress()).outputs[0])
         receivers = light[0].receivers
         wall = next(target for target in receivers.targets if target.object_name == "Back Wall")
         chosen = np.unique(wall.receiver_of_element)

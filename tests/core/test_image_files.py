@@ -241,7 +241,7 @@ FULL_DISK = """
 import resource
 import sys
 from pathlib import Path
-from photon_bake.addon.errors import BakeError
+from photon_bake.addon.core.errors import BakeError
 from photon_bake.tests.core.test_image_files import writers
 path = Path(sys.argv[1])
 resource.setrlimit(resource.RLIMIT_FSIZE, (10000, 10000))

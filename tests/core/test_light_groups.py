@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.pipeline.bake import bake, solve_apart
-from photon_bake.addon.pipeline.solution import irradiances
+from photon_bake.addon.pipeline.gathers import irradiances
 from photon_bake.addon.scene import OTHER, LightGroups, LightKind, Lights
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.tracing.embree import EmbreeTracer

@@ -9,6 +9,7 @@ from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.gather.density.disc_density import DiscDensity, MidAir
 from photon_bake.addon.photons import FlightLog, Flights, PathKind, Photons, trace_photons
 from photon_bake.addon.pipeline.bake import solve
+from photon_bake.addon.pipeline.gathers import caustics_of
 from photon_bake.addon.scene import LightKind
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.tracing import LightTracer
@@ -35,7 +36,7 @@ def grid(x, z, n=12):
 def caustics(scene, receivers, gather, n_photons=300_000):
     settings = settings_for("draft", gather=gather, n_photons=n_photons, n_nearest=400, seed=3)
     solution = solve(scene, receivers, settings, EmbreeTracer(scene))
-    return solution._caustics()[0].irradiance[:, 0], solution
+    return caustics_of(solution)[0].irradiance[:, 0], solution
 
 
 @pytest.mark.parametrize("gather", GATHERS)

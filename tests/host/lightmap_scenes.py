@@ -6,7 +6,7 @@ from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.lightmap import MADE_UV_MAP, LightmapSettings
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.lightmap import WantedLightmaps
+from photon_bake.operators.targets.lightmap import LightmapRequest
 
 from .scenes import add_cube, add_lamp, add_plane
 
@@ -24,7 +24,7 @@ def add_room():
 
 def prepare(folder, names=None, **settings):
     """A bake of lightmaps that is ready to be solved."""
-    wanted = WantedLightmaps(LightmapSettings(**settings), folder, "scene")
+    wanted = LightmapRequest(LightmapSettings(**settings), folder, "scene")
     return BakeJob.prepare(bpy.context, [wanted], Progress(), names)
 
 

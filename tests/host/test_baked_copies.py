@@ -11,7 +11,7 @@ from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.receivers import vertex_receivers
 from photon_bake.addon.ui.state import bake_state
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.vertices import WantedVertices
+from photon_bake.operators.targets.vertices import VertexRequest
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.test_receiver_mesh_modifiers import geometry_nodes
 from photon_bake.tests.host.test_shown_light import light_at
@@ -159,7 +159,7 @@ def test_baking_again_replaces_copies_and_reads_the_originals(room):
 def test_what_was_changed_meanwhile_gets_no_copy(room):
     text = add_text()
     before = state()
-    job = BakeJob.prepare(bpy.context, [WantedVertices("Indirect", copies=True)], Progress())
+    job = BakeJob.prepare(bpy.context, [VertexRequest("Indirect", copies=True)], Progress())
     assert state() == before
     solved = job.solve(room.settings(), Progress())
     assert state() == before
@@ -252,17 +252,17 @@ def test_too_many_instances(room, monkeypatch):
 def test_objects_by_name(room):
     add_text()
     one, _ = add_sharers()
-    job = BakeJob.prepare(bpy.context, [WantedVertices("Indirect", copies=True)], Progress(), ["Text", "One"])
+    job = BakeJob.prepare(bpy.context, [VertexRequest("Indirect", copies=True)], Progress(), ["Text", "One"])
     assert job.object_names == ["One", "Text"]  # one alone shares its mesh with none that is baked
     with pytest.raises(BakeError, match=r"'Text' is not a mesh.*Bake Copies"):
-        BakeJob.prepare(bpy.context, [WantedVertices()], Progress(), ["Text"])
+        BakeJob.prepare(bpy.context, [VertexRequest()], Progress(), ["Text"])
     assert one.data.users == 2
 
 
 def test_a_shared_mesh_that_is_not_finite_is_left_out(room):
     add_text()
     scenes.spoil(add_sharers()[0], np.nan)
-    wanted = [WantedVertices("Indirect", copies=True)]
+    wanted = [VertexRequest("Indirect", copies=True)]
     job = BakeJob.prepare(bpy.context, wanted, Progress())
     assert job.object_names == ["Floor", "Text"]
     assert {f"Left out: Object '{name}'" for name in ("One", "Other")} <= {
@@ -275,20 +275,20 @@ def test_a_shared_mesh_that_is_not_finite_is_left_out(room):
 def test_only_texts(empty_scene):
     add_text()
     with pytest.raises(BakeError, match="Nothing to bake"):
-        BakeJob.prepare(bpy.context, [WantedVertices()], Progress())
-    assert BakeJob.prepare(bpy.context, [WantedVertices("Indirect", copies=True)], Progress()).object_names == ["Text"]
+        BakeJob.prepare(bpy.context, [VertexRequest()], Progress())
+    assert BakeJob.prepare(bpy.context, [VertexRequest("Indirect", copies=True)], Progress()).object_names == ["Text"]
 
 
 def test_nothing_at_all(empty_scene):
     with pytest.raises(BakeError, match="Nothing to bake"):
-        BakeJob.prepare(bpy.context, [WantedVertices("Indirect", copies=True)], Progress())
+        BakeJob.prepare(bpy.context, [VertexRequest("Indirect", copies=True)], Progress())
 
 
 def test_copies_show_light_where_it_is(room):
     """Of a light that changes evenly, each corner of each copy has its own place's."""
     bpy.data.objects.remove(bpy.data.objects["Floor"])
     owners = [add_text(), *add_sharers(), *add_instancers()]
-    job = BakeJob.prepare(bpy.context, [WantedVertices("Indirect", copies=True)], Progress())
+    job = BakeJob.prepare(bpy.context, [VertexRequest("Indirect", copies=True)], Progress())
     receivers = vertex_receivers([copy.mesh for copy in job.targets[0].copies])
     write_light(light_at(receivers.position) * np.pi, receivers, job.targets[0].copies, "Indirect", [])
     for copy in map(copy_of, owners):

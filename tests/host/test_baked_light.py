@@ -14,8 +14,8 @@ from photon_bake.addon.output.lightmap import write_lightmap
 from photon_bake.addon.settings.lightmap import LightmapSettings
 from photon_bake.operators import command_line
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.lightmap import WantedLightmaps
-from photon_bake.operators.targets.vertices import WantedVertices
+from photon_bake.operators.targets.lightmap import LightmapRequest
+from photon_bake.operators.targets.vertices import VertexRequest
 
 from .leftovers import differences, dump, handlers, snapshot
 from .lightmap_scenes import QUICK, add_room, bake, prepare
@@ -56,7 +56,7 @@ def materials(empty_scene):
 
 def bake_all(folder, **settings):
     """Bake lightmaps and vertices with hardly any light; returns the light of both."""
-    wanted = [WantedLightmaps(LightmapSettings(**{"density": 4.0, **settings}), folder, "scene"), WantedVertices()]
+    wanted = [LightmapRequest(LightmapSettings(**{"density": 4.0, **settings}), folder, "scene"), VertexRequest()]
     job = BakeJob.prepare(bpy.context, wanted, Progress())
     solved = job.solve(QUICK, Progress())
     job.write(solved, Progress())

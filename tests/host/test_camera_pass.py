@@ -10,9 +10,9 @@ from photon_bake.addon.core.errors import Cancelled
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.camera import CameraSettings
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.camera import WantedCamera
+from photon_bake.operators.targets.camera import CameraRequest
 from photon_bake.tests.host.camera_scenes import add_camera, build_room, coloured
 from photon_bake.tests.host.scenes import add_cube, add_lamp
 
@@ -173,7 +173,7 @@ def test_a_cancelled_bake_changes_nothing(empty_scene, tmp_path, gather):
     file = tmp_path / "indirect_0001.exr"
     file.write_bytes(b"mine")
     settings = settings_for("draft", gather=gather, n_photons=5000, n_gather_rays=16, subsample=2)
-    wanted = WantedCamera(CameraSettings(n_pixel_samples=1, file_name="indirect_####"), tmp_path)
+    wanted = CameraRequest(CameraSettings(n_pixel_samples=1, file_name="indirect_####"), tmp_path)
 
     def names():
         return [sorted(things.keys()) for things in (bpy.data.meshes, bpy.data.images, bpy.data.node_groups)]

@@ -7,9 +7,9 @@ from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.camera import CameraSettings
 from photon_bake.addon.ui.state import CAMERA_SHARES, STAGE_SHARES, share_done
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.camera import WantedCamera
+from photon_bake.operators.targets.camera import CameraRequest
 
 from .camera_scenes import build_room
 from .cycles_passes import render_passes
@@ -27,9 +27,9 @@ def test_light_is_cycles_diffuse_indirect(empty_scene, tmp_path):
     theirs = render_passes(empty_scene, tmp_path / "cycles.exr", samples=150)
     name = "DiffInd" if "DiffInd.R" in theirs else "Diffuse Indirect"
     theirs = np.stack([theirs[f"{name}.{c}"] for c in "RGB"], axis=-1)
-    job = BakeJob.prepare(bpy.context, [WantedCamera(CameraSettings(), tmp_path)], Progress())
+    job = BakeJob.prepare(bpy.context, [CameraRequest(CameraSettings(), tmp_path)], Progress())
     settings = settings_for("draft", gather="photon_volumes", n_photons=600_000, subsample=1)
-    ours = job.solve(settings, Progress()).products[0].passes.indirect_diffuse
+    ours = job.solve(settings, Progress()).outputs[0].passes.indirect_diffuse
     off = np.abs(blocks(ours) - blocks(theirs)).max(axis=2) / blocks(theirs).mean()
     assert ours.mean() == pytest.approx(theirs.mean(), rel=0.015)
     assert np.sqrt((off**2).mean()) < 0.045 and off.max() < 0.09
@@ -44,7 +44,7 @@ def test_the_progress_bar_knows_every_stage(empty_scene, tmp_path):
         done.append(share_done(shares, shown))
 
     progress = Progress(listen)
-    job = BakeJob.prepare(bpy.context, [WantedCamera(CameraSettings(), tmp_path)], progress)
+    job = BakeJob.prepare(bpy.context, [CameraRequest(CameraSettings(), tmp_path)], progress)
     job.solve(settings_for("draft", gather="photon_volumes", n_photons=20_000, add_direct=True), progress)
     assert set(STAGE_SHARES["photon_volumes"]) <= set(shown)
     assert done == sorted(done)

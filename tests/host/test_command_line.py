@@ -8,7 +8,7 @@ import bpy  # isort: skip  (the module brings bmesh)
 import bmesh
 import numpy as np
 import pytest
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 from photon_bake.operators.jobs.bake_job import BakeJob
 
 from .scenes import add_cube, add_lamp, add_plane
@@ -307,7 +307,7 @@ def test_a_file_that_cannot_be_saved_in_the_end_is_kept_elsewhere(tmp_path, monk
         real(source, target)
 
     monkeypatch.setattr("photon_bake.addon.output.files.os.replace", replace)
-    monkeypatch.setattr("photon_bake.operators.command_line.command_line.mkdtemp", lambda prefix: str(refuge))
+    monkeypatch.setattr("photon_bake.operators.command_line.command.mkdtemp", lambda prefix: str(refuge))
     assert run([*QUICK, "--save", str(blend), "--report", str(report)]) == 1
     read = json.loads(report.read_text())
     assert read["status"] == "failed" and read["saved"] == str(refuge / "x.blend")

@@ -11,7 +11,7 @@ from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.camera import CameraSettings
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.camera import WantedCamera
+from photon_bake.operators.targets.camera import CameraRequest
 from photon_bake.tests.host.camera_scenes import add_ball, add_camera, build_room, coloured
 from photon_bake.tests.host.cycles_passes import render_passes
 from photon_bake.tests.host.leftovers import dump
@@ -20,7 +20,7 @@ from photon_bake.tests.host.scenes import set_world
 
 def bake_pass(folder, **settings):
     """The pass of the scene's camera, as a file."""
-    job = BakeJob.prepare(bpy.context, [WantedCamera(CameraSettings(**settings), folder)], Progress())
+    job = BakeJob.prepare(bpy.context, [CameraRequest(CameraSettings(**settings), folder)], Progress())
     solved = job.solve(settings_for("draft", n_photons=100_000), Progress())
     job.write(solved, Progress())
     return solved.files[0]

@@ -4,9 +4,9 @@ import bpy
 import numpy as np
 import OpenEXR
 import pytest
-from photon_bake.addon.blender.read.light_layers import group_names
+from photon_bake.addon.blender.read.lamps.light_layers import group_names
 from photon_bake.addon.core.errors import BakeError
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 from photon_bake.tests.host.camera_scenes import build_room
 from photon_bake.tests.host.scenes import add_lamp, set_world
 from photon_bake.tests.host.test_compositor import composed

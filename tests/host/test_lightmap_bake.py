@@ -16,11 +16,11 @@ from photon_bake.addon.settings.camera import CameraSettings
 from photon_bake.addon.settings.lightmap import LightmapSettings
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.addon.ui.state import CAMERA_SHARES, LIGHTMAP_SHARES, STAGE_SHARES, bake_state, share_done
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.camera import WantedCamera
-from photon_bake.operators.targets.lightmap import WantedLightmaps
-from photon_bake.operators.targets.vertices import WantedVertices
+from photon_bake.operators.targets.camera import CameraRequest
+from photon_bake.operators.targets.lightmap import LightmapRequest
+from photon_bake.operators.targets.vertices import VertexRequest
 
 from .camera_scenes import add_camera
 from .lightmap_scenes import QUICK, add_room, bake, pixels_of, prepare, state, uv_of
@@ -44,7 +44,7 @@ def test_light_reaches_files_images_and_objects(tmp_path):
     assert floor["lightmap_image"] == "scene_Floor_indirect.exr" and floor["lightmap_uv_map"] == "Photon Bake"
     assert tuple(floor["lightmap_scale_offset"]) == (1, 1, 0, 0)
     assert image.is_float and image.colorspace_settings.name == "Linear Rec.709" and image.use_fake_user
-    (lightmaps,) = solved.products
+    (lightmaps,) = solved.outputs
     wanted = lightmaps.images[lightmaps.target.layout.names.index("Floor")]
     np.testing.assert_allclose(pixels_of(image)[..., :3], wanted, rtol=2e-3, atol=1e-4)
     assert wanted.max() > 0
@@ -66,7 +66,7 @@ def test_light_of_texels_is_that_of_vertices(tmp_path):
     """Both in one job share photons and cache, and give the same light in the same places."""
     add_plane("Wall", size=6.0).rotation_euler = (0, 1.2, 0)
     settings = LightmapSettings(density=2.0, denoiser="none", uv_map="")
-    wanted = [WantedLightmaps(settings, tmp_path, "scene"), WantedVertices(fit=False)]
+    wanted = [LightmapRequest(settings, tmp_path, "scene"), VertexRequest(fit=False)]
     job = BakeJob.prepare(bpy.context, wanted, Progress(), ["Floor"])
     assert job.object_names == ["Floor"]
     solved = job.solve(QUICK.__class__(**{**QUICK.__dict__, "n_gather_rays": 1024}), Progress())
@@ -83,7 +83,7 @@ def test_light_of_texels_is_that_of_vertices(tmp_path):
 def test_interpolated_light_is_not_filtered_by_itself(tmp_path):
     """Its noise is no finer than what it shows; where every texel has gathered, a filter helps."""
     job = prepare(tmp_path, ["Floor"], density=4.0)
-    points = job.targets[0].points(job.scene, EmbreeTracer(job.scene), Workers(), [])
+    points = job.targets[0].samples(job.scene, EmbreeTracer(job.scene), Workers(), [])
     n = len(points.receivers)
     noisy = np.random.default_rng(0).uniform(1, 2, (n, 3)).astype(np.float32)
 
@@ -130,7 +130,7 @@ def test_objects_that_share_a_mesh_share_an_atlas(tmp_path):
 def test_the_same_seed_gives_the_same_maps(tmp_path, seed_threads):
     _, one = bake(tmp_path)
     _, other = bake(tmp_path)
-    for a, b in zip(one.products[0].images, other.products[0].images, strict=True):
+    for a, b in zip(one.outputs[0].images, other.outputs[0].images, strict=True):
         assert np.array_equal(a, b)
 
 
@@ -213,7 +213,7 @@ def test_the_progress_bar_knows_the_stages_of_lightmaps(tmp_path):
         done.append(share_done(shares, shown))
 
     progress = Progress(listen)
-    wanted = WantedLightmaps(LightmapSettings(density=4.0), tmp_path, "scene")
+    wanted = LightmapRequest(LightmapSettings(density=4.0), tmp_path, "scene")
     BakeJob.prepare(bpy.context, [wanted], progress).solve(QUICK, progress)
     assert set(LIGHTMAP_SHARES) <= set(shown) and done == sorted(done)
 
@@ -232,7 +232,7 @@ def test_the_progress_of_several_targets_never_falls(tmp_path):
 
     progress = Progress(listen)
     settings = LightmapSettings(density=4.0, denoiser="own")
-    wanted = WantedLightmaps(settings, tmp_path, "scene"), WantedCamera(CameraSettings(), tmp_path), WantedVertices()
+    wanted = LightmapRequest(settings, tmp_path, "scene"), CameraRequest(CameraSettings(), tmp_path), VertexRequest()
     BakeJob.prepare(bpy.context, wanted, progress).solve(QUICK, progress)
     assert {"Denoising", "Denoising the pass"} <= set(shown) and done == sorted(done)
 
@@ -265,7 +265,7 @@ def test_copies_get_lightmaps_and_keep_vertex_light(tmp_path):
     box = bpy.data.objects["Box"]
     box.modifiers.new("Array", "ARRAY")
     for _ in range(2):
-        wanted = WantedLightmaps(LightmapSettings(density=4.0), tmp_path, "scene", copies=True)
+        wanted = LightmapRequest(LightmapSettings(density=4.0), tmp_path, "scene", copies=True)
         job = BakeJob.prepare(bpy.context, [wanted], Progress())
         job.write(job.solve(QUICK, Progress()), Progress())
         (copy,) = [obj for obj in bpy.data.objects if obj.get("photon_bake_original") == box]
@@ -275,7 +275,7 @@ def test_copies_get_lightmaps_and_keep_vertex_light(tmp_path):
         assert bpy.data.objects["Floor"]["lightmap_image"] and "lightmap_image" not in box
         copy.data.color_attributes.new("Indirect", "FLOAT_COLOR", "CORNER")
     job = BakeJob.prepare(
-        bpy.context, [WantedLightmaps(LightmapSettings(), tmp_path, "scene", copies=True)], Progress()
+        bpy.context, [LightmapRequest(LightmapSettings(), tmp_path, "scene", copies=True)], Progress()
     )
     solved = job.solve(QUICK, Progress())
     shutil.rmtree(tmp_path)
@@ -293,7 +293,7 @@ def test_copies_that_one_target_needs_have_the_light_of_both(tmp_path, maps_firs
     bpy.context.scene.collection.objects.link(other)
     other.location.z = 5
     box.modifiers.new("Solidify", "SOLIDIFY").thickness = 0.2
-    wanted = [WantedLightmaps(LightmapSettings(density=4.0), tmp_path, "scene", copies=True), WantedVertices("V", True)]
+    wanted = [LightmapRequest(LightmapSettings(density=4.0), tmp_path, "scene", copies=True), VertexRequest("V", True)]
     job = BakeJob.prepare(bpy.context, wanted if maps_first else wanted[::-1], Progress())
     job.write(job.solve(QUICK, Progress()), Progress())
     copies = [obj for obj in bpy.data.objects if "photon_bake_original" in obj]

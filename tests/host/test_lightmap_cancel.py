@@ -11,7 +11,7 @@ from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.lightmap import LightmapSettings
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.lightmap import WantedLightmaps
+from photon_bake.operators.targets.lightmap import LightmapRequest
 
 from .scenes import add_lamp
 
@@ -79,7 +79,7 @@ def add_landscape(n, n_leaves):
 
 def bake(folder, progress, density, n_photons, rays):
     settings = LightmapSettings(density=density, atlas="shared", denoiser="own", max_size=4096)
-    job = BakeJob.prepare(bpy.context, [WantedLightmaps(settings, folder, "scene")], progress)
+    job = BakeJob.prepare(bpy.context, [LightmapRequest(settings, folder, "scene")], progress)
     quick = settings_for("draft", gather="final", n_photons=n_photons, n_gather_rays=rays, n_cache_elements=20_000)
     job.solve(quick, progress)
 

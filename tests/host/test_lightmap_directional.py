@@ -9,7 +9,7 @@ from photon_bake.addon.core.errors import BakeError
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.output.lightmap import KINDS, decode_directional, directional_light, light_for_normals
 from photon_bake.addon.settings.bake import settings_for
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 
 from .lightmap_scenes import QUICK, add_room, bake, pixels_of, prepare
 from .scenes import add_cube, add_lamp, add_material, add_plane, cycles_bake
@@ -52,7 +52,7 @@ def test_the_plain_lightmap_is_that_of_a_bake_without_directions(empty_scene, tm
     for directional in (False, True):
         job = prepare(tmp_path, ["Floor"], density=4.0, denoiser="none", directional=directional)
         solved = job.solve(settings, Progress())
-        images.append(solved.products[0].images[0])
+        images.append(solved.outputs[0].images[0])
         noise = solved.irradiance.stderr / np.pi
     off = (images[1] - images[0]).mean(axis=2)
     assert np.sqrt(np.mean(off**2)) < 2.5 * np.sqrt(np.mean(noise**2))
@@ -97,7 +97,7 @@ def test_turned_normals_get_the_light_that_cycles_gives_them(empty_scene, tmp_pa
     probe, turned = add_turned_probe((0, 0, 1))
     settings = settings_for("medium", n_photons=200_000, n_gather_rays=4096, n_threads=1)
     job = prepare(tmp_path, ["Probe"], density=40.0, denoiser="none", directional=True)
-    (image,) = job.solve(settings, Progress()).products[0].finished
+    (image,) = job.solve(settings, Progress()).outputs[0].finished
     ours = [channels.mean(axis=(0, 1)) for channels in directional_light(image.light, image.slope, image.normal)]
     scene = bpy.context.scene
     scene.cycles.max_bounces = scene.cycles.diffuse_bounces = 32

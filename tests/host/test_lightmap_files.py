@@ -12,10 +12,10 @@ import pytest
 from photon_bake.addon.core.errors import BakeError
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.lightmap import LightmapSettings
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.lightmap import WantedLightmaps
-from photon_bake.operators.targets.vertices import WantedVertices
+from photon_bake.operators.targets.lightmap import LightmapRequest
+from photon_bake.operators.targets.vertices import VertexRequest
 
 from .lightmap_scenes import QUICK, add_room, bake, prepare, state
 from .scenes import add_cube, add_plane
@@ -74,7 +74,7 @@ def fill(disk):
 def test_a_disk_that_fills_up_during_the_bake_loses_no_more_than_it_must(small_disk):
     bake(small_disk)
     old = (small_disk / "scene_Floor_indirect.exr").read_bytes()
-    wanted = [WantedLightmaps(LightmapSettings(density=8.0), small_disk, "scene"), WantedVertices()]
+    wanted = [LightmapRequest(LightmapSettings(density=8.0), small_disk, "scene"), VertexRequest()]
     job = BakeJob.prepare(bpy.context, wanted, Progress())
     job.check_space()
     solved = job.solve(QUICK, Progress())
@@ -182,7 +182,7 @@ def test_a_name_that_is_too_long_is_found_before_the_bake(tmp_path):
     bpy.data.objects["Box"].name = "B" * 63
     job = prepare(tmp_path / ("d" * 200), density=4.0)
     job.write(job.solve(QUICK, Progress()), Progress())
-    wanted = WantedLightmaps(LightmapSettings(density=4.0), tmp_path, "s" * 180)
+    wanted = LightmapRequest(LightmapSettings(density=4.0), tmp_path, "s" * 180)
     with pytest.raises(BakeError, match=r"too long for its folder, which takes 255 bytes: shorten it\."):
         BakeJob.prepare(bpy.context, [wanted], Progress())
 

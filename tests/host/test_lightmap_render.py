@@ -7,7 +7,7 @@ from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.lightmap import LightmapSettings
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.lightmap import WantedLightmaps
+from photon_bake.operators.targets.lightmap import LightmapRequest
 
 from .scenes import add_cube, add_lamp, add_material, add_plane
 
@@ -57,7 +57,7 @@ def rendered(tmp_path, name, bounces):
 
 def test_lightmaps_look_like_all_bounces(empty_scene, tmp_path):
     add_corner()
-    wanted = WantedLightmaps(LightmapSettings(density=12.0, atlas="shared"), tmp_path, "scene")
+    wanted = LightmapRequest(LightmapSettings(density=12.0, atlas="shared"), tmp_path, "scene")
     job = BakeJob.prepare(bpy.context, [wanted], Progress())
     settings = settings_for("medium", n_photons=100_000, n_gather_rays=256, n_cache_elements=10_000)
     job.write(job.solve(settings, Progress()), Progress())

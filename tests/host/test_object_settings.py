@@ -6,7 +6,7 @@ import bpy
 import pytest
 from photon_bake.addon.blender.overrides import density_factors
 from photon_bake.addon.ui.state import bake_state
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 
 from .scenes import add_cube, add_lamp, add_plane
 

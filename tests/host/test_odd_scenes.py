@@ -12,7 +12,7 @@ from photon_bake.addon.core.errors import BakeError
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import BakeSettings
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.vertices import WantedVertices
+from photon_bake.operators.targets.vertices import VertexRequest
 from photon_bake.tests.host.file_contents import contents, differences
 from photon_bake.tests.host.odd_scenes import build, odd_scenes
 
@@ -50,7 +50,7 @@ def bake(odd):
         n_threads=1,
     )
     try:
-        job = BakeJob.prepare(bpy.context, [WantedVertices(ATTRIBUTE, odd.copies)], Progress(), names)
+        job = BakeJob.prepare(bpy.context, [VertexRequest(ATTRIBUTE, odd.copies)], Progress(), names)
         solved = job.solve(chosen, Progress())
         job.write(solved, Progress())
     except BakeError as error:

@@ -18,8 +18,8 @@ from photon_bake.operators.jobs import solving
 from photon_bake.operators.jobs.bake_job import BakeJob
 from photon_bake.operators.jobs.solving import TICK, Solver, Watch
 from photon_bake.operators.jobs.written import Written
-from photon_bake.operators.targets.lightmap import WantedLightmaps
-from photon_bake.operators.targets.vertices import VertexPoints, WantedVertices
+from photon_bake.operators.targets.lightmap import LightmapRequest
+from photon_bake.operators.targets.vertices import AttributeSamples, VertexRequest
 
 from .scenes import add_cube, add_lamp, add_material, add_plane
 
@@ -66,7 +66,7 @@ def test_the_progress_bar_knows_every_stage(room, gather):
 
     progress = Progress(listen)
     room.gather, room.add_direct = gather, True
-    bake = BakeJob.prepare(bpy.context, [WantedVertices()], progress)
+    bake = BakeJob.prepare(bpy.context, [VertexRequest()], progress)
     bake.solve(room.settings(), progress)
     assert set(STAGE_SHARES[gather]) <= set(shown)
     assert done == sorted(done) and done[-1] == pytest.approx(1)
@@ -161,7 +161,7 @@ def test_reading_can_be_cancelled_at_any_time(room, tmp_path):
                 self.cancel()
             super().check()
 
-    wanted, names = [WantedLightmaps(LightmapSettings(density=1.0), tmp_path, "scene"), WantedVertices()], ["Floor"]
+    wanted, names = [LightmapRequest(LightmapSettings(density=1.0), tmp_path, "scene"), VertexRequest()], ["Floor"]
     names += [f"Plane {i}" for i in range(5)]
     times = 10_000
     BakeJob.prepare(bpy.context, wanted, CancelsAfter(), names)
@@ -198,12 +198,12 @@ def test_one_bake_at_a_time(room):
 
 def test_a_thread_solves_and_can_be_stopped(room):
     progress = Progress()
-    bake = BakeJob.prepare(bpy.context, [WantedVertices()], progress)
+    bake = BakeJob.prepare(bpy.context, [VertexRequest()], progress)
     solver = Solver(bake, room.settings(), progress, Inspector())
     solver.start()
     solver.join()
     solved = solver.solved()
-    assert len(solved.products[0].receivers) == len(solved.irradiance.value) > 0
+    assert len(solved.outputs[0].receivers) == len(solved.irradiance.value) > 0
     progress.cancel()
     stopped = Solver(bake, room.settings(), progress, Inspector())
     stopped.start()
@@ -218,9 +218,9 @@ def test_all_of_a_bake_keeps_to_the_memory(room, monkeypatch):
     def finish(points, irradiance, workers):
         given.append(workers.memory)
 
-    monkeypatch.setattr(VertexPoints, "finish", finish)
+    monkeypatch.setattr(AttributeSamples, "finish", finish)
     room.memory = 321
-    bake = BakeJob.prepare(bpy.context, [WantedVertices()], Progress())
+    bake = BakeJob.prepare(bpy.context, [VertexRequest()], Progress())
     bake.solve(room.settings(), Progress())
     assert given == [321]
 
@@ -252,7 +252,7 @@ def test_turned_off_while_a_bake_runs_in_a_window(room, monkeypatch):
     with monkeypatch.context() as slow:
         slow.setattr(BakeJob, "solve", solve)
         progress = bake_state.start("final")
-        solver = Solver(BakeJob.prepare(bpy.context, [WantedVertices()], progress), None, progress, Inspector())
+        solver = Solver(BakeJob.prepare(bpy.context, [VertexRequest()], progress), None, progress, Inspector())
         watch = Watch(solver, context)
         assert begun.wait(10) and watch.alive and context.timers
         slow.setattr(solving, "bpy", SimpleNamespace(context=context))
@@ -269,7 +269,7 @@ def test_turned_off_while_a_bake_runs_in_a_window(room, monkeypatch):
 
 def test_a_mesh_edited_meanwhile_is_left_out_alone(room):
     progress = Progress()
-    bake = BakeJob.prepare(bpy.context, [WantedVertices()], progress)
+    bake = BakeJob.prepare(bpy.context, [VertexRequest()], progress)
     light = bake.solve(room.settings(), progress)
     bpy.data.objects["Floor"].data.vertices.add(1)
     bpy.data.objects["Lamp"].location.x += 1
@@ -284,7 +284,7 @@ def test_a_mesh_edited_meanwhile_is_left_out_alone(room):
 def test_undo_and_other_names_are_harmless(room):
     """Undo makes all data-blocks anew; here a renamed object stands for that, and a name that another one took."""
     progress = Progress()
-    bake = BakeJob.prepare(bpy.context, [WantedVertices()], progress)
+    bake = BakeJob.prepare(bpy.context, [VertexRequest()], progress)
     light = bake.solve(room.settings(), progress)
     bpy.data.objects["Floor"].name = "Ground"
     add_cube("Floor")
@@ -327,7 +327,7 @@ def solved_with(monkeypatch, product):
 
     def with_product(*at):
         solved = solve(*at)
-        solved.products.insert(0, product)
+        solved.outputs.insert(0, product)
         return solved
 
     monkeypatch.setattr(BakeJob, "solve", with_product)

@@ -11,7 +11,7 @@ import pytest
 from mathutils import Matrix, Vector
 from photon_bake.addon.gather.rays.probe_light import SIDES
 from photon_bake.addon.settings.probes import ProbeSettings
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 from photon_bake.tests.host.camera_scenes import build_room, coloured
 from photon_bake.tests.host.cases.cycles import set_cycles
 from photon_bake.tests.host.scenes import add_mesh, cycles_bake

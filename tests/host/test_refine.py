@@ -11,7 +11,7 @@ from photon_bake.addon.core.findings import grouped
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.pipeline.refinement import Refinement
 from photon_bake.addon.ui.state import bake_state
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 from photon_bake.operators.jobs.bake_job import BakeJob
 
 from .scenes import add_cube, add_lamp, add_material, add_mesh, add_plane

@@ -9,10 +9,10 @@ from mathutils import Vector
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.lightmap import LightmapSettings
-from photon_bake.operators.command_line.command_line import run
+from photon_bake.operators.command_line.command import run
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.lightmap import WantedLightmaps
-from photon_bake.operators.targets.vertices import WantedVertices
+from photon_bake.operators.targets.lightmap import LightmapRequest
+from photon_bake.operators.targets.vertices import VertexRequest
 from photon_bake.tests.host.camera_scenes import build_room
 from photon_bake.tests.host.scenes import add_lamp, add_material
 from photon_bake.tests.web.browser import lacking, posted
@@ -61,7 +61,7 @@ def add_terrace(specular=0.0):
 
 
 def bake(folder):
-    wanted = [WantedLightmaps(LightmapSettings(density=16.0), folder, "scene"), WantedVertices()]
+    wanted = [LightmapRequest(LightmapSettings(density=16.0), folder, "scene"), VertexRequest()]
     job = BakeJob.prepare(bpy.context, wanted, Progress())
     settings = settings_for("medium", n_photons=300_000, n_gather_rays=256, n_cache_elements=20_000)
     job.write(job.solve(settings, Progress()), Progress())

@@ -6,7 +6,7 @@ import pytest
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.vertices import WantedVertices
+from photon_bake.operators.targets.vertices import VertexRequest
 from photon_bake.tests.host.scenes import add_cube, add_lamp, add_mesh
 
 N = 8
@@ -30,9 +30,9 @@ def add_room():
 
 def light_of(fit, **changes):
     """E of the floor's vertices, (v, 3), and what was made of the light."""
-    job = BakeJob.prepare(bpy.context, [WantedVertices(fit=fit)], Progress(), ["Floor", "Cube"])
+    job = BakeJob.prepare(bpy.context, [VertexRequest(fit=fit)], Progress(), ["Floor", "Cube"])
     settings = settings_for("draft", n_photons=40_000, n_gather_rays=64, **changes)
-    (product,) = job.solve(settings, Progress()).products
+    (product,) = job.solve(settings, Progress()).outputs
     target = next(one for one in product.receivers.targets if one.object_name == "Floor")
     vertex = np.empty(len(bpy.data.meshes["Floor"].loops), np.int32)
     bpy.data.meshes["Floor"].loops.foreach_get("vertex_index", vertex)

@@ -16,7 +16,7 @@ from ..lightmap.images import lightmaps_by_file
 from ..lightmap.meshes import write_uv_map
 from ..lightmap.writing import IMAGE, SCALE_OFFSET, UV_MAP
 from ..paths import path_of
-from ..read.light_layers import with_groups
+from ..read.lamps.light_layers import with_groups
 from ..read.meshes.meshes import UVMaps
 from ..read.visibility import objects_of
 from ..temporary import Temporary

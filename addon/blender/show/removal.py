@@ -7,7 +7,7 @@ import bpy
 from ..lightmap.images import OF
 from ..lightmap.writing import IMAGE, SCALE_OFFSET, UV_MAP, remove_made_uv_map
 from ..paths import path_of
-from ..read.light_layers import with_groups
+from ..read.lamps.light_layers import with_groups
 
 
 def remove_lightmaps(files: bool = False) -> tuple[int, list[str]]:

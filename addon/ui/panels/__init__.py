@@ -4,13 +4,13 @@ import bpy
 
 from . import entries
 from .bake import PHOTON_BAKE_PT_bake
-from .camera import PHOTON_BAKE_PT_camera
 from .light import PHOTON_BAKE_PT_light
-from .lightmaps import PHOTON_BAKE_PT_lightmaps
+from .outputs.camera import PHOTON_BAKE_PT_camera
+from .outputs.lightmaps import PHOTON_BAKE_PT_lightmaps
+from .outputs.probes import PHOTON_BAKE_PT_probes
+from .outputs.vertices import PHOTON_BAKE_PT_vertices
 from .presets import PHOTON_BAKE_PT_presets
-from .probes import PHOTON_BAKE_PT_probes
 from .sampling import PHOTON_BAKE_PT_sampling
-from .vertices import PHOTON_BAKE_PT_vertices
 from .views import PHOTON_BAKE_PT_debug_views
 
 CLASSES = (

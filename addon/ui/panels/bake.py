@@ -5,11 +5,11 @@ from typing import Any
 import bpy
 
 from ..state import bake_state
-from .mixer import draw_mixer
 from .outcome import draw_outcome
+from .outputs.mixer import draw_mixer
+from .outputs.show import draw_baked_light, draw_pass
 from .preflight import draw_preflight
 from .presets import PHOTON_BAKE_PT_presets
-from .show import draw_baked_light, draw_pass
 from .tab import Tab, characters_in, settings_column
 
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from .mixer import draw_light_groups
+from .outputs.mixer import draw_light_groups
 from .tab import Section, settings_column
 
 

@@ -5,7 +5,7 @@ from typing import Any
 import bpy
 
 from ...blender.compositing.nodes import has_pass_nodes
-from ...blender.read.light_layers import attribute_of, property_of
+from ...blender.read.lamps.light_layers import attribute_of, property_of
 from ...blender.show import (
     Layer,
     LightSource,

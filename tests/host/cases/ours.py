@@ -9,7 +9,7 @@ import numpy as np
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import BakeSettings, settings_for
 from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.vertices import WantedVertices
+from photon_bake.operators.targets.vertices import VertexRequest
 
 from .means import Mean
 from .registry import Case
@@ -23,7 +23,7 @@ SETTINGS = settings_for(
 
 def our_bake(case: Case) -> tuple[Mean, list[str]]:
     """Our bake of the probes of the scene as it is, and what it warns of."""
-    job = BakeJob.prepare(bpy.context, [WantedVertices()], Progress(), ["Probes"], case.light_group)
+    job = BakeJob.prepare(bpy.context, [VertexRequest()], Progress(), ["Probes"], case.light_group)
     settings = settings_of(case)
     seeds = SEEDS[:2] if case.unsupported else SEEDS  # whose noise counts for nothing
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # more bakes at a time would take the cache from each other
@@ -40,5 +40,5 @@ def settings_of(case: Case) -> BakeSettings:
 
 def _at_probes(job: BakeJob, settings: BakeSettings) -> np.ndarray:
     """One bake, (3,)."""
-    (light,) = job.solve(settings, Progress()).products
+    (light,) = job.solve(settings, Progress()).outputs
     return light.irradiance.value[light.receivers.targets[0].receiver_of_element].mean(axis=0, dtype=np.float64) / np.pi

@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from .tab import TargetSection, settings_column
+from ..tab import TargetSection, settings_column
 
 
 class PHOTON_BAKE_PT_vertices(TargetSection, bpy.types.Panel):

@@ -14,15 +14,15 @@ from typing import Any
 
 import bpy
 
-from ...core.errors import BakeError
-from ...output import file_name
-from ...output.camera import GROUP_LAYER
-from ...scene import OTHER
-from ...settings.lightmap import LightmapSettings
-from ..lightmap.images import load_lightmaps
-from ..lightmap.layout import Layout
-from ..lightmap.writing import IMAGE
-from ..write.color_attribute import MAX_NAME_BYTES
+from ....core.errors import BakeError
+from ....output import file_name
+from ....output.camera import GROUP_LAYER
+from ....scene import OTHER
+from ....settings.lightmap import LightmapSettings
+from ...lightmap.images import load_lightmaps
+from ...lightmap.layout import Layout
+from ...lightmap.writing import IMAGE
+from ...write.color_attribute import MAX_NAME_BYTES
 
 
 def attribute_of(attribute: str, group: str) -> str:

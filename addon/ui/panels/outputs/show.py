@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from ...blender.compositing.nodes import has_pass_nodes
-from ...blender.show import is_shown
+from ....blender.compositing.nodes import has_pass_nodes
+from ....blender.show import is_shown
 
 
 def draw_baked_light(layout: Any, context: Any) -> None:

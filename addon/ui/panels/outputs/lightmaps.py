@@ -4,8 +4,8 @@ from typing import Any
 
 import bpy
 
+from ..tab import TargetSection, draw_knobs, settings_column
 from .show import draw_remove_lightmaps
-from .tab import TargetSection, draw_knobs, settings_column
 
 
 class PHOTON_BAKE_PT_lightmaps(TargetSection, bpy.types.Panel):

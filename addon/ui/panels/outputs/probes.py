@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from .tab import TargetSection, draw_knobs, settings_column
+from ..tab import TargetSection, draw_knobs, settings_column
 
 
 class PHOTON_BAKE_PT_probes(TargetSection, bpy.types.Panel):

@@ -14,7 +14,7 @@ from typing import Any
 
 import bpy
 
-from ...addon.blender.read.light_layers import group_names
+from ...addon.blender.read.lamps.light_layers import group_names
 from ...addon.core.errors import BakeError, Cancelled
 from ...addon.core.progress import Progress
 from ...addon.output import Report, atomic_path, check_writable, hushed, peak_memory_mb
@@ -26,12 +26,12 @@ from ..jobs.describe import describe
 from ..jobs.folders import scene_name
 from ..jobs.versions import versions
 from ..refine import draft_of
-from ..targets.camera import WantedCamera
-from ..targets.lightmap import WantedLightmaps
-from ..targets.probes import WantedProbes
-from ..targets.refine import WantedRefinement
-from ..targets.target import Wanted
-from ..targets.vertices import WantedVertices
+from ..targets.camera import CameraRequest
+from ..targets.lightmap import LightmapRequest
+from ..targets.probes import ProbeRequest
+from ..targets.refine import RefineRequest
+from ..targets.target import Request
+from ..targets.vertices import VertexRequest
 from .console import ProgressLine, ctrl_c_cancels, say
 from .options import COMMAND, Options, parse
 
@@ -128,9 +128,9 @@ def _bake(options: Options, progress: Progress, report: Report, baked: Callable[
 
 def _refine(options: Options, refine: RefineOptions, progress: Progress, report: Report) -> dict[str, int]:
     """Give objects refined copies of their meshes; returns how many there are, and vertices in them."""
-    wanted = WantedRefinement(refine, on_copy=True)
+    request = RefineRequest(refine, on_copy=True)
     with hushed(1):
-        job = BakeJob.prepare(bpy.context, [wanted], progress, options.objects, options.light_group)
+        job = BakeJob.prepare(bpy.context, [request], progress, options.objects, options.light_group)
     solved = job.solve(draft_of(options.settings), progress)
     job.write(solved, progress)
     report.warnings = job.warnings
@@ -145,11 +145,11 @@ def _bake_frame(options: Options, progress: Progress, report: Report) -> list[st
     list of str
         Sentences about what could not be written.
     """
-    wanted, named = _wanted(options), (options.objects, options.light_group)
+    requests, named = _requests(options), (options.objects, options.light_group)
     earlier, job = report.warnings, None
     try:
         with hushed(1):  # Cycles' log, where it evaluates nodes
-            job = BakeJob.prepare(bpy.context, wanted, progress, *named, options.strict, options.light_groups)
+            job = BakeJob.prepare(bpy.context, requests, progress, *named, options.strict, options.light_groups)
         job.check_strict()
         if not report.files:
             job.check_space(len(options.frames or [0]), options.save)
@@ -173,22 +173,22 @@ def _show(options: Options) -> list[str]:
     return shown_after_bake(scene, options.show)
 
 
-def _wanted(options: Options) -> list[Wanted]:
+def _requests(options: Options) -> list[Request]:
     """What is baked; lightmaps first, as files may fail to be written, and then nothing else should be."""
-    wanted: list[Wanted] = []
+    requests: list[Request] = []
     scene = scene_name(bpy.context.scene)
     attribute = options.attribute if "vertex" in options.targets else ""
     groups = group_names(bpy.context.view_layer, attribute) if options.light_groups else ()
     if options.lightmaps is not None:
         of_lightmaps = options.preview, groups, options.copies
-        wanted.append(WantedLightmaps(options.lightmaps, options.output, scene, *of_lightmaps))
+        requests.append(LightmapRequest(options.lightmaps, options.output, scene, *of_lightmaps))
     if options.camera is not None:
-        wanted.append(WantedCamera(options.camera, options.camera_output, groups))
+        requests.append(CameraRequest(options.camera, options.camera_output, groups))
     if options.probes is not None:
-        wanted.append(WantedProbes(options.probes, options.probe_output, scene))
+        requests.append(ProbeRequest(options.probes, options.probe_output, scene))
     if "vertex" in options.targets:
-        wanted.append(WantedVertices(options.attribute, options.copies, groups, options.fit, options.denoise))
-    return wanted
+        requests.append(VertexRequest(options.attribute, options.copies, groups, options.fit, options.denoise))
+    return requests
 
 
 def _save_somewhere(path: Path) -> tuple[Path | None, list[str]]:

@@ -1,0 +1,1 @@
+"""Panels of what is baked to: each output has one."""
