@@ -7,6 +7,8 @@ ARGS ?=
 BLENDER ?=
 export PYTHON
 export MYPYPATH := $(VENV)/src
+# Where compiled kernels are kept, so that a second run is quick.
+export PHOTON_BAKE_KERNELS ?= $(CURDIR)/build/kernels
 
 # `make -s` leaves out what the recipes and the tools say about themselves.
 quiet := $(findstring s,$(firstword -$(MAKEFLAGS)))

@@ -16,6 +16,7 @@ from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
 from .copy_object_settings import PHOTON_BAKE_OT_copy_object_settings
 from .export_gltf import PHOTON_BAKE_OT_export_gltf
 from .guide import PHOTON_BAKE_OT_guide
+from .jobs import kernels
 from .jobs.folders import PHOTON_BAKE_OT_choose_folder
 from .jobs.solving import stop_watched
 from .refine import PHOTON_BAKE_OT_refine, PHOTON_BAKE_OT_restore_meshes, PhotonBakeObjectName
@@ -55,12 +56,16 @@ def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.app.handlers.load_pre.append(_before_load)
+    kernels.register()
+    kernels.register()
     export_gltf.register()
     command.register()
 
 
 def unregister() -> None:
     """Take them away again; a bake that runs is cancelled, and nothing of it is left."""
+    kernels.unregister()
+    kernels.unregister()
     bpy.app.handlers.load_pre.remove(_before_load)
     stop_watched()
     bake_state.cancel()  # one that a script runs

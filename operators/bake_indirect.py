@@ -6,6 +6,7 @@ import bpy
 
 from ..addon.blender.read.lamps.light_layers import group_names
 from ..addon.core.errors import BakeError
+from ..addon.pipeline.warm_up import compiler
 from ..addon.ui.checks import checks, key_of
 from ..addon.ui.outcomes import Outcome
 from ..addon.ui.pace import learn
@@ -63,7 +64,7 @@ class PHOTON_BAKE_OT_bake_indirect(Solving, bpy.types.Operator):
         self._scene, properties = context.scene.name, context.scene.photon_bake
         progress = bake_state.start(properties.gather, properties.targets, context.scene.session_uid)
         self._gather, self._foretold = properties.gather, _foretold(context)
-        self._asked = key_of(context.scene)
+        self._asked, self._compiled = key_of(context.scene), compiler.seconds
         copies = self.copies or properties.bake_copies
         requests, names = requests_of(properties, copies), None
         if properties.selected_only and properties.targets != {"camera"}:  # a camera sees all objects
@@ -87,7 +88,7 @@ class PHOTON_BAKE_OT_bake_indirect(Solving, bpy.types.Operator):
         outcome.asked = self._asked
         bake_state.stop(outcome)
         follow(bpy.context.scene)
-        learn(self._gather, self._foretold, bake_state.seconds)
+        learn(self._gather, self._foretold, bake_state.seconds - (compiler.seconds - self._compiled))
         if bpy.app.background:  # in a window the panel says them
             for warning in job.warnings:
                 self.report({"WARNING"}, warning)

@@ -23,7 +23,7 @@ import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from photon_bake.addon.core.zips import BLENDER_OF_PYTHON, zip_name
+from photon_bake.addon.core.zips import BLENDER_OF_PYTHON, LACKING, PLATFORMS, zip_name
 
 ROOT = Path(__file__).resolve().parents[1]
 MANIFEST = "blender_manifest.toml"
@@ -37,6 +37,7 @@ class Target:
     """One Blender: its Python, the versions it spans and the wheels it gets.
 
     NumPy is Blender's own and never bundled, so each wheel must run with that Blender's: 1.26 in 4.5, 2.x in 5.2.
+    Wheels of a release of Numba go with those of one of llvmlite.
     """
 
     python: str
@@ -48,12 +49,12 @@ class Target:
 
 OPENEXR = "openexr==3.5.3"
 OIDN = ("pyoidn==2.5.1.0", "cffi==2.1.1", "pycparser==3.12")
-EVERYWHERE = ("linux-x64", "windows-x64", "macos-arm64")  # embreex 4 has no wheels for Intel Macs
+ENGINE = ("embreex==4.4.0.post1", OPENEXR, "numba==0.68.1", "llvmlite==0.50.0")
 TARGETS = (
-    Target("3.11", "4.5.0", "5.0.0", ("embreex==4.4.0.post1", "scipy==1.17.1", OPENEXR), EVERYWHERE),
-    Target("3.13", "5.2.0", None, ("embreex==4.4.0.post1", "scipy==1.18.1", OPENEXR), EVERYWHERE),
+    Target("3.11", "4.5.0", "5.0.0", ("scipy==1.17.1", *ENGINE), PLATFORMS),
+    Target("3.13", "5.2.0", None, ("scipy==1.18.1", *ENGINE), PLATFORMS),
     # Debian builds Blender 5.2 for its own Python.
-    Target("3.14", "5.2.0", None, ("embreex==4.4.0.post1", "scipy==1.18.1", OPENEXR), ("linux-x64",)),
+    Target("3.14", "5.2.0", None, ("scipy==1.18.1", *ENGINE), ("linux-x64",)),
 )
 
 # Blender's names for platforms: the wheel tags that run there, best first.
@@ -224,6 +225,8 @@ def main() -> None:
             if options.platform is None or platform_name in options.platform:
                 path = build(target, platform_name, oidn=options.oidn)
                 print(f"{path.relative_to(ROOT)}  {path.stat().st_size / 1e6:.1f} MB", flush=True)
+    without = [f"{platform_name} (no wheels of {lacking})" for platform_name, lacking in LACKING.items()]
+    say(f"There are no zips for {', '.join(without)}.")
 
 
 if __name__ == "__main__":

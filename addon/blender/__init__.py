@@ -7,7 +7,6 @@ meshes, baked light in materials and in the compositor.
 """
 
 from .read.bake_objects import bake_objects
-from .read.bvh_tracer import BVHTracer
 from .read.camera import read_camera
 from .read.materials.materials import READING
 from .read.meshes.vertex_meshes import receiver_meshes
@@ -17,7 +16,6 @@ from .write.color_attribute import check_color_attribute, write_color_attribute
 
 __all__ = [
     "READING",
-    "BVHTracer",
     "SceneReading",
     "bake_objects",
     "check_color_attribute",

@@ -1,34 +1,48 @@
-"""How a surface scatters light: its lobes sampled, evaluated and weighed against each other, in a local frame."""
+"""How a surface scatters light: closures sampled, evaluated and weighed against each other, in a local frame.
 
-from .albedo import base_share, glossy_albedo
-from .lobes import ALL, Lobe
-from .scattering import (
-    PEAK,
-    SMOOTH,
-    Sample,
+A lobe is a file (`diffuse`, `translucent`, `glossy`, `glass`): sample, evaluate, pdf and albedo of one closure.
+`mixture` adds the closures of a point up, and `scatter` says what becomes of a ray there; both are parts of kernels.
+`arrays` has the mixture's functions for many points at a time.
+"""
+
+from ..scene.closures import Lobe
+from .arrays import (
+    Samples,
+    Surface,
+    base_transmittance,
+    diffuse_albedo,
+    evaluate_broad,
     evaluate_glossy,
-    evaluate_wide,
-    glass_ways,
-    is_focused,
+    glass_albedo,
+    glossy_albedo,
+    is_mirror,
     pdf_glossy,
+    reflects_highlights,
     sample_bsdf,
+    surface_at,
+    translucent_albedo,
 )
-from .surface import Surface, surface_at
+from .glossy import PEAK, SMOOTH
+from .mixture import ALL_LOBES, SPECULAR_LOBES
 
 __all__ = [
-    "ALL",
+    "ALL_LOBES",
     "PEAK",
     "SMOOTH",
+    "SPECULAR_LOBES",
     "Lobe",
-    "Sample",
+    "Samples",
     "Surface",
-    "base_share",
+    "base_transmittance",
+    "diffuse_albedo",
+    "evaluate_broad",
     "evaluate_glossy",
-    "evaluate_wide",
-    "glass_ways",
+    "glass_albedo",
     "glossy_albedo",
-    "is_focused",
+    "is_mirror",
     "pdf_glossy",
+    "reflects_highlights",
     "sample_bsdf",
     "surface_at",
+    "translucent_albedo",
 ]

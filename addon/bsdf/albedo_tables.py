@@ -1,155 +1,107 @@
 """What GGX lobes reflect in all, tabulated over roughness and cosine.
 
 Cycles tabulates the same quantities at the same nodes and interpolates them linearly as well, so that what it makes of
-a material between two nodes is what is made of it here. Tables are computed when first wanted. The index of refraction
-η stands in them as z = ±√|(η − 1)/(η + 1)|, which has most nodes where glass is; 1/η is −z.
+a material between two nodes is what is made of it here. The index of refraction η stands in them as
+z = ±√|(η − 1)/(η + 1)|, which has most nodes where glass is; 1/η is −z. `tools/albedo_tables.py` makes the file.
+
+WHITE : (roughness, cosine)
+    Albedo E of single scattering by a white lobe.
+GRAZING : (17, roughness, cosine)
+    Albedo of single scattering by a lobe with f0 = 0 and f90 = 1; one slice a node of z in [0, 1], then Schlick's.
+GRAZING_OF_FACETS : (17, roughness, cosine)
+    Mean `grazing_share` of the visible facets whose reflection leaves the surface, other facets counting 0. Cycles
+    takes it as that albedo over the white lobe's where it weighs a layer against what lies beneath.
+GLASS : (31, roughness, cosine)
+    Albedo of single scattering by untinted glass, both sides together; z is in [−1, 1].
+WHITE_AVERAGE, GLASS_AVERAGE
+    Cosine-weighted averages over the hemisphere, without the last axis.
 """
 
-from dataclasses import dataclass
-from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
-from .fresnel import fresnel_dielectric, grazing_share
-from .microfacets import sample_visible_normals, unshadowed
+from ..core.compiling import part
+from ..core.vec3 import ONE, ZERO
 
-_N_FINE, _N_COARSE = 32, 16  # nodes along roughness and cosine, without and with an index of refraction
-_N_SAMPLES, _STEP = 610, 377  # Fibonacci numbers: a lattice more even than other sequences
-_LEAST, _LARGEST_Z = 1e-4, 0.99  # ends of the axes, off the singular values
+FILE = Path(__file__).with_suffix(".npz")
+FILE_DIGEST = "257faabc99567be6f5a9c0a0190b9f0e20ce12c91def1c5f185588093ad5d4b9"
+"""SHA-256 of the file. Kernels contain the tables, and are kept under a digest of this text."""
 
+with np.load(FILE) as tables:
+    WHITE, WHITE_AVERAGE = tables["white"], tables["white_average"]
+    GRAZING, GRAZING_OF_FACETS = tables["grazing"], tables["grazing_of_facets"]
+    GLASS, GLASS_AVERAGE = tables["glass"], tables["glass_average"]
 
-@dataclass(frozen=True)
-class _Grid:
-    """Visible facets at every node of roughness (slow) and cosine (fast), `_N_SAMPLES` a node."""
-
-    n_nodes: int
-    wo: np.ndarray
-    alpha: np.ndarray
-    h: np.ndarray
-    cos: np.ndarray
-
-    @staticmethod
-    def of(n_nodes: int) -> "_Grid":
-        nodes = np.clip(np.linspace(0, 1, n_nodes), _LEAST, 1).astype(np.float32)
-        roughness, cos = (np.repeat(x.ravel(), _N_SAMPLES) for x in np.meshgrid(nodes, nodes, indexing="ij"))
-        i = np.arange(_N_SAMPLES)
-        lattice = np.stack([i * _STEP % _N_SAMPLES, i + 0.5], axis=1).astype(np.float32) / np.float32(_N_SAMPLES)
-        u = np.tile(lattice, (n_nodes * n_nodes, 1))
-        wo = np.stack([np.sqrt(1 - cos * cos), np.zeros_like(cos), cos], axis=1)
-        alpha = roughness * roughness
-        h = sample_visible_normals(wo, alpha, u)
-        return _Grid(n_nodes, wo, alpha, h, np.einsum("ij,ij->i", wo, h))
-
-    def reflected(self) -> np.ndarray:
-        """Share of the light that each white facet sends out of the surface after one reflection."""
-        cos_i = 2 * self.cos * self.h[:, 2] - self.wo[:, 2]
-        return np.where(cos_i > 0, unshadowed(self.wo[:, 2], cos_i, self.alpha), np.float32(0))
-
-    def refracted(self, ior: np.float32) -> np.ndarray:
-        """Share of the light that each clear facet refracts, and others do not shadow.
-
-        As Cycles has it, what is refracted to the side it came from is counted as well, so that of the light inside
-        rough glass, where this happens, compensation does not make up for all that is lost.
-        """
-        cos_t = np.sqrt(np.maximum(1 - (1 - self.cos * self.cos) / (ior * ior), 0))
-        cos_i = (self.cos / ior - cos_t) * self.h[:, 2] - self.wo[:, 2] / ior
-        return unshadowed(self.wo[:, 2], cos_i, self.alpha)
-
-    def mean(self, values: np.ndarray) -> np.ndarray:
-        """Mean over the facets of each node, (n_nodes, n_nodes)."""
-        return values.reshape(self.n_nodes, self.n_nodes, _N_SAMPLES).mean(axis=2)
+_HALF, _CURVES = np.float32(0.5), np.float32(15 / 16)
 
 
-@lru_cache(maxsize=1)
-def white() -> np.ndarray:
-    """Albedo E of single scattering by a white lobe, (roughness, cosine)."""
-    grid = _Grid.of(_N_FINE)
-    return grid.mean(grid.reflected())
+@part
+def interpolate_1(table, x):
+    """Linear interpolation of a table whose nodes are even in [0, 1]."""
+    i, f = _node(x, table.shape[0])
+    return _mix(table[i], table[i + 1], f)
 
 
-@lru_cache(maxsize=1)
-def white_average() -> np.ndarray:
-    """Cosine-weighted average of `white` over the hemisphere, (roughness,)."""
-    return _cosine_average(white())
+@part
+def interpolate_2(table, x, y):
+    """Along both axes."""
+    i, f = _node(x, table.shape[0])
+    j, g = _node(y, table.shape[1])
+    return _mix(_mix(table[i, j], table[i, j + 1], g), _mix(table[i + 1, j], table[i + 1, j + 1], g), f)
 
 
-@lru_cache(maxsize=1)
-def grazing() -> tuple[np.ndarray, np.ndarray]:
-    """What a lobe's grazing reflectance adds, (17, roughness, cosine) each; one slice a node of z, then Schlick's.
+@part
+def interpolate_3(table, x, y, z):
+    """Along three axes."""
+    i, f = _node(x, table.shape[0])
+    return _mix(interpolate_2(table[i], y, z), interpolate_2(table[i + 1], y, z), f)
 
-    Returns
-    -------
-    albedo
-        Albedo of single scattering by a lobe with f0 = 0 and f90 = 1.
-    of_facets
-        Mean `grazing_share` of the visible facets whose reflection leaves the surface, other facets counting 0. Cycles
-        takes it as that albedo over the white lobe's where it weighs a layer against what lies beneath.
+
+@part
+def _node(x, n):
+    """The node of n at or below x, and how far above it x is, in nodes."""
+    x = min(max(x, ZERO), ONE) * np.float32(n - 1)
+    node = min(np.int32(x), n - 2)
+    return node, x - np.float32(node)
+
+
+@part
+def _mix(a, b, f):
+    return a + (b - a) * f
+
+
+@part
+def curve_coordinate(ior):
+    """Where a Fresnel curve stands in the first axis of GRAZING, in [0, 1]: 1 is Schlick's, which has `ior` 0."""
+    if ior <= ZERO:
+        return ONE
+    return np.sqrt(abs((ior - ONE) / (ior + ONE))) * _CURVES
+
+
+@part
+def glass_coordinate(ior):
+    """Where an index of refraction stands in the first axis of GLASS, in [0, 1]."""
+    ratio = (ior - ONE) / (ior + ONE)
+    return (ONE + np.copysign(np.sqrt(abs(ratio)), ratio)) * _HALF
+
+
+@part
+def multiple_scattering(fresnel, white, white_average):
+    """What a lobe is multiplied by so as to give back what scatters more than once between facets.
+
+    1 + Fms (1 − E)/E with Fms = Fss Eavg / (1 − Fss (1 − Eavg)), Fss the lobe's average reflectance: the lobe that
+    would be white becomes so, and each further reflection takes its colour (Kulla and Conty 2017, appendix).
     """
-    grid = _Grid.of(_N_COARSE)
-    reflected = grid.reflected()
-    iors = np.append(_ior_nodes(), np.float32(0))
-    shares = [grazing_share(grid.cos, ior) for ior in iors]
-    albedo = np.stack([grid.mean(reflected * share) for share in shares])
-    return albedo, np.stack([grid.mean((reflected > 0) * share) for share in shares])
+    missing = (ONE - white) / white
+    return ONE + fresnel * (white_average * missing) / (ONE - fresnel * (ONE - white_average))
 
 
-@lru_cache(maxsize=1)
-def glass() -> np.ndarray:
-    """Albedo of single scattering by untinted glass, both sides together, (31, roughness, cosine); z is in [−1, 1]."""
-    grid = _Grid.of(_N_COARSE)
-    reflected, iors = grid.reflected(), _ior_nodes()
-    slices = []
-    for ior in np.concatenate([1 / iors[:0:-1], iors]):
-        fresnel = fresnel_dielectric(grid.cos, ior)
-        slices.append(grid.mean(fresnel * reflected + (1 - fresnel) * grid.refracted(ior)))
-    return np.stack(slices)
-
-
-@lru_cache(maxsize=1)
-def glass_average() -> np.ndarray:
-    """Cosine-weighted average of `glass` over the hemisphere, (31, roughness)."""
-    return _cosine_average(glass())
-
-
-def ior_coordinate(ior: np.ndarray) -> np.ndarray:
-    """The z in [−1, 1] that stands for an index of refraction."""
-    ratio = (ior - 1) / (ior + 1)
-    return np.copysign(np.sqrt(np.abs(ratio)), ratio)
-
-
-def curve_coordinate(fresnel_ior: np.ndarray) -> np.ndarray:
-    """Where a curve stands in `grazing`'s first axis, in [0, 1]: 1 is Schlick's."""
-    return np.where(fresnel_ior > 0, np.abs(ior_coordinate(fresnel_ior)) * np.float32(15 / 16), np.float32(1))
-
-
-def interpolate(table: np.ndarray, *at: np.ndarray) -> np.ndarray:
-    """Multilinear interpolation of a table whose nodes are even in [0, 1] along every axis, at (n,) an axis."""
-    index, fractions = np.zeros(len(at[0]), np.int32), []
-    for size, x in zip(table.shape, at, strict=True):
-        x = np.clip(x, 0, 1) * np.float32(size - 1)
-        node = np.minimum(x.astype(np.int32), size - 2)
-        fractions.append(x - node.astype(np.float32))
-        index = index * size + node
-    corners = [table.ravel()[k:].take(index, mode="clip") for k in _corner_offsets(table.shape)]
-    for fraction in reversed(fractions):  # the last axis is the fastest
-        corners = [a + (b - a) * fraction for a, b in zip(corners[::2], corners[1::2], strict=True)]
-    return corners[0]
-
-
-def _corner_offsets(shape: tuple[int, ...]) -> np.ndarray:
-    """Flat offsets of a cell's corners from its lowest, the last axis fastest."""
-    corners = np.indices((2,) * len(shape)).reshape(len(shape), -1)
-    return np.asarray(np.ravel_multi_index(tuple(corners), shape))
-
-
-def _ior_nodes() -> np.ndarray:
-    """Indices of refraction at z = 0, 1/15 … 1, off 1 and ∞; z⁴ is the reflectance at normal incidence."""
-    z2 = np.clip(np.linspace(0, 1, _N_COARSE), _LEAST, _LARGEST_Z) ** 2
-    return ((1 + z2) / (1 - z2)).astype(np.float32)
-
-
-def _cosine_average(table: np.ndarray) -> np.ndarray:
-    """2 ∫ E cos dcos along the last axis, by the trapezoidal rule."""
-    cos = np.linspace(0, 1, table.shape[-1], dtype=np.float32)
-    product = table * cos
-    return (2 * (product.sum(axis=-1) - product[..., -1] / 2) / (table.shape[-1] - 1)).astype(np.float32)
+@part
+def multiple_scattering_of(color, white, white_average):
+    """The same of three colours."""
+    return (
+        multiple_scattering(color[0], white, white_average),
+        multiple_scattering(color[1], white, white_average),
+        multiple_scattering(color[2], white, white_average),
+    )

@@ -89,6 +89,14 @@ def normalized(a):
 
 
 @part
+def direction_to(origin, target):
+    """The unit direction from one point to another, and the distance: at least 1e-6, as nothing is infinitely close."""
+    way = minus(target, origin)
+    distance = max(length(way), np.float32(1e-6))
+    return times(way, ONE / distance), distance
+
+
+@part
 def largest(a):
     """Largest component."""
     return max(a[0], max(a[1], a[2]))
@@ -104,3 +112,35 @@ def mean(a):
 def wide(a):
     """In float64, where the digits are needed."""
     return np.float64(a[0]), np.float64(a[1]), np.float64(a[2])
+
+
+@part
+def narrow(a):
+    """In float32 again."""
+    return np.float32(a[0]), np.float32(a[1]), np.float32(a[2])
+
+
+@part
+def frame(n):
+    """Tangent and bitangent that make a right-handed orthonormal frame with a unit normal.
+
+    Duff et al., "Building an Orthonormal Basis, Revisited", 2017.
+    """
+    sign = np.copysign(ONE, n[2])
+    a = -ONE / (sign + n[2])
+    b = n[0] * n[1] * a
+    return (ONE + sign * n[0] * n[0] * a, sign * b, -sign * n[0]), (b, sign + n[1] * n[1] * a, -n[1])
+
+
+@part
+def to_world(local, normal):
+    """A local direction turned so that +z is the normal."""
+    tangent, bitangent = frame(normal)
+    return plus(plus(times(tangent, local[0]), times(bitangent, local[1])), times(normal, local[2]))
+
+
+@part
+def to_local(direction, normal):
+    """A direction in the frame in which the normal is +z."""
+    tangent, bitangent = frame(normal)
+    return dot(direction, tangent), dot(direction, bitangent), dot(direction, normal)

@@ -1,11 +1,16 @@
 """All that emits photons in a scene."""
 
 from ..scene import LightKind, Scene
-from .caustic_makers import caustic_makers
-from .distant_sources import SunSource, WorldSource
-from .lamp_sources import AreaSource, PointSource
-from .mesh_source import MeshSource
-from .source import Source, Sphere, bounding_sphere
+from .aiming.caustic_makers import caustic_makers
+from .aiming.regions import Sphere
+from .area import area_row
+from .mesh import mesh_row
+from .point import point_row
+from .row import WORLD
+from .source import Source, Surroundings
+from .spot import spot_row
+from .sun import sun_row
+from .world import world_row
 
 _LARGEST, _LARGEST_FROM_AFAR = 0.5, 0.1
 """Radius of what is aimed at, over that of the receivers' region: what is larger is found anyway.
@@ -14,24 +19,25 @@ Of photons from afar, which fill the region, a ball gets as much as its radius s
 everywhere, far less.
 """
 
+_ROW_OF = {
+    LightKind.POINT: point_row,
+    LightKind.SPOT: spot_row,
+    LightKind.SUN: sun_row,
+    LightKind.RECTANGLE: area_row,
+    LightKind.ELLIPSE: area_row,
+}
+
 
 def light_sources(scene: Scene, region: Sphere) -> list[Source]:
     """All sources of a scene that emit anything, the receivers being in `region`, aimed at what makes caustics."""
-    lights, whole = scene.lights, bounding_sphere(scene)
-    sources: list[Source] = []
-    for lamp, kind in enumerate(lights.kind):
-        if kind in (LightKind.POINT, LightKind.SPOT):
-            sources.append(PointSource(lights, lamp, whole))
-        elif kind == LightKind.SUN:
-            sources.append(SunSource(lights, lamp, scene, region))
-        else:
-            sources.append(AreaSource(lights, lamp, whole))
-    sources.append(MeshSource(scene, region))
-    sources.append(WorldSource(scene, region))
+    of = Surroundings.of(scene, region)
+    rows = [_ROW_OF[LightKind(kind)](scene.lights, lamp, of.discs) for lamp, kind in enumerate(scene.lights.kind)]
+    rows += [mesh_row(len(scene.lights), of.mesh_power), world_row(scene.world, of.discs)]
+    sources = [Source(row, of) for row in rows]
     sources = [source for source in sources if source.importance > 0]
     near, far = (caustic_makers(scene, share * region.radius) for share in (_LARGEST, _LARGEST_FROM_AFAR))
     for source in sources:
-        aim = far if isinstance(source, SunSource | WorldSource) else near
+        aim = far if source.kind in (LightKind.SUN, WORLD) else near
         if aim and source.sampled_directly:
             source.aim_at(aim)
     return sources

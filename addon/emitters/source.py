@@ -1,56 +1,58 @@
-"""What emits photons, and where they are aimed.
+"""Sources of photons: their power, what they shine on, and where their photons are aimed."""
 
-Every source turns points of the unit hypercube into rays that carry flux. The mean of the flux over the hypercube is
-the source's power, so n points make n photons of flux/n watts each.
-"""
-
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from ..scene import ALL_BOUNCES, Lights, Scene
-from .projection_map import Aim
+from ..core.compiling import kernel_array
+from ..core.sampling.streams import sobol
+from ..scene import ALL_BOUNCES, Scene
+from .aiming.discs import Discs, discs_around
+from .aiming.guided import Guide, guide_cells
+from .aiming.projection_map import ProjectionMap, balls_of
+from .aiming.regions import Sphere
+from .emission import N_DIMENSIONS, Emitters, emit_rays
+from .lamps import LampArrays, lamp_arrays
+from .mesh import MeshArrays, mesh_arrays
+from .row import MESH, WORLD, SourceRow
+from .world import WorldArrays, world_arrays
 
-N_DIMENSIONS = 5
-"""Dimensions of the hypercube that sources sample: two for a direction, two for a place, one to choose."""
-
-
-@dataclass(frozen=True)
-class Sphere:
-    """A ball in world space, m."""
-
-    centre: np.ndarray
-    radius: float
-
-
-def region_of(positions: np.ndarray) -> Sphere:
-    """The ball around most receivers: the middle 96 % of their positions along each axis.
-
-    The sun and the world aim at it. A lone receiver far away (the corner of a ground plane) does not blow it up, and
-    still gets light: a share of the photons goes to the whole scene.
-    """
-    low, high = np.percentile(positions, [2, 98], axis=0)
-    return Sphere(((low + high) / 2).astype(np.float32), float(np.linalg.norm(high - low)) / 2)
-
-
-def bounding_sphere(scene: Scene) -> Sphere:
-    """A ball around the whole scene."""
-    low, high = scene.bounds
-    return Sphere((low + high) / 2, max(scene.diagonal / 2 * 1.001, 1e-6))
+_N_FOR_POWER = 1 << 14
+"""Photons by which the power is told that lamps send to the scene, and spots into their cones."""
 
 
 @dataclass(frozen=True)
 class Rays:
     """Emitted light: origins (n, 3) m, unit directions (n, 3), flux (n, 3) W whose mean is the source's power.
 
-    Also the objects that emitted it, (n,) int32, unless it was none of the scene's.
+    Also the objects that emitted it, (n,) int32; −1 where it was none of the scene's.
     """
 
     origins: np.ndarray
     directions: np.ndarray
     flux: np.ndarray
-    objects: np.ndarray | None = None
+    objects: np.ndarray
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What the sources of a scene have in common."""
+
+    scene: Scene
+    discs: Discs
+    lamps: LampArrays
+    mesh: MeshArrays
+    mesh_power: np.ndarray
+    world: WorldArrays
+
+    @staticmethod
+    def of(scene: Scene, region: Sphere) -> "Surroundings":
+        """Those of a scene's sources, the receivers being in `region`."""
+        discs = discs_around(scene, region)
+        mesh, power = mesh_arrays(scene, discs)
+        return Surroundings(scene, discs, lamp_arrays(scene.lights), mesh, power, world_arrays(scene.world))
 
 
 class Source:
@@ -59,8 +61,8 @@ class Source:
     Attributes
     ----------
     name : str
-    lamp : int
-        Index in the scene's `Lights`; the number of lamps for emissive meshes, −1 for the world.
+    kind, lamp, n_cells
+        As in `SourceRow`.
     power : (3,) float64, W
         For the sun and the world, what enters the region of the receivers. Below 0 where light is taken away.
     importance : float
@@ -71,51 +73,84 @@ class Source:
         Objects that its light falls on, and that keep it away; None: all.
     max_bounces : int
         As in `Lights`.
-    n_cells : tuple of 5 int
-        Into how many cells each dimension of the hypercube is cut where photons are guided.
-    aim : Aim or None
+    aim : ProjectionMap or None
         What half of the photons are aimed at.
+    guide : Guide
+        Where photons are worth most.
     """
 
     name: str
-    lamp: int
     power: np.ndarray
-    n_cells: tuple[int, ...] = (8, 8, 8, 8, 1)
-    sampled_directly = True
-    max_bounces = ALL_BOUNCES
+    n_cells: tuple[int, ...]
     illuminates: np.ndarray | None = None
     blocked_by: np.ndarray | None = None
-    aim: Aim | None = None
+    max_bounces = ALL_BOUNCES
+    aim: ProjectionMap | None = None
 
-    @cached_property
-    def importance(self) -> float:
-        return float(np.abs(self.power).sum())
+    def __init__(self, row: SourceRow, surroundings: Surroundings) -> None:
+        self.surroundings, self.row, self.guide = surroundings, row, Guide.even()
+        self.kind, self.lamp, self.n_cells = row.kind, row.lamp, row.n_cells
+        self.sampled_directly = self.kind != WORLD or surroundings.scene.world.image is not None
+        if self.kind in (MESH, WORLD):
+            self.name = "Emissive meshes" if self.kind == MESH else "World"
+        else:
+            self._be_lamp(self.lamp)
+        self.power = self._measured_power() if row.power is None else row.power
+        self.importance = float(np.abs(self.power).sum())
 
-    def aim_at(self, aim: Aim) -> None:
+    def aim_at(self, aim: ProjectionMap) -> None:
         """Aim half of the photons: those whose last number is below a half."""
         self.aim = aim
         self.n_cells = (*self.n_cells[:4], max(2 * self.n_cells[4], 2))
 
-    def _halved(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Which photons are aimed, by their last numbers (n,): (n,) bool; and what is left of the numbers."""
-        if self.aim is None:
-            return np.zeros(len(u), bool), u
-        aimed = u < np.float32(0.5)
-        return aimed, 2 * u - ~aimed
+    def emit(self, u: np.ndarray) -> Rays:
+        """Rays for points `u` (n, 5) of the unit hypercube."""
+        return emitted([self], np.zeros(len(u), np.int32), u)
 
-    def _be_lamp(self, lights: Lights, lamp: int) -> None:
-        """Take over what all lamps have."""
-        self._lights, self.lamp, self.name = lights, lamp, lights.names[lamp]
-        self.max_bounces = int(lights.max_bounces[lamp])
+    def _be_lamp(self, lamp: int) -> None:
+        """Take over what a lamp says of its light."""
+        lights = self.surroundings.scene.lights
+        self.name, self.max_bounces = lights.names[lamp], int(lights.max_bounces[lamp])
         self.illuminates = None if lights.illuminates is None else lights.illuminates[lamp]
         self.blocked_by = None if lights.blocked_by is None else lights.blocked_by[lamp]
 
     def _be_like(self, source: "Source") -> None:
-        """Take over what all sources have."""
-        self.name, self.lamp, self.power, self.importance = source.name, source.lamp, source.power, source.importance
-        self.sampled_directly, self.max_bounces = source.sampled_directly, source.max_bounces
-        self.illuminates, self.blocked_by = source.illuminates, source.blocked_by
+        """Take over everything."""
+        vars(self).update(vars(source))
 
-    def emit(self, u: np.ndarray) -> Rays:
-        """Rays for points `u` (n, 5) of the unit hypercube."""
-        raise NotImplementedError
+    def _measured_power(self) -> np.ndarray:
+        u = sobol(N_DIMENSIONS, 0).random(_N_FOR_POWER).astype(np.float32)
+        power: np.ndarray = self.emit(u).flux.mean(axis=0, dtype=np.float64)
+        return power
+
+
+def emitters_of(sources: Sequence[Source]) -> Emitters:
+    """The arrays of sources of one scene."""
+    rows, of = [source.row for source in sources], sources[0].surroundings
+
+    def column(name: str, dtype: Any) -> np.ndarray:
+        return np.array([getattr(row, name) for row in rows], dtype)
+
+    return Emitters(
+        column("kind", np.int32),
+        column("lamp", np.int32),
+        column("axis", np.float32),
+        column("versine", np.float64),
+        column("aims", np.bool_),
+        balls_of([source.aim for source in sources]),
+        guide_cells([source.guide for source in sources]),
+        of.lamps,
+        of.mesh,
+        of.world,
+        of.discs,
+        of.scene.arrays,
+    )
+
+
+def emitted(sources: Sequence[Source], source: np.ndarray, u: np.ndarray) -> Rays:
+    """Rays of `sources` by their numbers (n,) int32 and points `u` (n, 5) of their hypercubes."""
+    origins, directions, flux = np.empty((3, len(u), 3), np.float32)
+    rays = Rays(origins, directions, flux, np.empty(len(u), np.int32))
+    numbers = kernel_array(source, np.int32), kernel_array(u, np.float32)
+    emit_rays(emitters_of(sources), *numbers, origins, directions, flux, rays.objects)
+    return rays

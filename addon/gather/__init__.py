@@ -6,7 +6,7 @@ from .density.thinned_density import thinned_density
 from .direct.direct_irradiance import direct_irradiance, direct_slope
 from .direct.direct_light import DirectLight
 from .irradiance import Estimate, Irradiance, OwnRays
-from .irradiance_cache import Effort, FinalGather
+from .irradiance_cache import FinalGather, SampleBudget
 from .light_volume import Cascade
 from .light_volume.glossy_light import glossy_radiance
 from .mid_air import OpenBacks
@@ -25,7 +25,6 @@ __all__ = [
     "OF_SCATTERED",
     "Cascade",
     "DirectLight",
-    "Effort",
     "Estimate",
     "FinalGather",
     "GatherRays",
@@ -36,6 +35,7 @@ __all__ = [
     "PhotonDensity",
     "ProbeLight",
     "RadianceCache",
+    "SampleBudget",
     "Survey",
     "build_radiance_cache",
     "camera_gloss",

@@ -46,6 +46,8 @@ class Report:
     stage_seconds : dict of str to float, s
         In the stages' order.
     total_seconds : float, s
+    compile_seconds : float, s
+        Of them, those in which kernels were compiled.
     counts : dict of str to int
         Triangles, receivers, photons, rays, as far as the bake counted them.
     relative_noise : float or None
@@ -73,6 +75,7 @@ class Report:
     probe_settings: dict[str, Any] = field(default_factory=dict)
     stage_seconds: dict[str, float] = field(default_factory=dict)
     total_seconds: float = 0.0
+    compile_seconds: float = 0.0
     counts: dict[str, int] = field(default_factory=dict)
     relative_noise: float | None = None
     peak_memory_mb: float | None = None

@@ -10,13 +10,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.compiling import kernel_array
 from ..core.sampling.streams import sobol_chunks
 from ..core.sampling.warps import sample_uniform_cone, to_world
-from ..emitters.distant_sources import SunSource
-from ..emitters.lamp_sources import PointSource
-from ..emitters.source import N_DIMENSIONS, Rays, Source, bounding_sphere
-from ..scene import Scene
-from ..tracing import Hits, LightTracer
+from ..emitters import Rays, Source, bounding_sphere
+from ..emitters.emission import N_DIMENSIONS
+from ..emitters.spot import leave_in_directions
+from ..scene import LightKind, Scene
+from ..tracing import Hits, TransparencyTracer
 
 _WIDEST = 0.5  # cosine of half the cone of a spot that is seen as a frustum; a wider one is seen as a cube
 _PLACES = 3  # stream of random numbers: what pixels do not decide
@@ -60,13 +61,12 @@ class View(Source):
 class LampView(View):
     """A point lamp's cube, or a spot's frustum."""
 
-    _source: PointSource
-
-    def __init__(self, source: PointSource, half: float | None) -> None:
+    def __init__(self, source: Source, half: float | None) -> None:
         """A view; `half` is half the frustum's side at distance 1, None for a cube."""
         super().__init__(source)
         self._half, self.n_faces = half or 1.0, 1 if half else 6
-        self._axes = source.axes[None] if half else _FACES
+        lights, k = source.surroundings.scene.lights, source.lamp
+        self._axes = np.stack([lights.axis_x[k], lights.axis_y[k], lights.direction[k]])[None] if half else _FACES
 
     def emit(self, u: np.ndarray) -> Rays:
         """Directions through the picture; flux I dω/du."""
@@ -76,35 +76,45 @@ class LampView(View):
         local = np.stack([x, y, np.ones_like(x)], axis=1) / length[:, None]
         directions = np.einsum("ni,nij->nj", local, self._axes[face]).astype(np.float32)
         per_density = self.n_faces * (2 * self._half) ** 2 / length**3
-        return self._source.rays_along(directions, per_density.astype(np.float32), u[:, 2:4])
+        given = kernel_array(directions, np.float32), kernel_array(per_density, np.float32)
+        origins, flux = np.empty((2, len(u), 3), np.float32)
+        places, is_spot = kernel_array(u[:, 2:4], np.float32), self.kind == LightKind.SPOT
+        leave_in_directions(self.surroundings.lamps, self.lamp, is_spot, *given, places, origins, flux)
+        return Rays(origins, directions, flux, np.full(len(u), -1, np.int32))
 
 
 class SunView(View):
     """The sun's plane: a square around the scene."""
 
-    _source: SunSource
-
-    def __init__(self, source: SunSource, scene: Scene) -> None:
+    def __init__(self, source: Source, scene: Scene) -> None:
         super().__init__(source)
         self._whole = bounding_sphere(scene)
 
     def emit(self, u: np.ndarray) -> Rays:
         """Places in the plane, directions in the sun's disc; flux beam · area."""
-        axis = np.broadcast_to(self._source.direction, (len(u), 3))
-        directions = to_world(sample_uniform_cone(u[:, 2:4], self._source.cos_max), axis)
+        axis = np.broadcast_to(self.row.axis, (len(u), 3))
+        directions = to_world(sample_uniform_cone(u[:, 2:4], 1 - self.row.versine), axis)
         radius = np.float32(self._whole.radius)
         place = np.concatenate([2 * u[:, :2] - 1, -np.ones((len(u), 1))], axis=1).astype(np.float32) * radius
         origins = self._whole.centre + to_world(place, directions)
-        return Rays(origins, directions, np.tile(self._source.beam * 4 * radius**2, (len(u), 1)))
+        flux = self.surroundings.scene.lights.emission[self.lamp] * np.float32(8 / (2 - self.row.versine)) * radius**2
+        return Rays(origins, directions, np.tile(flux, (len(u), 1)), np.full(len(u), -1, np.int32))
 
 
 def view_of(source: Source, scene: Scene) -> View:
     """How a source sees the scene."""
-    if isinstance(source, SunSource):
+    if source.kind == LightKind.SUN:
         return SunView(source, scene)
-    if isinstance(source, PointSource):
-        return LampView(source, source.frustum(_WIDEST))
+    if source.kind in (LightKind.POINT, LightKind.SPOT):
+        return LampView(source, _frustum(source))
     return View(source)
+
+
+def _frustum(source: Source) -> float | None:
+    """Half the side, at distance 1, of the square around a spot's cone; None of one that is no spot or too wide."""
+    lights, k = source.surroundings.scene.lights, source.lamp
+    cosine = float(np.cos(lights.angle[k] / 2)) if source.kind == LightKind.SPOT else -1.0
+    return float(lights.stretch[k].max()) * np.sqrt(1 / cosine**2 - 1) if cosine > _WIDEST else None
 
 
 @dataclass(frozen=True)
@@ -127,7 +137,7 @@ class BounceMap:
     hits: Hits
 
 
-def bounce_map(scene: Scene, tracer: LightTracer, source: Source, n_photons: int, seed: int = 0) -> BounceMap:
+def bounce_map(scene: Scene, tracer: TransparencyTracer, source: Source, n_photons: int, seed: int = 0) -> BounceMap:
     """The bounce map of a source with at least so many pixels."""
     view = view_of(source, scene)
     rays = view.emit(view.points(n_photons, seed, 0))

@@ -2,17 +2,16 @@
 
 import numpy as np
 
-from ..emitters.source import Source
+from ..emitters import Source
 from ..scene import Scene
-from ..tracing import Hits, LightTracer
-from ..tracing.onward import onward
+from ..tracing import Hits, TransparencyTracer
 
 _MAX_PASSED = 32
 
 
 def first_flight(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     source: Source,
     origins: np.ndarray,
     directions: np.ndarray,
@@ -38,9 +37,6 @@ def first_flight(
     if (lit & blocks)[objects.scatters].all():
         return hits, _unless_shadowed(scene, tracer, blocks, origins, hits, directions, power)
 
-    def closest(starts: np.ndarray, ways: np.ndarray, _: np.ndarray) -> Hits:
-        return tracer.closest_hit(starts, ways)
-
     hits, power = hits.with_tint(), power.copy()
     flying = np.flatnonzero(hits.hit)
     for _ in range(_MAX_PASSED):
@@ -52,7 +48,7 @@ def first_flight(
         flying = flying[~stops]
         if len(flying) == 0:
             break
-        beyond = onward(scene, closest, directions[flying], hits.where(flying))
+        beyond = tracer.beyond(directions[flying], hits.where(flying))
         power[flying] = beyond.tinted(power[flying])
         hits.put(flying, beyond)
         flying = flying[beyond.hit]
@@ -62,7 +58,7 @@ def first_flight(
 
 def _unless_shadowed(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     blocks: np.ndarray,
     origins: np.ndarray,
     hits: Hits,

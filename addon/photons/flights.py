@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from ..core.sampling.vectors import dot, rows
-from ..emitters.source import Sphere
+from ..emitters import Sphere
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,10 @@ import numpy as np
 
 from ..core.parallel import Workers
 from ..core.sampling.vectors import dot
-from ..emitters.source import Rays, Source, Sphere
+from ..emitters import Rays, Source, Sphere
+from ..emitters.aiming.guided import Guide
 from ..scene import Scene
-from ..tracing import LightTracer
+from ..tracing import TransparencyTracer
 from .photons import Photons
 from .tracing import Pass, emitted_points, shares, trace_photons
 
@@ -56,7 +57,6 @@ class GuidedSource(Source):
     """
 
     def __init__(self, source: Source, u: np.ndarray, worth: np.ndarray, one_more: float = 0.0) -> None:
-        self._source = source
         self._be_like(source)
         squares = float(np.sum(worth.astype(np.float64) ** 2))
         self.importance = np.sqrt(squares / max(len(u), 1))
@@ -64,20 +64,7 @@ class GuidedSource(Source):
         self._shape = np.array(source.n_cells)
         guided = np.sqrt(self._mean_square(u, worth))
         density = EVEN + (1 - EVEN) * guided / max(guided.mean(), 1e-300)
-        self._density = density.ravel() / density.mean()
-        self._cumulative = np.cumsum(self._density) / density.size
-
-    def emit(self, u: np.ndarray) -> Rays:
-        """As the source does, with the last dimension choosing the cell."""
-        place = u[:, -1].astype(np.float64) * self._cumulative[-1]
-        cell = np.minimum(np.searchsorted(self._cumulative, place, side="right"), self._density.size - 1)
-        density = self._density[cell]
-        within = u.copy()
-        within[:, -1] = (1 - (self._cumulative[cell] - place) * self._density.size / density).clip(0, 1)
-        corner = np.stack(np.unravel_index(cell, self._shape), axis=1)
-        moved = ((corner + within) / self._shape).astype(np.float32)
-        rays = self._source.emit(np.minimum(moved, np.float32(1 - 2**-24)))
-        return Rays(rays.origins, rays.directions, (rays.flux / density[:, None]).astype(np.float32), rays.objects)
+        self.guide = Guide(density / density.mean())
 
     def _mean_square(self, u: np.ndarray, worth: np.ndarray) -> np.ndarray:
         """Of what the photons of each cell are worth, an array of `n_cells`: from coarse cells to ever finer ones."""
@@ -110,7 +97,7 @@ def pilots_for(n_photons: int) -> int:
 
 def guide_sources(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     sources: list[Source],
     n_pilots: int,
     max_bounces: int,

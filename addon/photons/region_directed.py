@@ -14,9 +14,9 @@ from ..bsdf import Lobe
 from ..core.sampling.streams import PathNumbers
 from ..core.sampling.vectors import dot, rows
 from ..core.sampling.warps import pdf_cosine_hemisphere, pdf_uniform_cone, sample_uniform_cone, to_world
-from ..emitters.projection_map import cone_around
-from ..emitters.source import Sphere
-from ..emitters.target_region import FAR
+from ..emitters import Sphere
+from ..emitters.aiming.projection_map import cones_to_ball
+from ..emitters.aiming.target_region import FAR
 from .scattering import Scattered
 
 HOMING = np.float32(0.5)
@@ -63,7 +63,8 @@ def sent_home(
     directions = scattered.directions.copy()
     up = rows(normals, k)
     up = np.where(dot(rows(directions, k), up) < 0, -1, 1)[:, None].astype(np.float32) * up
-    cos_max, axis = cone_around(region.centre, float(region.radius), rows(positions, k), 0.0)
+    versine, axis = cones_to_ball(region.centre, float(region.radius), rows(positions, k))
+    cos_max = 1 - versine
     home = np.flatnonzero(u[:, 2] < HOMING)
     directions[k[home]] = to_world(sample_uniform_cone(rows(u, home), cos_max[home]), rows(axis, home))
     onward = rows(directions, k)

@@ -1,19 +1,22 @@
-"""What happens to light where it meets surfaces: one new direction for each ray."""
+"""What becomes of many rays where they meet surfaces: loops over `bsdf.scatter`, one new direction for each ray."""
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
-from ..bsdf import Lobe, glass_ways, is_focused, sample_bsdf, surface_at
+from ..bsdf import ALL_LOBES, SPECULAR_LOBES
+from ..bsdf import scatter as parts
+from ..core.compiling import kernel, kernel_array
 from ..core.sampling.streams import PathNumbers
 from ..core.sampling.vectors import dot, rows
-from ..core.sampling.warps import frame, sample_cosine_hemisphere, to_world
-from ..scene import Scene
-from ..tracing import Hits, RayKind
+from ..core.sampling.warps import frame
+from ..core.vec3 import put, row
+from ..scene import RayKind, Scene
+from ..scene.hit import hit_at
+from ..tracing import Hits
 
-ALL_LOBES = tuple(Lobe)
-NARROW_LOBES = (Lobe.GLOSSY, Lobe.GLASS)
-"""Those that a radiance cache, which knows no directions, does not answer for."""
+NARROW_LOBES = SPECULAR_LOBES
 
 _KIND_OF_LOBE = np.array([RayKind.DIFFUSE, RayKind.DIFFUSE, RayKind.GLOSSY, RayKind.TRANSMITTED], np.uint8)
 
@@ -31,7 +34,9 @@ class Scattered:
     lobe : (n,) uint8
         `Lobe`.
     focused : (n,) bool
-        Of photons: whether those who gather leave to them what the lobe does to lamplight.
+        Whether those who gather leave to photons what the lobe does to lamplight on this way.
+    rough : (n,) bool, optional
+        Whether a glossy closure scattered that is no mirror.
     """
 
     origins: np.ndarray
@@ -39,20 +44,34 @@ class Scattered:
     weight: np.ndarray
     lobe: np.ndarray
     focused: np.ndarray
+    rough: np.ndarray | None = None
 
     def where(self, chosen: np.ndarray) -> "Scattered":
         """The rays that a mask or an index array chooses."""
-        return Scattered(*(rows(getattr(self, field.name), chosen) for field in fields(self)))
+        columns = (getattr(self, field.name) for field in fields(self))
+        chosen_rows: Any = (None if column is None else rows(column, chosen) for column in columns)
+        return Scattered(*chosen_rows)
 
     @staticmethod
-    def join(parts: "list[Scattered]") -> "Scattered":
+    def join(several: "list[Scattered]") -> "Scattered":
         """All rays of several `Scattered`, in order."""
-        return Scattered(*(np.concatenate([getattr(p, field.name) for p in parts]) for field in fields(Scattered)))
+        return Scattered(*(np.concatenate([getattr(p, field.name) for p in several]) for field in fields(Scattered)))
 
     @property
     def kind(self) -> np.ndarray:
         """Kind of the new rays, (n,) uint8 of `RayKind`."""
         return _KIND_OF_LOBE[self.lobe]
+
+    @staticmethod
+    def empty(n: int) -> "Scattered":
+        """Room for n rays."""
+        f = np.float32
+        columns: Any = (*np.empty((3, n, 3), f), np.empty(n, np.uint8), *np.empty((2, n), bool))
+        return Scattered(*columns)
+
+    @property
+    def _columns(self) -> Any:
+        return self.origins, self.directions, self.weight, self.lobe, self.focused, self.rough
 
 
 def scatter(
@@ -62,7 +81,7 @@ def scatter(
     directions: np.ndarray,
     normals: np.ndarray,
     random: np.random.Generator | PathNumbers,
-    lobes: tuple[Lobe, ...] = ALL_LOBES,
+    lobes: int = ALL_LOBES,
     from_light: bool = False,
 ) -> Scattered:
     """One new direction for each of n rays that met surfaces, by what their materials do.
@@ -71,40 +90,16 @@ def scatter(
     ----------
     positions, directions, normals : (n, 3) float32
         Of the hits: `Hits.points` of rays that flew along `directions`.
-    lobes : tuple of Lobe
-        Those that may be chosen.
+    lobes : int
+        Those that may be chosen, as `ALL_LOBES`.
     from_light : bool
         Whether the rays are photons; otherwise they come from where light is wanted.
     """
-    u = random.random((len(positions), 3), dtype=np.float32)
-    shading = scene.shading_normals(hits.triangle, hits.u, hits.v, normals)
-    wi = sample_cosine_hemisphere(u[:, 1:])
-    weight = scene.albedo(hits.triangle, hits.u, hits.v)
-    lobe, focused = np.zeros(len(u), np.uint8), np.zeros(len(u), bool)
-    k = np.flatnonzero(~scene.materials.matte[scene.material_of_triangle[hits.triangle]])
-    if len(k):
-        met = hits.where(k)
-        flown = rows(directions, k)
-        surface = surface_at(scene, met.triangle, met.u, met.v, met.back(flown))
-        axes = local_axes(facing(rows(shading, k), rows(normals, k), flown))
-        wo = np.einsum("nij,nj->ni", axes, -flown)
-        sample = sample_bsdf(surface, wo, rows(u, k), lobes, from_light)
-        wi[k], weight[k], lobe[k] = sample.wi, sample.weight, sample.lobe
-        if from_light:
-            focused[k] = is_focused(surface, sample.lobe, sample.wi, wo)
-    onward = to_world(wi, normals if from_light else shading)
-    if len(k):
-        narrow = lobe[k] >= Lobe.GLOSSY
-        onward[k[narrow]] = np.einsum("ni,nij->nj", rows(wi, k[narrow]), rows(axes, narrow))
-
-    # A smooth normal may send light to the wrong side of the facet that it stands for
-    side = np.sign(dot(onward, normals))
-    weight *= (side * wi[:, 2] > 0)[:, None]
-    if from_light:
-        wide = np.where(lobe < Lobe.GLOSSY, shading_ratio(shading, normals, directions), np.float32(1))
-        weight *= wide[:, None]
-    origins = positions + scene.ray_offset(hits.triangle, positions) * side[:, None] * normals
-    return Scattered(origins, onward, weight, lobe, focused)
+    scattered = Scattered.empty(len(positions))
+    u = kernel_array(random.random((len(positions), 3), dtype=np.float32), np.float32)
+    arguments: Any = (*_at(hits, directions), u, lobes, from_light, *scattered._columns)
+    _scatter(scene.arrays, *arguments)
+    return scattered
 
 
 def scatter_both_ways(
@@ -116,39 +111,65 @@ def scatter_both_ways(
     random: np.random.Generator,
 ) -> list[Scattered]:
     """What surfaces of nothing but glass reflect of paths from a view, and what they let through; as `scatter` else."""
-    shading = scene.shading_normals(hits.triangle, hits.u, hits.v, normals)
-    surface = surface_at(scene, hits.triangle, hits.u, hits.v, hits.back(directions))
-    axes = local_axes(facing(shading, normals, directions))
-    wo = np.einsum("nij,nj->ni", axes, -directions)
-    lobe, focused = np.full(len(wo), Lobe.GLASS, np.uint8), np.zeros(len(wo), bool)
-    parts = []
-    for wi, weight in glass_ways(surface, wo, random.random((len(wo), 2), dtype=np.float32)):
-        onward = np.einsum("ni,nij->nj", wi, axes)
-        side = np.sign(dot(onward, normals))
-        origins = positions + scene.ray_offset(hits.triangle, positions) * side[:, None] * normals
-        parts.append(Scattered(origins, onward, weight * (side * wi[:, 2] > 0)[:, None], lobe, focused))
-    return parts
+    ways = [Scattered.empty(len(positions)) for _ in range(2)]
+    u = kernel_array(random.random((len(positions), 3), dtype=np.float32), np.float32)
+    arguments: Any = (*_at(hits, directions), u, *ways[0]._columns, *ways[1]._columns)
+    _scatter_both_ways(scene.arrays, *arguments)
+    return ways
 
 
-MAX_RATIO = np.float32(16)
-"""Bound of `shading_ratio`: beyond it light grazes the facet, where very few photons meet it."""
+def _at(hits: Hits, directions: np.ndarray) -> Any:
+    columns = (hits.triangle, np.int32), (hits.distance, np.float32), (hits.u, np.float32), (hits.v, np.float32)
+    return *(kernel_array(*column) for column in columns), kernel_array(directions, np.float32)
+
+
+@kernel
+def _scatter(
+    scene, triangle, distance, u, v, directions, random, lobes, from_light, origins, out, weight, lobe, specular, rough
+):
+    for i in range(len(triangle)):
+        direction, (x, y, z) = row(directions, i), row(random, i)
+        hit = hit_at(scene, direction, triangle[i], distance[i], u[i], v[i])
+        scattered = parts.scatter(scene, hit, direction, x, y, z, lobes, from_light)
+        put(origins, i, scattered.origin)
+        put(out, i, scattered.direction)
+        put(weight, i, scattered.weight)
+        lobe[i], specular[i], rough[i] = scattered.lobe, scattered.specular, scattered.rough
+
+
+@kernel
+def _scatter_both_ways(
+    scene, triangle, distance, u, v, directions, random,
+    origins_1, out_1, weight_1, lobe_1, specular_1, rough_1,
+    origins_2, out_2, weight_2, lobe_2, specular_2, rough_2,
+):  # fmt: skip
+    for i in range(len(triangle)):
+        direction, (x, y, z) = row(directions, i), row(random, i)
+        hit = hit_at(scene, direction, triangle[i], distance[i], u[i], v[i])
+        up, down = parts.scatter_both_ways(scene, hit, direction, x, y, z)
+        put(origins_1, i, up.origin)
+        put(out_1, i, up.direction)
+        put(weight_1, i, up.weight)
+        lobe_1[i], specular_1[i], rough_1[i] = up.lobe, up.specular, up.rough
+        put(origins_2, i, down.origin)
+        put(out_2, i, down.direction)
+        put(weight_2, i, down.weight)
+        lobe_2[i], specular_2[i], rough_2[i] = down.lobe, down.specular, down.rough
 
 
 def shading_ratio(shading: np.ndarray, normals: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """What a photon is worth at a smooth surface, (N·ω)⁺ / |n·ω|, (n,) float32.
+    """`bsdf.scatter.shading_normal_correction` of many, (n,) float32."""
+    ratio = np.ones(len(normals), np.float32)
+    if shading is not normals:
+        arguments: Any = (*(kernel_array(a, np.float32) for a in (shading, normals, directions)), ratio)
+        _corrections(*arguments)
+    return ratio
 
-    Photons arrive in proportion to the cosine at the geometric normal n, but light is reflected in proportion to that
-    at the shading normal N (Veach 1997, 5.3.2).
 
-    Parameters
-    ----------
-    shading, normals, directions : (n, 3) float32
-        N and n of the sides that were met, and the photons' directions.
-    """
-    if shading is normals:
-        return np.ones(len(normals), np.float32)
-    cosine = np.abs(dot(normals, directions))
-    return np.minimum(np.maximum(-dot(shading, directions), 0) / np.maximum(cosine, np.float32(1e-6)), MAX_RATIO)
+@kernel
+def _corrections(shading, normals, directions, out):
+    for i in range(len(out)):
+        out[i] = parts.shading_normal_correction(row(shading, i), row(normals, i), row(directions, i))
 
 
 def facing(shading: np.ndarray, normals: np.ndarray, directions: np.ndarray) -> np.ndarray:

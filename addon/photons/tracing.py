@@ -11,9 +11,10 @@ from ..core.parallel import Workers, slices
 from ..core.sampling.octahedral import encode_octahedral
 from ..core.sampling.streams import PathNumbers, sobol_chunks, stream
 from ..core.sampling.vectors import largest, rows
-from ..emitters.source import N_DIMENSIONS, Rays, Source, Sphere
-from ..scene import ALL_BOUNCES, Scene
-from ..tracing import Hits, LightTracer, RayKind, seen_by
+from ..emitters import Rays, Source, Sphere
+from ..emitters.emission import N_DIMENSIONS
+from ..scene import ALL_BOUNCES, RayKind, Scene, seen_by
+from ..tracing import Hits, TransparencyTracer
 from .bounce_map import View, view_of
 from .emission_segment import first_flight
 from .flights import FlightLog, Flights
@@ -64,7 +65,7 @@ def shares(sources: list[Source], n_photons: int) -> list[int]:
 
 def trace_photons(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     sources: list[Source],
     n_photons: int,
     max_bounces: int,
@@ -169,7 +170,7 @@ def _pictures(views: list[View], counts: list[int], seed: int) -> Iterator[_Batc
 
 def _trace_batch(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     batch: _Batch,
     max_bounces: int,
     seed: int,
@@ -190,8 +191,7 @@ def _trace_batch(
     origins, directions = rays.origins, rays.directions
     path_density = np.ones(len(path), np.float32)
     focused, gained = np.zeros(len(path), bool), np.ones(len(path), np.float32)
-    # What photons left last; −1 for lamps and the world
-    came_from = np.full(len(path), -1, np.int32) if rays.objects is None else rays.objects
+    came_from = rays.objects  # what photons left last; −1 for lamps and the world
     seen = np.stack([np.append(seen_by(scene.objects, kind), True) for kind in RayKind])
     stored = [Photons.none()]
 

@@ -21,7 +21,7 @@ from ..photons import GuidedSource, Photons, bounces_left, guide_sources, noise_
 from ..receivers import Receivers
 from ..scene import Scene
 from ..settings.bake import BakeSettings, affordable
-from ..tracing import LightTracer, Tracer
+from ..tracing import EmbreeTracer, Tracer, TransparencyTracer
 from .solution import Setup, Solution
 
 _PILOT_PART = 0.1  # of the stage in which photons are traced
@@ -31,7 +31,7 @@ def bake(
     scene: Scene,
     receivers: Receivers,
     settings: BakeSettings,
-    tracer: Tracer,
+    tracer: EmbreeTracer,
     progress: Progress | None = None,
 ) -> Irradiance:
     """Trace photons through `scene` and gather them at `receivers`.
@@ -59,7 +59,7 @@ def solve(
     scene: Scene,
     receivers: Receivers,
     settings: BakeSettings,
-    tracer: Tracer,
+    tracer: EmbreeTracer,
     progress: Progress | None = None,
 ) -> Solution:
     """Trace photons through `scene`, those that `receivers` (at least one) need, and keep them; as `bake` else."""
@@ -71,7 +71,7 @@ def solve_apart(
     lit: Sequence[Scene],
     receivers: Receivers,
     settings: BakeSettings,
-    tracer: Tracer,
+    tracer: EmbreeTracer,
     progress: Progress | None = None,
     inspector: Inspector | None = None,
     photon_tracer: Tracer | None = None,
@@ -102,7 +102,7 @@ def _set_up(
     scene: Scene,
     receivers: Receivers,
     settings: BakeSettings,
-    tracer: Tracer,
+    tracer: EmbreeTracer,
     photon_tracer: Tracer | None,
     started: float,
     inspector: Inspector,
@@ -110,8 +110,8 @@ def _set_up(
 ) -> Setup:
     """What has no light in it: tracers, where receivers are, and where gather rays end, so that photons go there."""
     region = region_of(receivers.position)
-    light_tracer = LightTracer(scene, tracer, workers.progress)
-    of_photons = LightTracer(scene, photon_tracer, workers.progress) if photon_tracer else light_tracer
+    light_tracer = TransparencyTracer(scene, tracer, workers.progress)
+    of_photons = light_tracer.with_first_hits(photon_tracer) if photon_tracer else light_tracer
     survey = None
     if settings.needs_cache:
         survey = survey_surfaces(scene, light_tracer, receivers, region, settings.n_cache_elements, workers)
@@ -121,6 +121,7 @@ def _set_up(
 
 def _solved(setup: Setup, scene: Scene, n_lights: int, workers: Workers) -> Solution:
     """The light of a scene, which is one of so many that have the time together."""
+    setup = setup.lit_by(scene)
     settings, survey, region, of_photons = setup.settings, setup.survey, setup.region, setup.photon_tracer
     home = survey.home if survey else region
     sources = light_sources(scene, region if region.radius > 0 else home)
@@ -157,7 +158,9 @@ def _solved(setup: Setup, scene: Scene, n_lights: int, workers: Workers) -> Solu
     )
 
 
-def _in_mid_air(scene: Scene, tracer: LightTracer, receivers: Receivers, settings: BakeSettings) -> MidAir | None:
+def _in_mid_air(
+    scene: Scene, tracer: TransparencyTracer, receivers: Receivers, settings: BakeSettings
+) -> MidAir | None:
     """Receivers that no photons are stored around, though densities of photons are wanted there; None without any."""
     by_density = settings.gather == "density"
     if not by_density and scene.materials.matte.all():  # no caustics
@@ -175,7 +178,7 @@ def _check(receivers: Receivers, settings: BakeSettings) -> None:
 
 def _guided(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     sources: list[Source],
     survey: Survey,
     settings: BakeSettings,

@@ -11,12 +11,12 @@ from ..gather import (
     LEAST_ESTIMATES,
     OF_SCATTERED,
     Cascade,
-    Effort,
     Estimate,
     FinalGather,
     GatherRays,
     Irradiance,
     PhotonDensity,
+    SampleBudget,
     direct_irradiance,
     direct_slope,
     photon_volume_irradiance,
@@ -47,10 +47,12 @@ def _by_final_gather(solutions: Sequence[Solution], workers: Workers) -> list[tu
     """
     first, noises = solutions[0], tuple(solution.noise for solution in solutions)
     of, at = first.settings, first.receivers
-    effort = Effort(of.n_gather_rays, of.noise, first.setup.deadline, of.interpolate, of.gather_share, besides=noises)
+    budget = SampleBudget(
+        of.n_gather_rays, of.noise, first.setup.deadline, of.interpolate, of.gather_share, besides=noises
+    )
     extent = max(2 * region_of(at.position).radius, _LEAST_EXTENT)
     rays = GatherRays.beside([solution.must_gather() for solution in solutions])
-    gather = FinalGather(rays, at, effort, extent, first.tracer.surfaces, workers)
+    gather = FinalGather(rays, at, budget, extent, first.tracer.surfaces, workers)
     caustics = [caustics_of(solution, gather) for solution in solutions]
     gathered = gather.finish()
     counts = {"gather_points": gathered.n_records, "gather_rays": gathered.n_rays}

@@ -20,7 +20,7 @@ from ..photons import Photons, emitted_rays
 from ..receivers import Receivers
 from ..scene import Scene
 from ..settings.bake import BakeSettings
-from ..tracing import Tracer
+from ..tracing import EmbreeTracer
 from ..tracing.cube_maps import LightRays, MultiImageTracer, lit_region
 from .bake import no_light, solve_apart
 from .gathers import irradiances
@@ -87,7 +87,7 @@ def light(
     groups: Sequence[Scene],
     samples: Sequence[Samples],
     settings: BakeSettings,
-    tracer: Tracer,
+    tracer: EmbreeTracer,
     workers: Workers,
     inspector: Inspector | None = None,
     started: float | None = None,
@@ -98,7 +98,7 @@ def light(
     ----------
     groups : sequence of Scene
         `scene` as each light group lights it, by `Scene.lit_by`; `scene` alone for all light together.
-    tracer : Tracer
+    tracer : EmbreeTracer
         What receivers look with; photons too, unless the settings choose cube maps.
     started : float, s
         When the time began that the settings give, by `time.perf_counter`; without it, now.
@@ -170,7 +170,12 @@ def _with_eyes(receivers: Receivers, samples: Sequence[Samples], settings: BakeS
 
 
 def _cube_maps(
-    scene: Scene, tracer: Tracer, receivers: Receivers, settings: BakeSettings, workers: Workers, inspector: Inspector
+    scene: Scene,
+    tracer: EmbreeTracer,
+    receivers: Receivers,
+    settings: BakeSettings,
+    workers: Workers,
+    inspector: Inspector,
 ) -> MultiImageTracer | None:
     """A tracer of photons through cube maps around the receivers; None if not asked for, or if nothing gives light."""
     sources = light_sources(scene, region_of(receivers.position)) if settings.tracer == "multi_image" else []

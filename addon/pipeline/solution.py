@@ -18,7 +18,7 @@ from ..photons import Photons
 from ..receivers import Receivers
 from ..scene import Scene
 from ..settings.bake import BakeSettings
-from ..tracing import LightTracer
+from ..tracing import TransparencyTracer
 
 
 @dataclass(frozen=True)
@@ -30,9 +30,9 @@ class Setup:
     scene : Scene
     receivers : Receivers
         At least one.
-    tracer : LightTracer
+    tracer : TransparencyTracer
         What receivers look with.
-    photon_tracer : LightTracer
+    photon_tracer : TransparencyTracer
         What photons are traced with.
     region : Sphere
         Around most receivers.
@@ -45,12 +45,16 @@ class Setup:
     scene: Scene
     receivers: Receivers
     settings: BakeSettings
-    tracer: LightTracer
-    photon_tracer: LightTracer
+    tracer: TransparencyTracer
+    photon_tracer: TransparencyTracer
     region: Sphere
     survey: Survey | None
     deadline: float
     inspector: Inspector
+
+    def lit_by(self, scene: Scene) -> "Setup":
+        """The same for a scene with a part of the lights."""
+        return replace(self, tracer=self.tracer.lit_by(scene), photon_tracer=self.photon_tracer.lit_by(scene))
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,7 @@ class Solution:
     workers: Workers
 
     @property
-    def tracer(self) -> LightTracer:
+    def tracer(self) -> TransparencyTracer:
         """What receivers look with."""
         return self.setup.tracer
 

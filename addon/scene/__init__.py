@@ -1,8 +1,10 @@
 """What is lit: meshes, materials, lights and world as NumPy arrays in world space (metres, scene-linear Rec.709)."""
 
+from .closures import Closures, Lobe
 from .light_groups import OTHER, LightGroups
 from .lights import ALL_BOUNCES, LightKind, Lights
 from .materials import Channel, Materials
+from .ray_kinds import RayKind, seen_by
 from .scene import Scene, SceneObjects
 from .textures import Textures
 from .world import World
@@ -11,12 +13,16 @@ __all__ = [
     "ALL_BOUNCES",
     "OTHER",
     "Channel",
+    "Closures",
     "LightGroups",
     "LightKind",
     "Lights",
+    "Lobe",
     "Materials",
+    "RayKind",
     "Scene",
     "SceneObjects",
     "Textures",
     "World",
+    "seen_by",
 ]

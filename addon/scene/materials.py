@@ -1,126 +1,65 @@
-"""What surfaces do to light: the parameters of their scattering, as constants or image textures."""
+"""What surfaces do to light: what they emit and let through, and the closures that their scattering is a sum of."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from .textures import Textures
-
-
-@dataclass(frozen=True)
-class Channel:
-    """A quantity of m materials that may vary over their surfaces: value × texture.
-
-    Attributes
-    ----------
-    value : (m, 3) float32
-        Scalar quantities stand in all three columns.
-    texture : (m,) int32
-        Image in the materials' `Textures`, or −1.
-    """
-
-    value: np.ndarray
-    texture: np.ndarray
-
-    @staticmethod
-    def constant(value: np.ndarray) -> "Channel":
-        """An untextured channel of (m, 3) or (m,) values."""
-        value = np.asarray(value, np.float32)
-        value = np.repeat(value[:, None], 3, axis=1) if value.ndim == 1 else value
-        return Channel(value, np.full(len(value), -1, np.int32))
-
-    @cached_property
-    def textured(self) -> bool:
-        return bool((self.texture >= 0).any())
-
-    @cached_property
-    def nonzero(self) -> np.ndarray:
-        """Whose value is not black all over, (m,) bool."""
-        return (self.value != 0).any(axis=1)
+from .closures import Closures, Lobe, closures_of_lobes
+from .textures import Channel, Textures
 
 
 @dataclass(frozen=True)
 class Materials:
     """The m materials of a scene; all surfaces are two-sided.
 
-    A material is a sum of scattering lobes, each with a weight that holds its colour. Light that meets it passes
-    straight through with the probability 1 − `coverage`, tinted; all other channels are of the light that does not.
+    Light that meets a material passes straight through with the probability 1 − `coverage`, tinted; emission and
+    closures are of the light that does not.
 
     Attributes
     ----------
     names : tuple of str
         Names for messages.
-    diffuse : Channel
-        Albedo of Lambertian reflection, before what `layer_f0` takes.
-    translucent : Channel
-        Albedo of Lambertian transmission.
+    closures : Closures
+        What scatters light; they add up.
     emission : Channel, W/(m² sr)
         Emitted radiance, the same in every direction on both sides; below 0 where light is taken away.
     coverage : Channel, scalar in [0, 1]
         Share of the light that does not pass straight through.
     tint : Channel
         Colour of the light that passes straight through.
-    roughness : Channel, scalar in [0, 1]
-        Of the glossy and the glass lobe; GGX's α is its square.
-    f0, f90 : Channel
-        Reflectance of the glossy lobe at normal and at grazing incidence; between them it follows `fresnel_ior`.
-    fresnel_ior : (m,) float32
-        Index of refraction whose Fresnel curve takes f0 to f90; 0 for Schlick's.
-    layer_f0 : (m,) float32
-        Reflectance f0 of that part of the glossy lobe that lies over the diffuse one and takes its albedo from it
-        (a dielectric's; its f90 is 1), 0 for none.
-    preserves_energy : (m,) bool
-        Whether the rough lobes give back what scatters more than once between their facets.
-    glass_reflection : Channel
-        Colour of the reflection of the glass lobe.
-    glass_transmission : Channel
-        Colour of what the glass lobe transmits.
-    glass_ior : (m,) float32
-        Index of refraction inside over that outside, in front of the surface.
-    glass_fresnel : (m,) bool
-        Whether Fresnel's equations share the light between reflection and transmission; otherwise all is transmitted.
     textures : Textures
     """
 
     names: tuple[str, ...]
-    diffuse: Channel
-    translucent: Channel
+    closures: Closures
     emission: Channel
     coverage: Channel
     tint: Channel
-    roughness: Channel
-    f0: Channel
-    f90: Channel
-    fresnel_ior: np.ndarray
-    layer_f0: np.ndarray
-    preserves_energy: np.ndarray
-    glass_reflection: Channel
-    glass_transmission: Channel
-    glass_ior: np.ndarray
-    glass_fresnel: np.ndarray
     textures: Textures
 
     def __len__(self) -> int:
         return len(self.names)
 
+    def has(self, lobe: Lobe) -> np.ndarray:
+        """Which materials have a closure of a kind, (m,) bool."""
+        return self.closures.count(lobe) > 0
+
     @cached_property
     def matte(self) -> np.ndarray:
-        """Which materials have no lobe but the diffuse one, (m,) bool."""
-        others = (self.translucent, self.f0, self.f90, self.glass_reflection, self.glass_transmission)
-        return ~np.logical_or.reduce([channel.nonzero for channel in others])
+        """Which materials have no closure but diffuse ones, (m,) bool."""
+        return ~(self.has(Lobe.TRANSLUCENT) | self.glossy_or_glass)
 
     @cached_property
     def glossy_or_glass(self) -> np.ndarray:
-        """Which materials have a glossy or a glass lobe, (m,) bool."""
-        lobes = (self.f0, self.f90, self.glass_reflection, self.glass_transmission)
-        return np.logical_or.reduce([channel.nonzero for channel in lobes])
+        """Which materials have a glossy or a glass closure, (m,) bool."""
+        return self.has(Lobe.GLOSSY) | self.has(Lobe.GLASS)
 
     @cached_property
     def spreads_light(self) -> np.ndarray:
         """Which materials scatter light widely, to either of their sides, (m,) bool: photons are stored on those."""
-        return self.diffuse.nonzero | self.translucent.nonzero
+        return self.has(Lobe.DIFFUSE) | self.has(Lobe.TRANSLUCENT)
 
     @cached_property
     def see_through(self) -> np.ndarray:
@@ -128,23 +67,24 @@ class Materials:
         return (self.coverage.texture >= 0) | (self.coverage.value[:, 0] < 1)
 
     @staticmethod
-    def of(m: int, textures: Textures | None = None, **columns: Any) -> "Materials":
-        """The m materials that `columns` say; what they leave out is black, opaque, rough and without gloss."""
-        zeros, ones = np.zeros(m, np.float32), np.ones(m, np.float32)
-        default: dict[str, Any] = {f.name: Channel.constant(zeros) for f in fields(Materials) if f.type is Channel}
-        default |= {
+    def of(m: int, textures: Textures | None = None, closures: Closures | None = None, **columns: Any) -> "Materials":
+        """The m materials that `columns` say; what they leave out is black and opaque.
+
+        Parameters
+        ----------
+        closures : Closures, optional
+            Without them there are at most one of each kind, by those columns that `closures_of_lobes` takes.
+        """
+        ones = np.ones(m, np.float32)
+        default = {
             "names": tuple(f"Material {i}" for i in range(m)),
+            "emission": Channel.constant(np.zeros(m)),
             "coverage": Channel.constant(ones),
             "tint": Channel.constant(ones),
-            "roughness": Channel.constant(ones),
-            "fresnel_ior": zeros,
-            "layer_f0": zeros,
-            "preserves_energy": np.ones(m, bool),
-            "glass_ior": np.full(m, 1.5, np.float32),
-            "glass_fresnel": np.ones(m, bool),
-            "textures": textures or Textures.pack([]),
         }
-        return Materials(**(default | columns))
+        own = {name: columns.pop(name, value) for name, value in default.items()}
+        closures = closures or closures_of_lobes(m, **columns)
+        return Materials(**own, closures=closures, textures=textures or Textures.pack([]))
 
     @staticmethod
     def matte_of(albedo: np.ndarray, emission: np.ndarray | None = None) -> "Materials":

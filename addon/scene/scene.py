@@ -5,15 +5,18 @@ from functools import cached_property
 
 import numpy as np
 
+from ..core.compiling import kernel_array
 from ..core.sampling.octahedral import encode_octahedral
-from ..core.sampling.vectors import dot, largest, rows
+from ..core.sampling.vectors import dot, rows
+from . import hit
+from .arrays import SceneArrays, channel_arrays, scene_arrays
+from .closures import Lobe
 from .lights import Lights
 from .materials import Channel, Materials
 from .world import World
 
 _CHUNK = 1 << 16  # triangles
 _ROUNDING = 2.0**-24  # of a result in float32, at most
-_LEAST_COORDINATE = np.float32(0.01)  # m, that rounding is taken from: the origin is no better known than what is near
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,7 @@ class Scene:
         """The same surfaces, lit by some of the lamps (l,) bool, by objects (o,) bool that emit, and by a world."""
         objects = replace(self.objects, emits=self.objects.emits & emits)
         scene = replace(self, lights=self.lights.where(lamps), objects=objects, world=world)
-        for name in ("bounds", "diagonal", "_normals_and_areas", "smooth", "packed_normals", "_height_errors"):
+        for name in ("bounds", "diagonal", "_normals_and_areas", "smooth", "packed_normals", "height_errors"):
             scene.__dict__[name] = getattr(self, name)  # of the surfaces alone: known already
         return scene
 
@@ -148,28 +151,28 @@ class Scene:
         """Corners of triangles, (n, 3, 3) float32, m."""
         return rows(self.vertices, rows(self.triangles, triangle))
 
+    @cached_property
+    def arrays(self) -> SceneArrays:
+        """What kernels take."""
+        return scene_arrays(self)
+
     def points(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Positions of barycentric coordinates (1−u−v, u, v) on triangles, (n, 3) float32."""
-        return interpolate(self.corners(triangle), u, v)
+        out = np.empty((len(triangle), 3), np.float32)
+        hit.points_of(self.arrays, *_places(triangle, u, v), out)
+        return out
 
     def barycentrics(self, triangle: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Barycentric weights (u, v) of points on triangles, clipped to the triangles, (n,) float32 each."""
-        u, v = self.plane_coordinates(triangle, positions)
-        u = np.clip(u, 0, 1)
-        v = np.clip(v, 0, 1 - u)
-        return u.astype(np.float32), v.astype(np.float32)
+        u, v = np.empty((2, len(triangle)), np.float32)
+        hit.barycentrics_of(self.arrays, *_positions(triangle, positions), u, v)
+        return u, v
 
     def plane_coordinates(self, triangle: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Barycentric weights (u, v) of where points (n, 3) lie over the planes of triangles, (n,) float64 each."""
-        corners = self.corners(triangle).astype(np.float64)  # slivers need the digits
-        e1, e2, p = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], positions - corners[:, 0]
-        d11, d12, d22, p1, p2 = dot(e1, e1), dot(e1, e2), dot(e2, e2), dot(p, e1), dot(p, e2)
-        scale = 1 / np.maximum(d11 * d22 - d12 * d12, 1e-300)
-        return (d22 * p1 - d12 * p2) * scale, (d11 * p2 - d12 * p1) * scale
-
-    def uvs(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Texture coordinates of barycentric coordinates (1−u−v, u, v) on triangles, (n, 2) float32."""
-        return interpolate(rows(self.corner_uvs, triangle), u, v)
+        u, v = np.empty((2, len(triangle)))
+        hit.plane_coordinates_of(self.arrays, *_positions(triangle, positions), u, v)
+        return u, v
 
     @cached_property
     def smooth(self) -> np.ndarray:
@@ -188,46 +191,32 @@ class Scene:
         normals : (n, 3) float32
             Geometric normals of the sides.
         """
-        k = np.flatnonzero(self.smooth[triangle])
-        if len(k) == 0:
-            return normals
-        shading = normals.copy()
-        sides, triangle = rows(normals, k), triangle[k]
-        smooth = interpolate(rows(self.corner_normals, triangle), u[k], v[k])
-        length = np.sqrt(dot(smooth, smooth))
-        back = dot(rows(self.normals, triangle), sides) < 0
-        smooth /= np.where(back, -length, length)[:, None] + np.float32(1e-20)
-        shading[k] = np.where((length > 1e-3)[:, None], smooth, sides)
-        return shading
+        out = np.empty((len(triangle), 3), np.float32)
+        hit.shading_normals_of(self.arrays, *_places(triangle, u, v), kernel_array(normals, np.float32), out)
+        return out
 
     def look_up(self, channel: Channel, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """A channel of the materials at points on triangles, (n, 3) float32."""
-        material = self.material_of_triangle[triangle]
-        values = rows(channel.value, material)
-        if channel.textured:
-            on = np.flatnonzero(channel.texture[material] >= 0)
-            uv = self.uvs(triangle[on], u[on], v[on])
-            values[on] *= self.materials.textures.look_up(channel.texture[material[on]], uv)
-        return values
+        out = np.empty((len(triangle), 3), np.float32)
+        hit.look_up_of(self.arrays, channel_arrays(channel), *_places(triangle, u, v), out)
+        return out
 
     def albedo(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Diffuse albedo of points on triangles, (n, 3) float32."""
-        return self.look_up(self.materials.diffuse, triangle, u, v)
+        """Diffuse albedo of points on triangles, before what layers take of it, (n, 3) float32."""
+        return self._weight(Lobe.DIFFUSE, triangle, u, v)
 
-    def emission(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Radiance emitted by points on triangles, with what their coverage leaves of it, (n, 3) float32."""
-        radiance = self.look_up(self.materials.emission, triangle, u, v)
-        radiance *= self.objects.emits[self.object_of_triangle[triangle], None]
-        if self.materials.see_through.any():
-            radiance *= self.look_up(self.materials.coverage, triangle, u, v)
-        return radiance
+    def translucence(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """What points on triangles transmit diffusely, (n, 3) float32."""
+        return self._weight(Lobe.TRANSLUCENT, triangle, u, v)
+
+    def _weight(self, lobe: Lobe, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        out = np.zeros((len(triangle), 3), np.float32)
+        if self.materials.has(lobe).any():  # most scenes lack most lobes
+            hit.weights_of_kind(self.arrays, int(lobe), *_places(triangle, u, v), out)
+        return out
 
     def ray_offset(self, triangle: np.ndarray, positions: np.ndarray) -> np.ndarray:
-        """How far a ray has to start off its triangle so as not to meet it again, (n, 1) float32, m.
-
-        That is what rounding leaves uncertain of the height over the plane (`_height_errors`), and 64 roundings of the
-        point's own coordinates: the errors of level planes may be 0, but a ray that starts in a plane meets it, and the
-        corners of the surfaces next to it were rounded, too. Neither grows with the scene.
+        """How far a ray has to start off its triangle so as not to meet it again (`hit.ray_offset`), (n, 1) float32, m.
 
         Parameters
         ----------
@@ -235,11 +224,12 @@ class Scene:
         positions : (n, 3) float32, m
             Points on the triangles by their barycentric weights (`points`), not by the distance that a ray flew.
         """
-        near = np.maximum(largest(np.abs(positions)), _LEAST_COORDINATE) * np.float32(64 * _ROUNDING)
-        return (near + self._height_errors[triangle])[:, None]
+        out = np.empty(len(triangle), np.float32)
+        hit.ray_offsets_of(self.arrays, *_positions(triangle, positions), out)
+        return out[:, None]
 
     @cached_property
-    def _height_errors(self) -> np.ndarray:
+    def height_errors(self) -> np.ndarray:
         """How far from a triangle's plane an interpolated point may seem to be to a tracer, (t,) float32, m.
 
         Every operation in float32 is off by u = 2⁻²⁴ of its result at most; N, of unit length, is the normal, M the
@@ -277,3 +267,13 @@ def interpolate(corners: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray
         a, b, c = corners[:, :, i].T
         values[:, i] = w * a + u * b + v * c
     return values
+
+
+def _places(triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points on triangles as kernels take them."""
+    return kernel_array(triangle, np.int32), kernel_array(u, np.float32), kernel_array(v, np.float32)
+
+
+def _positions(triangle: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles and points over them as kernels take them."""
+    return kernel_array(triangle, np.int32), kernel_array(positions, np.float32)

@@ -1,10 +1,9 @@
-"""Images that surfaces are textured with."""
+"""Images that surfaces are textured with, and quantities that may vary over surfaces."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-
-from ..core.sampling.vectors import rows
 
 
 @dataclass(frozen=True)
@@ -36,10 +35,43 @@ class Textures:
         extends = [False] * len(images) if extends is None else extends
         return Textures(np.concatenate(pixels), offset, sizes[:, 1], sizes[:, 0], np.array(extends, bool))
 
-    def look_up(self, image: np.ndarray, uv: np.ndarray) -> np.ndarray:
-        """The nearest texel of each image at texture coordinates `uv`, (n, 3) float32."""
-        width, height = self.width[image], self.height[image]
-        uv = np.where(self.extends[image, None], np.clip(uv, 0, 1), uv - np.floor(uv))
-        x = np.minimum((uv[:, 0] * width).astype(np.int32), width - 1)
-        y = np.minimum((uv[:, 1] * height).astype(np.int32), height - 1)
-        return rows(self.pixels, self.offset[image] + y * width + x)
+
+@dataclass(frozen=True)
+class Channel:
+    """A quantity of m materials that may vary over their surfaces: value × texture.
+
+    Attributes
+    ----------
+    value : (m, 3) float32
+        Scalar quantities stand in all three columns.
+    texture : (m,) int32
+        Image in the materials' `Textures`, or −1.
+    """
+
+    value: np.ndarray
+    texture: np.ndarray
+
+    @staticmethod
+    def constant(value: np.ndarray) -> "Channel":
+        """An untextured channel of (m, 3) or (m,) values."""
+        value = np.asarray(value, np.float32)
+        value = np.repeat(value[:, None], 3, axis=1) if value.ndim == 1 else value
+        return Channel(value, np.full(len(value), -1, np.int32))
+
+    @cached_property
+    def textured(self) -> bool:
+        return bool((self.texture >= 0).any())
+
+    @cached_property
+    def nonzero(self) -> np.ndarray:
+        """Whose value is not black all over, (m,) bool."""
+        return (self.value != 0).any(axis=1)
+
+    def where(self, chosen: np.ndarray) -> "Channel":
+        """The rows that a mask or an index array chooses."""
+        return Channel(self.value[chosen], self.texture[chosen])
+
+    @staticmethod
+    def join(parts: "list[Channel]") -> "Channel":
+        """The rows of several channels, in order."""
+        return Channel(np.concatenate([p.value for p in parts]), np.concatenate([p.texture for p in parts]))

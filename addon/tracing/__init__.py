@@ -1,6 +1,7 @@
 """How a ray finds a surface: one protocol, and the tracers that keep it."""
 
-from .protocol import Hits, RayKind, Tracer, seen_by
-from .transparency import LightTracer
+from .embree import EmbreeTracer
+from .protocol import Hits, Tracer
+from .transparency import TransparencyTracer
 
-__all__ = ["Hits", "LightTracer", "RayKind", "Tracer", "seen_by"]
+__all__ = ["EmbreeTracer", "Hits", "Tracer", "TransparencyTracer"]

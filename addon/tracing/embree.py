@@ -1,22 +1,109 @@
-"""Rays traced by Embree."""
+"""Rays traced by Embree: the parts that kernels call for one ray, and the tracer looped from them."""
+
+from typing import NamedTuple
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
-from ..core.sampling.vectors import dot, rows
-from ..scene import Scene
-from .protocol import Hits, RayKind, tree_of_each_kind
+from ..core.compiling import kernel, kernel_array, part
+from ..core.sampling.vectors import rows
+from ..core.vec3 import ZERO, length, minus, row, times
+from ..scene import RayKind, Scene
+from .embree_library import EmbreeTree, rtc_intersect, rtc_occluded
+from .protocol import Hits, tree_of_each_kind
 
-_SHORT_OF_TARGET = np.float32(1 - 1e-4)
+SHORT_OF_TARGET = np.float32(1 - 1e-4)
+INFINITY = np.float32(np.inf)
+_NONE, _ALL = np.int32(-1), np.int32(-1)
+_TINY = np.float32(1e-30)
+_RAY_FLOATS, _ALIGNED = 24, 64  # of an RTCRayHit; bytes
+
+
+class Room(NamedTuple):
+    """Memory for one ray and its hit (RTCRayHit), as floats, as integers and by its address. Each call of a kernel
+    brings its own, so that threads share none.
+    """
+
+    floats: np.ndarray
+    integers: np.ndarray
+    address: int
+
+
+def new_ray() -> Room:
+    """Room for one ray."""
+    memory = np.zeros(4 * _RAY_FLOATS + _ALIGNED, np.uint8)
+    start = -memory.ctypes.data % _ALIGNED
+    floats = memory[start : start + 4 * _RAY_FLOATS].view(np.float32)
+    return Room(floats, floats.view(np.int32), floats.ctypes.data)
+
+
+@part
+def intersect(tree, room, origin, direction, far):
+    """The first triangle along a ray as far as `far` (−1: none), its distance (infinite), u and v."""
+    _aim(room, origin, direction, far)
+    rtc_intersect(tree, room.address, 0)
+    if room.integers[18] < 0:
+        return _NONE, INFINITY, ZERO, ZERO
+    return room.integers[17], room.floats[8], room.floats[15], room.floats[16]
+
+
+@part
+def occluded(tree, room, origin, direction, far):
+    """Whether a ray meets a triangle as far as `far`."""
+    _aim(room, origin, direction, far)
+    rtc_occluded(tree, room.address, 0)
+    return room.floats[8] < ZERO
+
+
+@part
+def occluded_between(tree, room, origin, target):
+    """Whether a triangle lies between two points; the last 1e-4 of the way is not looked at."""
+    way = minus(target, origin)
+    distance = length(way)
+    # Unit directions: with longer ones Embree's own tolerances would scale with the distance
+    direction = times(way, np.float32(1) / max(distance, _TINY))
+    return occluded(tree, room, origin, direction, distance * SHORT_OF_TARGET)
+
+
+@part
+def _aim(room, origin, direction, far):
+    ray, bits = room.floats, room.integers
+    ray[0], ray[1], ray[2], ray[3] = origin[0], origin[1], origin[2], ZERO  # and from which distance on
+    ray[4], ray[5], ray[6], ray[7] = direction[0], direction[1], direction[2], ZERO  # and the time
+    ray[8], bits[9], bits[10], bits[11] = far, _ALL, 0, 0  # to which distance, mask, number and flags
+    bits[18], bits[19] = _NONE, _NONE  # geometry and instance that are met
+
+
+@kernel
+def intersect_all(tree, room, origins, directions, far, triangle, distance, u, v):
+    """`intersect` of many."""
+    for i in range(len(origins)):
+        triangle[i], distance[i], u[i], v[i] = intersect(tree, room, row(origins, i), row(directions, i), far[i])
+
+
+@kernel
+def occluded_all(tree, room, origins, targets, result):
+    """`occluded_between` of many."""
+    for i in range(len(origins)):
+        result[i] = occluded_between(tree, room, row(origins, i), row(targets, i))
 
 
 class EmbreeTracer:
-    """A `Tracer` on Embree's trees over the scene's triangles."""
+    """A `Tracer` on Embree's trees over the scene's triangles.
+
+    Attributes
+    ----------
+    handles : (5,) uint64
+        What kernels take: the tree that rays of each `RayKind` see. They are valid as long as the tracer lives.
+    """
 
     def __init__(self, scene: Scene) -> None:
         self._normals = scene.normals
-        self._trees = tree_of_each_kind(scene.objects, lambda seen: _Tree(scene, seen[scene.object_of_triangle]))
+
+        def build(seen: np.ndarray) -> EmbreeTree:
+            return EmbreeTree(scene.vertices, scene.triangles, seen[scene.object_of_triangle])
+
+        self._trees = tree_of_each_kind(scene.objects, build)
+        self.handles = np.array([tree.handle for tree in self._trees], np.uint64)
 
     def closest_hit(
         self,
@@ -26,49 +113,19 @@ class EmbreeTracer:
         kind: RayKind = RayKind.DIFFUSE,
     ) -> Hits:
         """See `Tracer.closest_hit`."""
-        return self._trees[kind].closest_hit(origins, directions, t_max, self._normals)
+        n = len(origins)
+        triangle, (distance, u, v) = np.empty(n, np.int32), np.empty((3, n), np.float32)
+        far = np.full(n, t_max, np.float32)
+        intersect_all(self.handles[kind], new_ray(), *_rays(origins, directions), far, triangle, distance, u, v)
+        normal = rows(self._normals, triangle) if len(self._normals) else np.zeros((n, 3), np.float32)
+        return Hits(triangle, distance, u, v, normal)
 
     def occluded(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """See `Tracer.occluded`."""
-        return self._trees[RayKind.SHADOW].occluded(origins, targets)
+        result = np.empty(len(origins), bool)
+        occluded_all(self.handles[RayKind.SHADOW], new_ray(), *_rays(origins, targets), result)
+        return result
 
 
-class _Tree:
-    """Embree's tree over those triangles of a scene that a mask includes."""
-
-    def __init__(self, scene: Scene, included: np.ndarray) -> None:
-        self._triangle = None if included.all() else np.flatnonzero(included).astype(np.int32)
-        triangles = scene.triangles[included]
-        self._empty = len(triangles) == 0
-        if self._empty:
-            return
-        self._embree = EmbreeScene()
-        TriangleMesh(self._embree, scene.vertices.astype(np.float32), triangles.astype(np.int32))
-        # The tree is built by the first query, which must not be made from two threads at once.
-        self._embree.run(np.zeros((1, 3), np.float32), np.array([[0, 0, 1]], np.float32))
-
-    def closest_hit(
-        self, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray | float, normals: np.ndarray
-    ) -> Hits:
-        n = len(origins)
-        if self._empty or n == 0:
-            return Hits.none(n)
-        limit = None if isinstance(t_max, float) and t_max == np.inf else np.full(n, t_max, np.float32)
-        found = self._embree.run(origins, directions, dists=limit, output=True)
-        primitive = found["primID"]
-        miss = primitive < 0
-        distance = found["tfar"]
-        distance[miss] = np.inf
-        triangle = primitive
-        if self._triangle is not None:
-            triangle = np.where(miss, np.int32(-1), self._triangle[primitive])
-        return Hits(triangle, distance, found["u"], found["v"], rows(normals, triangle))
-
-    def occluded(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        if self._empty or len(origins) == 0:
-            return np.zeros(len(origins), bool)
-        way = targets - origins
-        length = np.sqrt(dot(way, way))
-        # Unit directions: with longer ones Embree's own tolerances would scale with the distance.
-        directions = way / np.maximum(length, np.float32(1e-30))[:, None]
-        return self._embree.run(origins, directions, dists=length * _SHORT_OF_TARGET, query="OCCLUDED") >= 0
+def _rays(origins: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return kernel_array(origins, np.float32), kernel_array(others, np.float32)

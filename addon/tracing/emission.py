@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ..emitters.world import radiance_along
 from ..scene import Scene
 from .protocol import Hits
 
@@ -17,5 +18,5 @@ def emission_met(scene: Scene, hits: Hits, directions: np.ndarray) -> np.ndarray
     radiance[k] = scene.look_up(scene.materials.emission, met.triangle, met.u, met.v)
     radiance[k] *= scene.objects.emits[scene.object_of_triangle[met.triangle], None]
     k = np.flatnonzero(~hits.hit)
-    radiance[k] = scene.world.radiance(directions[k])
+    radiance[k] = radiance_along(scene.world, directions[k])
     return radiance

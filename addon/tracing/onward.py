@@ -6,67 +6,52 @@ same side of a surface that is parallel, and no farther from the plane passed th
 hits are told from others. Longer steps would miss walls that stand on the surface.
 """
 
-from collections.abc import Callable
-from dataclasses import replace
-
 import numpy as np
 
-from ..core.sampling.vectors import dot, rows
-from ..scene import Scene
-from .protocol import Hits
+from ..core.compiling import part
+from ..core.vec3 import ZERO, along, dot, row
+from ..scene.hit import point_at, ray_offset
+from .embree import intersect
 
 _STEP = np.float32(1 / 8)
-"""How far beyond a hit rays start again, over `Scene.ray_offset`, which leaves a wide margin; twice as far each time
-that they meet the same surface."""
+"""How far beyond a hit rays start again, over `ray_offset`, which leaves a wide margin; twice as far each time that
+they meet the same surface."""
 
 _PARALLEL = np.float32(1 - 1e-5)
 _MAX_AGAIN = 16
 
-ClosestHit = Callable[[np.ndarray, np.ndarray, np.ndarray], Hits]
-"""The first hits of rays, by origins (n, 3), directions (n, 3) and farthest distances (n,)."""
 
-
-def onward(
-    scene: Scene,
-    closest_hit: ClosestHit,
-    directions: np.ndarray,
-    passed: Hits,
-    t_max: np.ndarray | float = np.inf,
-    first: np.ndarray | None = None,
-) -> Hits:
-    """The first hit of each ray beyond the one that it passed, with its distance from the ray's origin.
+@part
+def onward(scene, tree, room, direction, far, passed, first):
+    """The first triangle (−1: none) beyond a surface that a ray passed, its distance from the ray's origin, u and v.
 
     Parameters
     ----------
-    first : (n,) int32, optional
-        Triangles that were passed, too, in the same place: their sides may be the other way round.
+    far : float32, m
+        Farthest distance looked at, from the ray's origin.
+    passed : (triangle, distance, u, v)
+    first : int32
+        Triangle that was passed, too, in the same place: its side may be the other way round.
     """
-    start, _ = passed.points(scene, directions)
-    gap = scene.ray_offset(passed.triangle, start)[:, 0]
-    left = t_max - passed.distance
-
-    def beyond(k: np.ndarray | slice, far_on: np.ndarray) -> Hits:
-        flown = directions[k]
-        found = closest_hit(start[k] + far_on[:, None] * flown, flown, np.maximum(left[k] - far_on, 0))
-        return replace(found, distance=found.distance + far_on)
-
+    triangle, distance, u, v = passed
+    start = point_at(scene, triangle, u, v)
+    gap, left = ray_offset(scene, triangle, start), far - distance
     # Distances are counted from the surface passed until the end
-    hits = beyond(slice(None), _STEP * gap)
-    first = passed.triangle if first is None else first
-    k = np.flatnonzero(_meet_it_again(hits, passed, first, directions, gap))
-    for turn in range(_MAX_AGAIN):
-        if len(k) == 0:
-            break
-        found = beyond(k, hits.distance[k] + (2**turn) * _STEP * gap[k])
-        hits.put(k, found)
-        k = k[_meet_it_again(found, passed.where(k), first[k], directions[k], gap[k])]
-    return replace(hits, distance=hits.distance + passed.distance)
+    step, far_on, turn = _STEP * gap, _STEP * gap, 0
+    while True:
+        origin = along(start, far_on, direction)
+        met, beyond, u, v = intersect(tree, room, origin, direction, max(left - far_on, ZERO))
+        beyond += far_on
+        again = met >= 0 and _is_passed(scene, direction, triangle, first, gap, met, beyond)
+        if turn == _MAX_AGAIN or not again:
+            return met, distance + beyond, u, v
+        far_on = beyond + step
+        step, turn = step + step, turn + 1
 
 
-def _meet_it_again(hits: Hits, passed: Hits, first: np.ndarray, directions: np.ndarray, gap: np.ndarray) -> np.ndarray:
-    """Whether rays met the surface that they had passed and fly on from, (n,) bool."""
-    again = hits.hit & ((dot(hits.normal, passed.normal) > _PARALLEL) | (hits.triangle == first))
-    k = np.flatnonzero(again)
-    across = np.abs(dot(rows(passed.normal, k), rows(directions, k)))
-    again[k] = hits.distance[k] * across <= gap[k]
-    return again
+@part
+def _is_passed(scene, direction, passed, first, gap, met, beyond):
+    """Whether a triangle that a ray met is of the surface that it had passed and flies on from."""
+    normal = row(scene.normals, passed)
+    parallel = met == first or dot(row(scene.normals, met), normal) > _PARALLEL
+    return parallel and beyond * abs(dot(normal, direction)) <= gap

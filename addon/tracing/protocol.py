@@ -2,13 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from typing import Protocol, TypeVar
 
 import numpy as np
 
 from ..core.sampling.vectors import dot, rows
-from ..scene import Scene, SceneObjects
+from ..scene import RayKind, Scene, SceneObjects, seen_by
 
 Tree = TypeVar("Tree")
 
@@ -100,28 +99,6 @@ class Hits:
     def hit(self) -> np.ndarray:
         """Which rays meet a triangle, (n,) bool."""
         return self.triangle >= 0
-
-
-class RayKind(IntEnum):
-    """What a ray is for; objects may be hidden from some kinds."""
-
-    DIFFUSE = 0
-    GLOSSY = 1
-    TRANSMITTED = 2
-    SHADOW = 3
-    CAMERA = 4
-
-
-def seen_by(objects: SceneObjects, kind: RayKind) -> np.ndarray:
-    """Which objects rays of a kind see, (o,) bool."""
-    seen_by_kind = (
-        objects.scatters,
-        objects.seen_in_gloss,
-        objects.seen_through_glass,
-        objects.casts_shadow,
-        objects.seen_by_camera,
-    )
-    return seen_by_kind[kind]
 
 
 def tree_of_each_kind(objects: SceneObjects, build: Callable[[np.ndarray], Tree]) -> list[Tree]:

@@ -5,76 +5,287 @@ photons where they are opaque. Whether it does is drawn from the ray itself (a h
 makes it the same whichever thread asks.
 """
 
+from copy import copy
 from dataclasses import replace
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
+from ..core.compiling import kernel, kernel_array, part
 from ..core.progress import Progress
-from ..core.sampling.vectors import rows
-from ..scene import Scene
+from ..core.vec3 import BLACK, ONE, WHITE, largest, length, minus, mul, put, row, times
+from ..scene import RayKind, Scene
+from ..scene.arrays import SceneArrays
+from ..scene.hit import barycentrics, look_up, point_at
+from . import coplanar
 from .coincident import CoincidentSurfaces
+from .coplanar import CoincidentArrays, brought_forward, following, left_by_coincident, let_through
+from .embree import INFINITY, SHORT_OF_TARGET, EmbreeTracer, intersect, new_ray, occluded
 from .onward import onward
-from .protocol import Hits, RayKind, Tracer, seen_by
+from .protocol import Hits, Tracer
 
 _MAX_SURFACES = 64  # see-through surfaces along one ray
-_MIX_1, _MIX_2, _STEP = np.uint32(0x7FEB352D), np.uint32(0x846CA68B), np.uint32(0x9E3779B9)
+_SHADOW, _DIFFUSE = int(RayKind.SHADOW), int(RayKind.DIFFUSE)
+_MIX_1, _MIX_2, _LOW = np.uint64(0x7FEB352D), np.uint64(0x846CA68B), np.uint64(0xFFFFFFFF)
+_STEP, _8, _15, _16 = np.uint64(0x9E3779B9), np.uint64(8), np.uint64(15), np.uint64(16)
+_TINY = np.float32(1e-30)
 
 
-class LightTracer:
-    """A tracer for light in a scene with see-through surfaces; without them it adds nothing to `tracer`.
+class Tracing(NamedTuple):
+    """What kernels take to trace rays through a scene.
+
+    Attributes
+    ----------
+    scene : SceneArrays
+    trees : (5,) uint64
+        Embree's tree that rays of each `RayKind` see.
+    see_through : bool
+        Whether some surface lets light through.
+    coincident : CoincidentArrays
+    all_objects : (o,) bool
+        True: of `transmittance`, where all objects block.
+    """
+
+    scene: SceneArrays
+    trees: np.ndarray
+    see_through: bool
+    coincident: CoincidentArrays
+    all_objects: np.ndarray
+
+
+@part
+def closest_hit(tracing, room, origin, direction, kind):
+    """Where a ray is stopped: (triangle, distance, u, v, tint), with −1 for none.
+
+    Surfaces are passed with the probability that they let light through; the tint is what they leave of it, and what
+    surfaces do that lie in the place of the hit.
+    """
+    triangle, distance, u, v = intersect(tracing.trees[kind], room, origin, direction, INFINITY)
+    return stopped(tracing, room, origin, direction, kind, triangle, distance, u, v)
+
+
+@part
+def stopped(tracing, room, origin, direction, kind, triangle, distance, u, v):
+    """Where a ray is stopped whose first hit is known; see `closest_hit`."""
+    tint, scene, materials = WHITE, tracing.scene, tracing.scene.materials
+    if tracing.see_through:
+        first = triangle
+        for step in range(_MAX_SURFACES):
+            if triangle < 0 or not materials.see_through[scene.material[triangle]]:
+                break
+            coverage = look_up(scene, materials.coverage, triangle, u, v)[0]
+            if _hashed(origin, direction, step) < coverage:
+                break
+            tint = mul(tint, look_up(scene, materials.tint, triangle, u, v))
+            met = triangle, distance, u, v
+            triangle, distance, u, v, first = _after(tracing, room, direction, INFINITY, kind, met, first)
+    if tracing.coincident.any and triangle >= 0:
+        triangle, u, v = brought_forward(tracing, kind, triangle, u, v)
+        tint = mul(tint, left_by_coincident(tracing, triangle, u, v))
+    return triangle, distance, u, v, tint
+
+
+@part
+def beyond(tracing, room, direction, kind, passed):
+    """Where a ray is stopped after it passed a surface (triangle, distance, u, v) that stops others."""
+    origin = point_at(tracing.scene, passed[0], passed[2], passed[3])
+    first = onward(tracing.scene, tracing.trees[kind], room, direction, INFINITY, passed, passed[0])
+    return stopped(tracing, room, origin, direction, kind, *first)
+
+
+@part
+def visibility(tracing, room, origin, target):
+    """Share of the light that passes from one point to another; the last 1e-4 of the way is not looked at."""
+    way = minus(target, origin)
+    distance = length(way)
+    direction, far = times(way, ONE / max(distance, _TINY)), distance * SHORT_OF_TARGET
+    if not occluded(tracing.trees[_SHADOW], room, origin, direction, far):
+        return WHITE
+    if not tracing.see_through:
+        return BLACK
+    return transmittance(tracing, room, origin, direction, far, tracing.all_objects)
+
+
+@part
+def transmittance(tracing, room, origin, direction, far, blocks):
+    """What surfaces that cast shadows leave of the light along a ray as far as `far`; of objects (o,) that block."""
+    scene, passes = tracing.scene, WHITE
+    triangle, distance, u, v = intersect(tracing.trees[_SHADOW], room, origin, direction, far)
+    first = triangle
+    for _ in range(_MAX_SURFACES):
+        if triangle < 0:
+            return passes
+        if blocks[scene.object[triangle]]:
+            passes = mul(passes, let_through(scene, triangle, u, v))
+            if largest(passes) <= 0:
+                return BLACK
+        met = triangle, distance, u, v
+        triangle, distance, u, v, first = _after(tracing, room, direction, far, _SHADOW, met, first)
+    return BLACK
+
+
+@part
+def _after(tracing, room, direction, far, kind, passed, first):
+    """The surface that a ray meets after the one that it passed: another in the same place, else one beyond.
+
+    Parameters
+    ----------
+    first : int32
+        Triangle that the ray met first of those in the place passed; returned anew for the hit, at the end.
+    """
+    scene, (triangle, distance, u, v) = tracing.scene, passed
+    if tracing.coincident.any:
+        other = following(tracing, kind, triangle, u, v, first)
+        if other >= 0:
+            u, v = barycentrics(scene, other, point_at(scene, triangle, u, v))
+            return other, distance, u, v, first
+    triangle, distance, u, v = onward(scene, tracing.trees[kind], room, direction, far, passed, first)
+    return triangle, distance, u, v, triangle
+
+
+@part
+def _hashed(origin, direction, step):
+    """A number in [0, 1) of a ray and a step, by the mixing of Wellons' "Hash Function Prospector"."""
+    mixed = (np.uint64(step + 1) * _STEP) & _LOW
+    for value in origin:
+        mixed = _mixed(mixed, value)
+    for value in direction:
+        mixed = _mixed(mixed, value)
+    return np.float32(mixed >> _8) * np.float32(2**-24)
+
+
+@part
+def _mixed(mixed, value):
+    """The low 32 bits of a number, mixed with those of a float32."""
+    mixed ^= np.uint64(np.float32(value).view(np.uint32))
+    mixed = ((mixed ^ (mixed >> _16)) * _MIX_1) & _LOW
+    mixed = ((mixed ^ (mixed >> _15)) * _MIX_2) & _LOW
+    return mixed ^ (mixed >> _16)
+
+
+@kernel
+def _closest_hits(tracing, room, origins, directions, kind, triangle, distance, u, v, tint):
+    for i in range(len(origins)):
+        origin, direction = row(origins, i), row(directions, i)
+        triangle[i], distance[i], u[i], v[i], color = closest_hit(tracing, room, origin, direction, kind[i])
+        put(tint, i, color)
+
+
+@kernel
+def _stops(tracing, room, origins, directions, kind, triangle, distance, u, v, tint):
+    for i in range(len(origins)):
+        first = triangle[i], distance[i], u[i], v[i]
+        stop = stopped(tracing, room, row(origins, i), row(directions, i), kind[i], *first)
+        triangle[i], distance[i], u[i], v[i], color = stop
+        put(tint, i, color)
+
+
+@kernel
+def _beyond(tracing, room, directions, kind, triangle, distance, u, v, tint):
+    for i in range(len(directions)):
+        passed = triangle[i], distance[i], u[i], v[i]
+        stop = beyond(tracing, room, row(directions, i), kind, passed)
+        triangle[i], distance[i], u[i], v[i], color = stop
+        put(tint, i, color)
+
+
+@kernel
+def _visibilities(tracing, room, origins, targets, passes):
+    for i in range(len(origins)):
+        put(passes, i, visibility(tracing, room, row(origins, i), row(targets, i)))
+
+
+@kernel
+def _transmittances(tracing, room, origins, directions, far, blocks, passes):
+    for i in range(len(origins)):
+        share = transmittance(tracing, room, row(origins, i), row(directions, i), far[i], blocks)
+        put(passes, i, share)
+
+
+@kernel
+def _coplanar_occluded(tracing, triangle, u, v, result):
+    for i in range(len(triangle)):
+        result[i] = triangle[i] >= 0 and coplanar.coplanar_occluded(tracing, triangle[i], u[i], v[i])
+
+
+class TransparencyTracer:
+    """Traces light in a scene with see-through and coincident surfaces: arrays of rays, by the parts above.
 
     Parameters
     ----------
     scene : Scene
-    tracer : Tracer
+    tracer : EmbreeTracer
     progress : Progress, optional
         Of the search for surfaces in one place.
 
     Attributes
     ----------
-    surfaces : Tracer
+    surfaces : EmbreeTracer
         `tracer`: where any surface is, see-through or not.
     """
 
-    def __init__(self, scene: Scene, tracer: Tracer, progress: Progress | None = None) -> None:
+    def __init__(self, scene: Scene, tracer: EmbreeTracer, progress: Progress | None = None) -> None:
         self._scene, self.surfaces = scene, tracer
-        # One more entry for triangle −1
-        self._see_through = np.append(scene.materials.see_through[scene.material_of_triangle], False)
-        self._any_see_through = bool(self._see_through.any())
         self._coincident = CoincidentSurfaces(scene, tracer, progress or Progress())
-        self._tints = self._any_see_through or self._coincident.any
-        objects = scene.objects
-        self._kinds_differ = not (
-            np.array_equal(objects.scatters, objects.seen_in_gloss)
-            and np.array_equal(objects.scatters, objects.seen_through_glass)
-        )
+        self._first_hits: Tracer | None = None
+
+    def with_first_hits(self, tracer: Tracer) -> "TransparencyTracer":
+        """The same, but `closest_hit` takes the first surfaces along rays from another tracer."""
+        other = copy(self)
+        other._first_hits = tracer
+        return other
+
+    def lit_by(self, scene: Scene) -> "TransparencyTracer":
+        """The same for the same surfaces, lit by other lights (`Scene.lit_by`)."""
+        other = copy(self)
+        other._scene = scene
+        other.__dict__["arrays"] = self.arrays._replace(scene=scene.arrays)
+        return other
+
+    @cached_property
+    def arrays(self) -> Tracing:
+        """What kernels take; valid as long as this tracer lives."""
+        scene = self._scene.arrays
+        see_through = bool(scene.materials.see_through[scene.material].any())
+        all_objects = np.ones(len(scene.emits), bool)
+        return Tracing(scene, self.surfaces.handles, see_through, self._coincident.arrays, all_objects)
 
     def closest_hit(
         self, origins: np.ndarray, directions: np.ndarray, kind: np.ndarray | RayKind = RayKind.DIFFUSE
     ) -> Hits:
-        """Where each ray is stopped; `kind` is one for all or (n,) of `RayKind`."""
-        if isinstance(kind, RayKind) or not self._kinds_differ:
-            return self._stopped(origins, directions, kind if isinstance(kind, RayKind) else RayKind.DIFFUSE)
-        hits = Hits.none(len(origins))
-        if self._tints:
-            hits = hits.with_tint()
-        for one in np.unique(kind):
-            k = np.flatnonzero(kind == one)
-            hits.put(k, self._stopped(origins[k], directions[k], RayKind(one)))
+        """Where each ray (n, 3) is stopped; `kind` is one for all or (n,) of `RayKind`."""
+        kinds = np.full(len(origins), kind, np.uint8)
+        rays = kernel_array(origins, np.float32), kernel_array(directions, np.float32), kinds
+        if self._first_hits is None:
+            hits = _empty_hits(len(origins))
+            _closest_hits(self.arrays, new_ray(), *rays, *_columns(hits))
+        else:
+            hits = self._first(origins, directions, kinds)
+            _stops(self.arrays, new_ray(), *rays, *_columns(hits))
+        return self._finished(hits)
+
+    def _first(self, origins: np.ndarray, directions: np.ndarray, kinds: np.ndarray) -> Hits:
+        """First hits by the other tracer, whose kinds of rays are traced one after the other."""
+        assert self._first_hits is not None
+        hits = _empty_hits(len(origins))
+        for kind in np.unique(kinds):
+            k = np.flatnonzero(kinds == kind)
+            hits.put(k, self._first_hits.closest_hit(origins[k], directions[k], kind=RayKind(kind)))
         return hits
 
-    def _stopped(self, origins: np.ndarray, directions: np.ndarray, kind: RayKind) -> Hits:
-        """Hits of rays of one kind, see-through surfaces passed with the probability that they let light through."""
-        hits = self.surfaces.closest_hit(origins, directions, kind=kind)
-        if not self._tints:
-            return hits
-        hits = hits.with_tint()
-        if self._any_see_through:
-            self._pass_through(hits, origins, directions, kind)
-        if self._coincident.any:
-            self._coincident.bring_forward(hits, seen_by(self._scene.objects, kind))
-            hits = replace(hits, tint=hits.tinted(self._coincident.leave(hits.triangle, hits.u, hits.v)))
-        return hits
+    def beyond(self, directions: np.ndarray, passed: Hits) -> Hits:
+        """Where diffuse rays are stopped after they passed surfaces that stop others, with the whole distance."""
+        hits = passed.with_tint()
+        _beyond(self.arrays, new_ray(), kernel_array(directions, np.float32), _DIFFUSE, *_columns(hits))
+        return self._finished(hits)
+
+    def _finished(self, hits: Hits) -> Hits:
+        """Hits with the normals of their triangles, and with a tint only if there may be one."""
+        met = np.flatnonzero(hits.hit)
+        hits.normal[met] = self._scene.normals[hits.triangle[met]]
+        tints = self.arrays.see_through or self.arrays.coincident.any
+        return hits if tints else replace(hits, tint=None)
 
     @property
     def flush_emitters(self) -> list[tuple[str, str]]:
@@ -82,77 +293,18 @@ class LightTracer:
         names = self._scene.objects.names
         return list(dict.fromkeys((names[one], names[other]) for one, other in self._coincident.flush_emitters))
 
-    def smothered(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def coplanar_occluded(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Whether an opaque surface lies where points of triangles are, so that no light leaves them, (n,) bool."""
-        return self._coincident.smother(triangle, u, v)
-
-    def _pass_through(self, hits: Hits, origins: np.ndarray, directions: np.ndarray, kind: RayKind) -> None:
-        """Move hits on to where the rays are stopped."""
-        scene, materials = self._scene, self._scene.materials
-        open_ = np.flatnonzero(self._see_through[hits.triangle])
-        first = hits.triangle[open_]
-        for step in range(_MAX_SURFACES):
-            # Draw which rays go through
-            met = hits.where(open_)
-            coverage = scene.look_up(materials.coverage, met.triangle, met.u, met.v)[:, 0]
-            through = np.flatnonzero(_hash(origins[open_], directions[open_], step) >= coverage)
-            if len(through) == 0:
-                break
-            k, met, first = open_[through], met.where(through), first[through]
-
-            # Send them on from behind the surface
-            tint = met.tint * scene.look_up(materials.tint, met.triangle, met.u, met.v)
-            beyond, first = self._onward(directions[k], met, first, np.inf, kind)
-            hits.put(k, replace(beyond, tint=tint))
-            left = np.flatnonzero(self._see_through[beyond.triangle])
-            open_, first = k[left], first[left]
-
-    def _onward(
-        self,
-        directions: np.ndarray,
-        passed: Hits,
-        first: np.ndarray,
-        t_max: np.ndarray | float,
-        kind: RayKind,
-    ) -> tuple[Hits, np.ndarray]:
-        """The surface that each ray meets after the one that it passed: another in the same place, else one beyond.
-
-        Parameters
-        ----------
-        first : (n,) int32
-            Triangle that the ray met first of those in the place passed; returned anew for the hits.
-        """
-        scene = self._scene
-
-        def closest(starts: np.ndarray, ways: np.ndarray, left: np.ndarray) -> Hits:
-            return self.surfaces.closest_hit(starts, ways, left, kind=kind)
-
-        if not self._coincident.any:
-            hits = onward(scene, closest, directions, passed, t_max)
-            return hits, hits.triangle
-        seen = seen_by(scene.objects, kind)
-        triangle = self._coincident.following(passed.triangle, passed.u, passed.v, first, seen)
-        here, beyond = np.flatnonzero(triangle >= 0), np.flatnonzero(triangle < 0)
-        hits, at, triangle = Hits.none(len(triangle)), passed.where(here), triangle[here]
-        u, v = scene.barycentrics(triangle, scene.points(at.triangle, at.u, at.v))
-        hits.put(here, Hits(triangle, at.distance, u, v, rows(scene.normals, triangle)))
-        t_max = np.broadcast_to(np.float32(t_max), len(directions))[beyond]
-        hits.put(beyond, onward(scene, closest, directions[beyond], passed.where(beyond), t_max, first[beyond]))
-        first = first.copy()
-        first[beyond] = hits.triangle[beyond]
-        return hits, first
+        result = np.empty(len(triangle), bool)
+        places = kernel_array(triangle, np.int32), kernel_array(u, np.float32), kernel_array(v, np.float32)
+        _coplanar_occluded(self.arrays, *places, result)
+        return result
 
     def visibility(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        """Share of the light that passes from each origin to its target, (n, 3) or (n, 1) float32."""
-        blocked = self.surfaces.occluded(origins, targets)
-        passes = (~blocked)[:, None].astype(np.float32)
-        if not self._any_see_through or not blocked.any():
-            return passes
-        k = np.flatnonzero(blocked)
-        passes = np.repeat(passes, 3, axis=1)
-        way = targets[k] - origins[k]
-        length = np.linalg.norm(way, axis=1, keepdims=True)
-        passes[k] = self.transmittance(origins[k], way / np.maximum(length, 1e-30), length[:, 0] * np.float32(1 - 1e-4))
+        """Share of the light that passes from each origin to its target, (n, 3) float32."""
+        passes = np.empty((len(origins), 3), np.float32)
+        ends = kernel_array(origins, np.float32), kernel_array(targets, np.float32)
+        _visibilities(self.arrays, new_ray(), *ends, passes)
         return passes
 
     def transmittance(
@@ -165,35 +317,17 @@ class LightTracer:
         blocks : (o,) bool, optional
             Objects that count; all without it.
         """
-        scene, materials = self._scene, self._scene.materials
-        passes = np.ones((len(origins), 3), np.float32)
-        t_max = np.asarray(t_max, np.float32)
-        hits = self.surfaces.closest_hit(origins, directions, t_max, kind=RayKind.SHADOW)
-        ray, first = np.arange(len(origins)), hits.triangle
-        for _ in range(_MAX_SURFACES):
-            k = np.flatnonzero(hits.hit)
-            hits, ray, first = hits.where(k), ray[k], first[k]
-            if len(ray) == 0:
-                return passes
-            share = scene.look_up(materials.tint, hits.triangle, hits.u, hits.v)
-            share *= 1 - scene.look_up(materials.coverage, hits.triangle, hits.u, hits.v)
-            if blocks is not None:
-                share[~blocks[scene.object_of_triangle[hits.triangle]]] = 1
-            passes[ray] *= share
-            k = np.flatnonzero((share > 0).any(axis=1))
-            ray, passed = ray[k], hits.where(k)
-            hits, first = self._onward(directions[ray], passed, first[k], t_max[ray], RayKind.SHADOW)
-        passes[ray] = 0
+        passes = np.empty((len(origins), 3), np.float32)
+        rays = kernel_array(origins, np.float32), kernel_array(directions, np.float32)
+        blocks = self.arrays.all_objects if blocks is None else kernel_array(blocks, np.bool_)
+        _transmittances(self.arrays, new_ray(), *rays, kernel_array(t_max, np.float32), blocks, passes)
         return passes
 
 
-def _hash(origins: np.ndarray, directions: np.ndarray, step: int) -> np.ndarray:
-    """A number in [0, 1) of each ray and step, (n,) float32, by the mixing of Wellons' "Hash Function Prospector"."""
-    bits = np.concatenate([origins, directions], axis=1).astype(np.float32).view(np.uint32)
-    mixed = np.full(len(bits), step + 1, np.uint32) * _STEP
-    for column in bits.T:
-        mixed = mixed ^ column
-        mixed = (mixed ^ (mixed >> np.uint32(16))) * _MIX_1
-        mixed = (mixed ^ (mixed >> np.uint32(15))) * _MIX_2
-        mixed ^= mixed >> np.uint32(16)
-    return (mixed >> np.uint32(8)).astype(np.float32) * np.float32(2**-24)
+def _empty_hits(n: int) -> Hits:
+    return replace(Hits.none(n), tint=np.ones((n, 3), np.float32))
+
+
+def _columns(hits: Hits) -> tuple[np.ndarray | None, ...]:
+    """What kernels write of hits."""
+    return hits.triangle, hits.distance, hits.u, hits.v, hits.tint

@@ -4,6 +4,7 @@ from collections.abc import Collection, Mapping
 from time import perf_counter
 
 from ..core.progress import Progress
+from ..pipeline.warm_up import COMPILING
 from ..settings.bake import Gather
 from .outcomes import Outcome
 
@@ -159,7 +160,7 @@ class BakeState:
     @property
     def words(self) -> str:
         """The stage, and how long the rest may take."""
-        left = self.seconds_left
+        left = None if self.stage == COMPILING else self.seconds_left
         return self.stage if left is None else f"{self.stage}: {duration(left)} left"
 
     def _listen(self, stage: str, fraction: float) -> None:

@@ -19,6 +19,7 @@ from ...addon.core.errors import BakeError, Cancelled
 from ...addon.core.progress import Progress
 from ...addon.output import Report, atomic_path, check_writable, hushed, peak_memory_mb
 from ...addon.pipeline.refinement import RefineOptions
+from ...addon.pipeline.warm_up import compiler
 from ...addon.ui.state import duration, shares_of
 from ..baked_light import shown_after_bake
 from ..jobs.bake_job import BakeJob
@@ -56,7 +57,7 @@ def run(arguments: list[str]) -> int:
     line = ProgressLine(sys.stderr, shares, len(options.frames or [0]))
     progress = Progress(line)
     report = _begin(options)
-    started, baked = perf_counter(), False
+    started, compiled, baked = perf_counter(), compiler.seconds, False
     try:
         with ctrl_c_cancels(progress):
             if unopened:  # Blender goes on with a scene of its own
@@ -69,7 +70,7 @@ def run(arguments: list[str]) -> int:
     except Exception as error:
         report.status, report.message, status = "failed", describe(error), FAILED
     line.clear()
-    report.total_seconds = perf_counter() - started
+    report.total_seconds, report.compile_seconds = perf_counter() - started, compiler.seconds - compiled
     return _end(report, progress, options, status, baked)
 
 

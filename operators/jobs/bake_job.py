@@ -16,10 +16,11 @@ from ...addon.core.errors import Advice, BakeError, Cancelled, refuse_difference
 from ...addon.core.inspector import Inspector
 from ...addon.core.parallel import Workers, aside
 from ...addon.core.progress import Progress
+from ...addon.core.zips import check_libraries
 from ...addon.output import check_space
+from ...addon.pipeline.warm_up import compiler
 from ...addon.scene import Scene
 from ...addon.settings.bake import BakeSettings
-from ...addon.tracing import Tracer
 from ...addon.ui.properties.mixer import set_layers
 from ...addon.ui.state import duration
 from ..targets.camera import CameraTarget
@@ -155,16 +156,26 @@ class BakeJob:
         """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it.
 
         It ends soon after it is cancelled, whatever is being done.
+
+        Raises
+        ------
+        BakeError
+            If it cannot be baked, or a library is missing.
+        Cancelled
         """
+        compiler.wait(progress)
+        compiler.wait(progress)
+        check_libraries()
         return aside(lambda: self._solve(settings, progress, inspector), progress.check)
 
     def _solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None) -> Solved:
         from ...addon.gather import Irradiance
         from ...addon.pipeline.outputs import light, parts_of  # here, as Blender's start should not wait for SciPy
+        from ...addon.tracing.embree import EmbreeTracer
 
         started = perf_counter()
         workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
-        tracer = make_tracer(self.scene, self.warnings)
+        tracer = EmbreeTracer(self.scene)
         samples = [target.samples(self.scene, tracer, workers, self.warnings) for target in self.targets]
         self.check_strict()
         groups = list(self.groups.values()) or [self.scene]
@@ -258,16 +269,3 @@ def _flush(emitter: str, other: str) -> str:
         f"Emissive faces of object '{emitter}' lie in one plane with {place}, where Cycles' light depends on rounding; "
         "it was baked as if in front: move it 1 mm in front."
     )
-
-
-def make_tracer(scene: Scene, warnings: list[str]) -> Tracer:
-    """Embree's tracer, or where Embree is not installed Blender's own with a notice."""
-    try:
-        from ...addon.tracing.embree import EmbreeTracer
-    except ImportError:
-        from ...addon.blender import BVHTracer
-
-        slow = "embreex is not installed, so Blender's slower BVH traces rays: install the extension's zip."
-        warnings.append(Advice(slow))
-        return BVHTracer(scene)
-    return EmbreeTracer(scene)

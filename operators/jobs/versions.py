@@ -7,7 +7,7 @@ from pathlib import Path
 
 import bpy
 
-_PACKAGES = ("numpy", "scipy", "embreex", "OpenEXR", "pyoidn")
+_PACKAGES = ("numpy", "scipy", "embreex", "numba", "llvmlite", "OpenEXR", "pyoidn")
 
 
 def versions() -> dict[str, str]:

@@ -22,7 +22,7 @@ from ...addon.receivers import Camera, PixelFilter, Receivers
 from ...addon.scene import Scene
 from ...addon.settings.bake import BakeSettings
 from ...addon.settings.camera import CameraSettings
-from ...addon.tracing import Tracer
+from ...addon.tracing import EmbreeTracer
 from ..jobs.folders import check_folder, make_folder
 from ..jobs.versions import own_version
 from ..jobs.written import Written
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from ...addon.pipeline.camera_pass import LightBeside
     from ...addon.pipeline.solution import Solution
     from ...addon.receivers import CameraPoints
-    from ...addon.tracing import LightTracer
+    from ...addon.tracing import TransparencyTracer
 
 FILTERING = "Denoising the pass"
 
@@ -106,16 +106,16 @@ class CameraTarget:
         of_pixel = BYTES_OF_PIXEL[self.settings.precision] + self.n_groups * of_light
         return {self.path: self.frame.width * self.frame.height * of_pixel}
 
-    def samples(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "CameraSamples":
+    def samples(self, scene: Scene, tracer: EmbreeTracer, workers: Workers, warnings: list[str]) -> "CameraSamples":
         """See `Target.samples`."""
-        from ...addon.tracing import LightTracer
+        from ...addon.tracing import TransparencyTracer
 
-        points = self.seen(scene, LightTracer(scene, tracer, workers.progress), workers)
+        points = self.seen(scene, TransparencyTracer(scene, tracer, workers.progress), workers)
         if len(points) == 0:
             warnings.append(Advice("The camera sees no surface, so its pass is empty."))
         return CameraSamples(points, points.receivers(scene), scene, self, warnings)
 
-    def seen(self, scene: Scene, tracer: "LightTracer", workers: Workers) -> "CameraPoints":
+    def seen(self, scene: Scene, tracer: "TransparencyTracer", workers: Workers) -> "CameraPoints":
         """What the camera sees: the same points whatever the scene's lights are, and the light beyond mirrors."""
         from ...addon.receivers import camera_points
 

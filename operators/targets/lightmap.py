@@ -25,7 +25,7 @@ from ...addon.output import atomic_path, check_place, check_writable
 from ...addon.receivers import AttributeTarget, LightmapMesh, Receivers
 from ...addon.scene import Scene
 from ...addon.settings.lightmap import LightmapSettings
-from ...addon.tracing import Tracer
+from ...addon.tracing import EmbreeTracer
 from ..jobs.folders import check_folder
 from ..jobs.written import Written
 
@@ -143,7 +143,7 @@ class LightmapTarget:
         images = zip(self.paths, self.layout.sizes, strict=True)
         return {path: height * width * n_bytes for paths, (height, width) in images for path in paths.values()}
 
-    def samples(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "TexelSamples":
+    def samples(self, scene: Scene, tracer: EmbreeTracer, workers: Workers, warnings: list[str]) -> "TexelSamples":
         """See `Target.samples`."""
         from ...addon.receivers import texel_receivers
 

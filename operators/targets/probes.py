@@ -20,7 +20,7 @@ from ...addon.receivers import ProbePlaces, Receivers
 from ...addon.scene import Scene
 from ...addon.settings.bake import BakeSettings
 from ...addon.settings.probes import ProbeSettings
-from ...addon.tracing import Tracer
+from ...addon.tracing import EmbreeTracer
 from ..jobs.folders import check_folder, make_folder
 from ..jobs.versions import own_version
 from ..jobs.written import Written
@@ -92,7 +92,7 @@ class ProbeTarget:
         """See `Target.sizes`."""
         return {self.path: len(self.places) * _BYTES_OF_PROBE}
 
-    def samples(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "ProbeSamples":
+    def samples(self, scene: Scene, tracer: EmbreeTracer, workers: Workers, warnings: list[str]) -> "ProbeSamples":
         """See `Target.samples`."""
         return ProbeSamples(self)
 

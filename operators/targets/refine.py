@@ -18,7 +18,7 @@ from ...addon.core.progress import Progress
 from ...addon.pipeline.refinement import Placed, Refinement, RefineOptions, refine
 from ...addon.receivers import Receivers, vertex_receivers
 from ...addon.scene import Scene
-from ...addon.tracing import Tracer
+from ...addon.tracing import EmbreeTracer
 from ..jobs.written import Written
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ class RefineTarget:
         """See `Target.sizes`: none."""
         return {}
 
-    def samples(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "RefineSamples":
+    def samples(self, scene: Scene, tracer: EmbreeTracer, workers: Workers, warnings: list[str]) -> "RefineSamples":
         """See `Target.samples`."""
         return RefineSamples(self.vertices, self)
 

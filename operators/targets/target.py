@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from ...addon.core.parallel import Workers
 from ...addon.core.progress import Progress
 from ...addon.scene import Scene
-from ...addon.tracing import Tracer
+from ...addon.tracing import EmbreeTracer
 from ..jobs.written import Written
 from .probes import ProbeFiles
 
@@ -67,7 +67,7 @@ class Target(Protocol):
     def sizes(self) -> dict[Path, int]:
         """How large the files that it goes to may become, bytes."""
 
-    def samples(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "Samples":
+    def samples(self, scene: Scene, tracer: EmbreeTracer, workers: Workers, warnings: list[str]) -> "Samples":
         """Where light is wanted, to be finished into an `Output`; touches none of Blender's data."""
 
 

@@ -30,7 +30,7 @@ from ...addon.core.parallel import Workers
 from ...addon.core.progress import Progress
 from ...addon.receivers import ReceiverMesh, Receivers, ShownFaces, face_samples, vertex_receivers
 from ...addon.scene import Scene
-from ...addon.tracing import Tracer
+from ...addon.tracing import EmbreeTracer
 from ..jobs.written import Written
 
 if TYPE_CHECKING:
@@ -140,7 +140,7 @@ class VertexTarget:
         """See `Target.sizes`: none."""
         return {}
 
-    def samples(self, scene: Scene, tracer: Tracer, workers: Workers, warnings: list[str]) -> "AttributeSamples":
+    def samples(self, scene: Scene, tracer: EmbreeTracer, workers: Workers, warnings: list[str]) -> "AttributeSamples":
         """See `Target.samples`."""
         meshes = [*self.meshes, *(copy.mesh for copy in self.copies)]
         vertices = vertex_receivers(meshes, all_shown=self.fit)
@@ -150,7 +150,7 @@ class VertexTarget:
         return AttributeSamples.fitted(vertices, faces, self, tracer, workers, warnings)
 
     def without_noise(
-        self, light: "Irradiance", receivers: Receivers, tracer: Tracer, workers: Workers
+        self, light: "Irradiance", receivers: Receivers, tracer: EmbreeTracer, workers: Workers
     ) -> "Irradiance":
         """Light of vertices that are not fitted, denoised if that is asked for."""
         from ...addon.emitters import region_of
@@ -172,14 +172,14 @@ class AttributeSamples:
         All, and those at vertices.
     samples : VertexSamples or None
     target : VertexTarget
-    tracer : Tracer
+    tracer : EmbreeTracer
     """
 
     receivers: Receivers
     vertices: Receivers
     samples: "VertexSamples | None"
     target: VertexTarget
-    tracer: Tracer
+    tracer: EmbreeTracer
     warnings: list[str]
     beside: "WidePoints | None" = None
 
@@ -188,7 +188,7 @@ class AttributeSamples:
         vertices: Receivers,
         faces: ShownFaces,
         target: VertexTarget,
-        tracer: Tracer,
+        tracer: EmbreeTracer,
         workers: Workers,
         warnings: list[str],
     ) -> "AttributeSamples":

@@ -5,7 +5,7 @@ from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.photons import bounce_map, trace_photons
 from photon_bake.addon.photons.tracing import shares
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 
 N_PHOTONS, N_BOUNCES = 200_000, 4
@@ -26,7 +26,7 @@ def attrition_table(built, paths):
 
 def attrition(name, scene, region):
     """A row."""
-    tracer, sources = LightTracer(scene, EmbreeTracer(scene)), light_sources(scene, region)
+    tracer, sources = TransparencyTracer(scene, EmbreeTracer(scene)), light_sources(scene, region)
     counts = zip(sources, shares(sources, N_PHOTONS), strict=True)
     maps = [bounce_map(scene, tracer, source, count) for source, count in counts]
     n_emitted = sum(len(made.rays.flux) for made in maps)

@@ -21,7 +21,7 @@ from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.gather import photon_volume_irradiance
 from photon_bake.addon.photons import PathKind, trace_photons
 from photon_bake.addon.receivers import diffuse_colors, seen_surface
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 
 WIDTH, HEIGHT = 800, 540
@@ -67,7 +67,7 @@ class Bench:
         bpy.context.view_layer.update()
         self.scene = rendered_scene()
         self.camera = camera_of_scene(WIDTH, HEIGHT)
-        self.tracer = LightTracer(self.scene, EmbreeTracer(self.scene))
+        self.tracer = TransparencyTracer(self.scene, EmbreeTracer(self.scene))
         self.seen = seen_surface(self.scene, self.tracer, self.camera)
         self.floor = self.seen.where(np.abs(self.seen.position[:, 2]) < 1e-4)
         self.sources = light_sources(self.scene, region_of(self.seen.position))

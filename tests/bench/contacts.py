@@ -26,13 +26,14 @@ from photon_bake.addon.blender.lightmap.meshes import check_lightmap_object
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.emitters import region_of
-from photon_bake.addon.gather import Effort, FinalGather
+from photon_bake.addon.gather import FinalGather, SampleBudget
 from photon_bake.addon.output.lightmap import FinishOptions, finish_lightmaps
 from photon_bake.addon.pipeline.bake import solve
 from photon_bake.addon.receivers.uv_maps.faces import areas
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.lightmap import LightmapSettings
-from photon_bake.operators.jobs.bake_job import BakeJob, make_tracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.operators.jobs.bake_job import BakeJob
 from photon_bake.operators.targets.lightmap import LightmapRequest
 from scipy.ndimage import distance_transform_cdt
 
@@ -129,14 +130,14 @@ def bake_twice(name, given):
         wanted = LightmapRequest(lightmaps, Path(folder), name)
         job = BakeJob.prepare(bpy.context, [wanted], Progress(), [o.name for o in objects])
     settings = settings_for(given.quality)
-    tracer, workers = make_tracer(job.scene, []), Workers(settings.seed, settings.n_threads)
+    tracer, workers = EmbreeTracer(job.scene), Workers(settings.seed, settings.n_threads)
     points = job.targets[0].samples(job.scene, tracer, workers, [])
     receivers, texels = points.receivers, points.texels
     solution = solve(job.scene, receivers, settings, tracer)
     solution.rays  # the cache, which both share  # noqa: B018
     extent = max(2 * region_of(receivers.position).radius, 1e-3)
     start = process_time()
-    ours = gathered(solution, receivers, Effort(settings.n_gather_rays), extent, 0)
+    ours = gathered(solution, receivers, SampleBudget(settings.n_gather_rays), extent, 0)
     seconds = process_time() - start
     near, _ = near_edges(texels)
     compared = drawn(near, given.most)
@@ -145,7 +146,7 @@ def bake_twice(name, given):
         k = np.flatnonzero(texels.image == image)
         at[k] = mask[texels.row[k], texels.column[k]]
     k = np.flatnonzero(at)
-    sure = gathered(solution, receivers.where(k), Effort(given.rays, interpolate=False), extent, 1)
+    sure = gathered(solution, receivers.where(k), SampleBudget(given.rays, interpolate=False), extent, 1)
     value, known = ours.light.irradiance.copy(), np.zeros(len(at))
     value[k], known[k] = sure.light.irradiance, sure.light.stderr
     options = FinishOptions(denoiser="none")

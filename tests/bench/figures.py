@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 from photon_bake.addon.blender import bake_objects, in_render_graph, read_camera, read_scene, receiver_meshes
 from photon_bake.addon.receivers import vertex_receivers
-from photon_bake.addon.tracing import RayKind
+from photon_bake.addon.scene import RayKind
 from photon_bake.addon.tracing.embree import EmbreeTracer
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -20,11 +20,11 @@ from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.gather import Cascade
 from photon_bake.addon.photons import PathKind, trace_photons
-from photon_bake.addon.pipeline.camera_bake import bake_camera
 from photon_bake.addon.scene.surface_points import surface_points
 from photon_bake.addon.settings.bake import BakeSettings
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.tests.camera_bake import bake_camera
 
 N_PHOTONS, N_POINTS = 600_000, 50_000
 STAGES = {
@@ -50,7 +50,7 @@ DRAFT_HEAD = ["Scene", "Bake", "Receivers", "Seconds", "Stages, s"]
 def grid_rows(path, truth):
     """Rows: 16³, 32³ and 48³ on a scene with truth, as in Figure 9; times are for 50,000 points on its surfaces."""
     scene, _, probes = load(path)
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     points = spread(scene, N_POINTS)
     sources = light_sources(scene, region_of(probes.position))
     photons = trace_photons(scene, tracer, sources, N_PHOTONS, 32, Workers())

@@ -28,7 +28,8 @@ from photon_bake.addon.receivers import Receivers
 from photon_bake.addon.receivers.uv_maps import areas
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.lightmap import LightmapSettings
-from photon_bake.operators.jobs.bake_job import BakeJob, make_tracer
+from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.operators.jobs.bake_job import BakeJob
 from photon_bake.operators.targets.lightmap import LightmapRequest
 
 HEAD = ["Scene", "Texels a metre", "Denoiser", "Objects", "Texels", "Use", "Probes", "Seconds", "Relative RMSE"]
@@ -165,7 +166,7 @@ def measure(name, path, density, quality, most_texels):
         wanted = LightmapRequest(LightmapSettings(density=density, max_size=8192), Path(folder), name)
         job = BakeJob.prepare(bpy.context, [wanted], Progress(), names)
     (target,) = job.targets
-    tracer, workers = make_tracer(job.scene, []), Workers(settings.seed, settings.n_threads)
+    tracer, workers = EmbreeTracer(job.scene), Workers(settings.seed, settings.n_threads)
     points = target.samples(job.scene, tracer, workers, [])
     light = bake(job.scene, joined(points.receivers, probes.receivers()), settings, tracer)
     seconds = perf_counter() - start

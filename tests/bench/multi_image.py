@@ -19,7 +19,7 @@ from photon_bake.addon.photons import emitted_rays, trace_photons
 from photon_bake.addon.pipeline.outputs import N_LIGHT_RAYS
 from photon_bake.addon.scene import Scene
 from photon_bake.addon.scene.surface_points import surface_points
-from photon_bake.addon.tracing import Hits, LightTracer
+from photon_bake.addon.tracing import Hits, TransparencyTracer
 from photon_bake.addon.tracing.cube_maps import LightRays, MultiImageTracer, Tally, lit_region
 from photon_bake.addon.tracing.cube_maps.box import through_box
 from photon_bake.addon.tracing.embree import EmbreeTracer
@@ -68,7 +68,7 @@ class Case:
 def photon_rays(name, scene, receivers, n_photons=N_PHOTONS, only_through=None):
     """A case: the rays of photons that are aimed at receivers; only those that get into a box, if one is given."""
     sources, recorder = light_sources(scene, region_of(receivers.position)), RecordingTracer(scene)
-    tracer = LightTracer(scene, recorder)
+    tracer = TransparencyTracer(scene, recorder)
     recorder.asked.clear()
     trace_photons(scene, tracer, sources, n_photons, 32, ALONE)
     origins, directions = (np.concatenate(rays) for rays in zip(*recorder.asked, strict=True))

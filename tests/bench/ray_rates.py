@@ -10,14 +10,14 @@ second time without, which tells what these cost.
 
 import os
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from time import perf_counter, process_time
 from unittest import mock
 
 import numpy as np
 from figures import load, table
-from photon_bake.addon.bsdf import Surface, base_share, glossy_albedo, is_focused, sample_bsdf, surface_at
+from photon_bake.addon.bsdf import Surface, base_transmittance, glossy_albedo, surface_at
 from photon_bake.addon.core import parallel
 from photon_bake.addon.core.parallel import Turns, Workers
 from photon_bake.addon.core.sampling.octahedral import encode_octahedral
@@ -30,10 +30,10 @@ from photon_bake.addon.gather.rays.gather_rays import _Paths
 from photon_bake.addon.photons import GuidedSource, Photons, guide_sources, pilots_for, trace_photons
 from photon_bake.addon.photons.scattering import facing, local_axes, scatter
 from photon_bake.addon.receivers import Receivers
-from photon_bake.addon.scene import Channel, Scene
+from photon_bake.addon.scene import Lobe, Scene
 from photon_bake.addon.settings.bake import BakeSettings
-from photon_bake.addon.tracing import Hits, LightTracer
-from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.addon.tracing import Hits, TransparencyTracer, embree
+from photon_bake.addon.tracing.embree import EmbreeTracer, intersect_all, new_ray, occluded_all
 from section_clock import section_shares
 
 N_RECORDS, N_RAYS = 8192, 128  # a record of medium quality sends so many rays at first
@@ -44,51 +44,47 @@ RATES_HEAD += ["Ours on all cores, M/s", "Embree on all cores, M/s", "Ours over 
 
 
 class Recorder:
-    """Embree's tree, keeping what it is asked for: its calls, to be made again."""
+    """Embree's loops over rays, keeping what they are asked for, to be asked for again."""
 
-    def __init__(self, embree, calls):
-        self._embree, self._calls = embree, calls
+    def __init__(self, calls):
+        self._calls = calls
 
-    def run(self, *rays, **how):
-        ask = self.shadow_rays if how.get("query") == "OCCLUDED" else self.closest_hits
-        return ask(Call(self._embree, rays, how))
+    def closest_hits(self, *arguments):
+        self._keep(Call(intersect_all, arguments))
 
-    def closest_hits(self, call):
-        return self._keep(call)
-
-    def shadow_rays(self, call):
-        return self._keep(call)
+    def shadow_rays(self, *arguments):
+        self._keep(Call(occluded_all, arguments))
 
     def _keep(self, call):
         self._calls.append(call)
-        return call.run()
+        call.run()
 
 
 @dataclass(frozen=True)
 class Call:
-    """Rays that Embree was asked for at once: origins and directions (n, 3), and how."""
+    """Rays that Embree was asked for at once: the loop over them, and its arguments."""
 
-    embree: object
-    rays: tuple
-    how: dict
+    loop: object
+    arguments: tuple
 
     def run(self):
-        return self.embree.run(*self.rays, **self.how)
+        tree, _, *rays = self.arguments
+        self.loop(tree, new_ray(), *rays)
 
     @property
     def n_rays(self):
-        return len(self.rays[0])
+        return len(self.arguments[2])
 
     @property
     def n_shadow_rays(self):
-        return self.n_rays if self.how.get("query") == "OCCLUDED" else 0
+        return self.n_rays if self.loop is occluded_all else 0
 
 
 # What time goes to; functions that only glossy and glass surfaces need are "Gloss", wherever they are called
 SECTIONS = {
     "Embree": [Recorder.closest_hits],
     "Embree, shadow rays": [Recorder.shadow_rays],
-    "Around Embree": [LightTracer.closest_hit, LightTracer.visibility, Hits.points],
+    "Around Embree": [TransparencyTracer.closest_hit, TransparencyTracer.visibility, Hits.points],
     "Where rays start": [GuidedSource.emit, sobol_chunks, gather_directions],
     "Look-ups": [RadianceCache.look_up],
     "Near hits": [GatherRays._add_diffuse],
@@ -97,10 +93,8 @@ SECTIONS = {
         GatherRays._add_glossy,
         GatherRays._surface,
         surface_at,
-        base_share,
+        base_transmittance,
         glossy_albedo,
-        sample_bsdf,
-        is_focused,
         facing,
         local_axes,
     ],
@@ -112,13 +106,11 @@ SHARES_HEAD = ["Scene", "Rays of", *SECTIONS, "Rest"]
 
 
 @contextmanager
-def recorded(tracer):
-    """The calls that a tracer makes of Embree meanwhile."""
-    calls = []
-    with ExitStack() as stack:
-        for tree in dict.fromkeys(tracer._trees):
-            if not tree._empty:
-                stack.enter_context(mock.patch.object(tree, "_embree", Recorder(tree._embree, calls)))
+def recorded():
+    """The calls of Embree meanwhile."""
+    recorder = Recorder(calls := [])
+    loops = {"intersect_all": recorder.closest_hits, "occluded_all": recorder.shadow_rays}
+    with mock.patch.multiple(embree, **loops):
         yield calls
 
 
@@ -136,7 +128,7 @@ class Engine:
     @staticmethod
     def of(scene, receivers):
         settings, workers, tracer = BakeSettings(), Workers(), EmbreeTracer(scene)
-        light_tracer = LightTracer(scene, tracer)
+        light_tracer = TransparencyTracer(scene, tracer)
         region = region_of(receivers.position)
         survey = survey_surfaces(scene, light_tracer, receivers, region, settings.n_cache_elements, workers)
         home, n_photons, n_bounces = survey.home, settings.n_photons, settings.max_bounces
@@ -155,7 +147,7 @@ class Engine:
 
     def trace(self, workers):
         """Trace a million photons."""
-        settings, tracer = BakeSettings(), LightTracer(self.scene, self.tracer)
+        settings, tracer = BakeSettings(), TransparencyTracer(self.scene, self.tracer)
         n_photons, n_bounces = settings.n_photons, settings.max_bounces
         trace_photons(self.scene, tracer, self.sources, n_photons, n_bounces, workers, region=self.home)
 
@@ -170,10 +162,10 @@ def spread(receivers, n):
     return np.linspace(0, len(receivers), n, endpoint=False).astype(int)
 
 
-def measure(tracer, work):
-    """Cells of `RATES_HEAD` and of `SHARES_HEAD` for rays that ``work(workers)`` sends through a tracer."""
+def measure(work):
+    """Cells of `RATES_HEAD` and of `SHARES_HEAD` for rays that ``work(workers)`` sends."""
     in_order = mock.patch.object(parallel, "ordered_map", lambda function, items, n_threads: map(function, items))
-    with in_order, recorded(tracer) as calls:
+    with in_order, recorded() as calls:
         shares = section_shares(lambda: work(Workers(n_threads=1)), SECTIONS)
     n, n_shadow = sum(call.n_rays for call in calls), sum(call.n_shadow_rays for call in calls)
     rates = []
@@ -206,10 +198,9 @@ def replay(calls, n_threads):
 
 def matte(scene):
     """The scene without its glossy and glass lobes."""
-    black = Channel.constant(np.zeros(len(scene.materials)))
-    lobes = dict.fromkeys(("f0", "f90", "glass_reflection", "glass_transmission"), black)
-    bare = replace(scene.materials, **lobes, layer_f0=np.zeros(len(scene.materials), np.float32))
-    return replace(scene, materials=bare)
+    closures = scene.materials.closures
+    bare = closures.where(closures.kind < Lobe.GLOSSY)
+    return replace(scene, materials=replace(scene.materials, closures=bare))
 
 
 def variants(scenes):
@@ -228,7 +219,7 @@ def tables(scenes, options):
     for name, scene, receivers in variants(chosen):
         engine = Engine.of(scene, receivers)
         for what, work in (("photons", engine.trace), ("gather", engine.gather)):
-            rate, share = measure(engine.tracer, work)
+            rate, share = measure(work)
             rates.append([name, what, *rate])
             shares.append([name, what, *share])
     return [

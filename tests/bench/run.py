@@ -2,12 +2,13 @@
 
     make bench ARGS="[--scenes DIR] [--output FILE.md] [--pictures DIR] [--only PART]"
     make bench ARGS="--only speed [--scene NAME…] [--receivers N…] [--quality Q…] [--cycles-anew]"
+    make bench ARGS="--only versions --against COMMIT [--scene NAME…] [--receivers N] [--quality Q] [--rounds N]"
     make bench ARGS="--make-truth NAME…"
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
 window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed, light_groups,
-camera, estimates, refine, vertex or eevee (in the Blender that BLENDER names).
+camera, estimates, refine, vertex or eevee (in the Blender that BLENDER names); versions where it is asked for.
 """
 
 import json
@@ -38,18 +39,19 @@ import ray_rates
 import refinement
 import responsiveness
 import small_speed
+import versions
 import vertex_error
 from cycles_bakes import bake_indirect, baked
 from figures import ROOT, figures, load, scene_options, scenes_in, table
 from own_scenes import OWN_SCENES
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.emitters import light_sources, region_of
-from photon_bake.addon.gather import DirectLight, Effort, FinalGather, GatherRays, RadianceCache
+from photon_bake.addon.gather import DirectLight, FinalGather, GatherRays, RadianceCache, SampleBudget
 from photon_bake.addon.gather.radiance_cache.elements import SurfaceCells, SurfaceElements
 from photon_bake.addon.gather.rays import gather_rays
 from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.settings.bake import settings_for
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 
 QUALITIES = ("draft", "medium", "high")
@@ -77,7 +79,7 @@ def path_traced(scene, probes, element, truth):
     What remains of the error then, beyond noise, is how the scene is read and scattered. Lamps over mirrors and narrow
     gloss, which photons find, are missing.
     """
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     region = region_of(probes.position)
     direct = DirectLight(scene, tracer, light_sources(scene, region))
     cells = SurfaceCells.by_visits(scene, np.zeros(scene.n_triangles), 1)
@@ -86,8 +88,8 @@ def path_traced(scene, probes, element, truth):
     cache.__dict__["_reach"] = np.full(len(elements) + 1, np.inf, np.float32)
     with mock.patch.object(gather_rays, "_MAX_NEAR_HITS", 32):
         start = perf_counter()
-        rays, effort = GatherRays(scene, tracer, direct, cache), Effort(2048, interpolate=False)
-        gathered = FinalGather(rays, probes, effort, 2 * region.radius, tracer.surfaces, Workers()).finish()
+        rays, budget = GatherRays(scene, tracer, direct, cache), SampleBudget(2048, interpolate=False)
+        gathered = FinalGather(rays, probes, budget, 2 * region.radius, tracer.surfaces, Workers()).finish()
     at_probe = gathered.light.irradiance[element].reshape(-1, 3, 3).mean(axis=1) / np.pi
     return f"{perf_counter() - start:.1f}", *figures(at_probe, truth)
 
@@ -156,6 +158,7 @@ PARTS = {
     "refine": lambda scenes, _: refinement.tables(scenes),
     "vertex": vertex_error.tables,
     "eevee": eevee.tables,
+    "versions": versions.tables,
 }
 
 
@@ -172,6 +175,7 @@ def main():
     parser.add_argument("--only", choices=PARTS)
     parser.add_argument("--make-truth", nargs="+", metavar="NAME", help="converge Cycles' values at the scenes' probes")
     equal_error.add_options(parser)
+    versions.add_options(parser)
     options = parser.parse_args()
     scenes = scenes_in(options.scenes)
     if options.make_truth:
@@ -183,7 +187,7 @@ def main():
         scenes, options.only = demo_scene(), "rays"
     texts = [f"Python {sys.version.split()[0]}, Blender {bpy.app.version_string}, {os.cpu_count()} cores\n"]
     for name, tables in PARTS.items():
-        if options.only in (None, name):
+        if options.only == name or (options.only is None and name != "versions"):
             texts += tables(scenes, options)
     options.output.parent.mkdir(parents=True, exist_ok=True)
     options.output.write_text("\n".join(texts))

@@ -8,7 +8,7 @@ from math import pi
 
 import bpy
 import numpy as np
-from own_scenes import _box, _lamp, _material, _matte, _sun
+from scene_parts import box, lamp, material, matte, sun
 
 N_ROBOTS = 9
 _LIMBS = ((-0.3, 1.5), (0.3, 1.5), (-0.15, 0.9), (0.15, 0.9))  # x and z of where they start
@@ -24,7 +24,7 @@ def robots():
         ("Back", (-4, 4, -0.2), (4, 4.2, 4)),
         ("Side", (4, -4, -0.2), (4.2, 4.2, 4)),
     ):
-        _box(name, low, high, _matte("Concrete", 0.5, 0.48, 0.45))
+        box(name, low, high, matte("Concrete", 0.5, 0.48, 0.45))
     metals = [
         _metal("Steel", 0.6, 0.6, 0.62, roughness=0.3),
         _metal("Copper", 0.8, 0.45, 0.3, roughness=0.2),
@@ -38,39 +38,39 @@ def robots():
     for k in range(N_ROBOTS):
         for i, mesh in enumerate(meshes):
             _place(f"Robot {k + 1}.{i + 1}", mesh, (2 * (k % 3 - 1), 2 * (k // 3 - 1), 0), 0.7 * k)
-    _sun((-0.4, -0.5, 0.7), 4.0, sky=0.8)
+    sun((-0.4, -0.5, 0.7), 4.0, sky=0.8)
 
 
 def balls():
     """A thousand balls of a decimetre, each with a mesh of its own, in a closed room with a lamp."""
     random = np.random.default_rng(4)
     for name, low, high in (("Floor", (0, 0, -0.2), (6, 4, 0)), ("Ceiling", (0, 0, 2.8), (6, 4, 3))):
-        _box(name, low, high, _matte("White", 0.75, 0.74, 0.7))
+        box(name, low, high, matte("White", 0.75, 0.74, 0.7))
     walls = [(-0.2, 0, 0, 4), (6, 6.2, 0, 4), (0, 6, -0.2, 0), (0, 6, 4, 4.2)]
-    paints = [_matte("Red", 0.6, 0.12, 0.1), _matte("Green", 0.15, 0.5, 0.2), *2 * [_matte("White", 0.75, 0.74, 0.7)]]
+    paints = [matte("Red", 0.6, 0.12, 0.1), matte("Green", 0.15, 0.5, 0.2), *2 * [matte("White", 0.75, 0.74, 0.7)]]
     for i, ((west, east, south, north), paint) in enumerate(zip(walls, paints, strict=True)):
-        _box(f"Wall {i + 1}", (west, south, -0.2), (east, north, 3), paint)
+        box(f"Wall {i + 1}", (west, south, -0.2), (east, north, 3), paint)
     vertices, faces, smooth = _ball(14, 10)
-    paints = [_matte(f"Paint {i + 1}", *color) for i, color in enumerate(random.uniform(0.1, 0.8, (5, 3)).tolist())]
+    paints = [matte(f"Paint {i + 1}", *color) for i, color in enumerate(random.uniform(0.1, 0.8, (5, 3)).tolist())]
     for i in range(1000):
         size = random.uniform(0.04, 0.09)
         mesh = _mesh(f"Ball {i + 1}", size * vertices, faces, paints[i % 5], smooth)
         _place(f"Ball {i + 1}", mesh, random.uniform((0.1, 0.1, 0.1), (5.9, 3.9, 2.3)))
-    _lamp("Lamp", "AREA", (3, 2, 2.75), 120, (1, 0.95, 0.85), shape="SQUARE", size=1.0)
+    lamp("Lamp", "AREA", (3, 2, 2.75), 120, (1, 0.95, 0.85), shape="SQUARE", size=1.0)
 
 
 def crumbs():
     """Twenty thousand cubes of a centimetre, each with a mesh of its own, on a table under a sky."""
     random = np.random.default_rng(6)
-    _box("Table", (-1, -1, -0.1), (1, 1, 0), _matte("Oak", 0.5, 0.33, 0.18))
-    _box("Wall", (-1, 1, -0.1), (1, 1.1, 0.8), _matte("Blue", 0.12, 0.2, 0.5))
+    box("Table", (-1, -1, -0.1), (1, 1, 0), matte("Oak", 0.5, 0.33, 0.18))
+    box("Wall", (-1, 1, -0.1), (1, 1.1, 0.8), matte("Blue", 0.12, 0.2, 0.5))
     corners = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (0, 2)]) * 0.004
     faces = np.array([(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)])
-    bread = _matte("Bread", 0.7, 0.55, 0.35)
+    bread = matte("Bread", 0.7, 0.55, 0.35)
     for i in range(20_000):
         mesh = _mesh(f"Crumb {i + 1}", random.uniform(0.6, 1.3) * corners, faces, bread, np.zeros(6, bool))
         _place(f"Crumb {i + 1}", mesh, (*random.uniform(-0.95, 0.95, 2), 0.0002), random.uniform(0, pi))
-    _sun((-0.4, -0.5, 0.7), 4.0, sky=0.8)
+    sun((-0.4, -0.5, 0.7), 4.0, sky=0.8)
 
 
 SCENES = {"robots": robots, "balls": balls, "crumbs": crumbs}
@@ -171,7 +171,7 @@ def _place(name, mesh, location, turn=0.0):
 
 
 def _metal(name, *color, roughness):
-    material = _material(name, color, roughness, specular=0.5)
-    principled = next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    metal = material(name, color, roughness, specular=0.5)
+    principled = next(node for node in metal.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
     principled.inputs["Metallic"].default_value = 0.9  # of a pure one Cycles bakes nothing
-    return material
+    return metal

@@ -1,5 +1,6 @@
 """The core's tests run without Blender: in this process none of its modules can be imported."""
 
+import os
 import sys
 from importlib.abc import MetaPathFinder
 
@@ -23,6 +24,14 @@ def blender_modules():
 if blender_modules():
     raise pytest.UsageError("tests/core must run in a process of its own, without bpy: pytest tests/core")
 sys.meta_path.insert(0, NoBlender())
+
+
+def pytest_collection_modifyitems(config, items):
+    """With kernels as plain Python, or with their indices checked, only tests run that are marked `plain`."""
+    if any(os.environ.get(name, "0") not in ("", "0") for name in ("NUMBA_DISABLE_JIT", "NUMBA_BOUNDSCHECK")):
+        chosen = [item for item in items if item.get_closest_marker("plain")]
+        config.hook.pytest_deselected(items=[item for item in items if item not in set(chosen)])
+        items[:] = chosen
 
 
 @pytest.fixture(scope="session", autouse=True)

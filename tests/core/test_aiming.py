@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.emitters import Sphere, light_sources, region_of
-from photon_bake.addon.emitters.caustic_makers import caustic_makers
-from photon_bake.addon.emitters.projection_map import Aim
+from photon_bake.addon.emitters.aiming.caustic_makers import caustic_makers
+from photon_bake.addon.emitters.aiming.projection_map import ProjectionMap
 from photon_bake.addon.photons import PathKind, trace_photons
 from photon_bake.addon.scene import Channel, LightKind, Materials, World
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import ball, box, lamp, merge, of_objects, plane, scene_of
 from photon_bake.tests.core.test_emission import N, emitted, power_on_plane, source_of
 
 WHITE, NONE = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 LARGEST = 0.8  # m
-AIM = Aim(np.float32([[0.3, 0.2, 0], [-0.5, 0, 0.1]]), np.float32([0.2, 0.1]))
+AIM = ProjectionMap(np.float32([[0.3, 0.2, 0], [-0.5, 0, 0.1]]), np.float32([0.2, 0.1]))
 IMAGE = np.random.default_rng(1).uniform(0, 1, (8, 16, 3)).astype(np.float32) ** 4
 
 SOURCES = {
@@ -109,7 +109,7 @@ def room_with_glass(lights, radius=0.05, half=5.0):
 def test_small_glass_in_a_large_room(lights):
     """What passes it is the same, told by very many more photons."""
     scene = room_with_glass(lights)
-    tracer, region = LightTracer(scene, EmbreeTracer(scene)), Sphere(np.zeros(3, np.float32), 5.0)
+    tracer, region = TransparencyTracer(scene, EmbreeTracer(scene)), Sphere(np.zeros(3, np.float32), 5.0)
     found = []
     for aim in (True, False):
         sources = light_sources(scene, region)

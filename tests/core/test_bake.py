@@ -8,7 +8,7 @@ from photon_bake.addon.core.errors import Cancelled
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.emitters import region_of
-from photon_bake.addon.gather import Effort, FinalGather
+from photon_bake.addon.gather import FinalGather, SampleBudget
 from photon_bake.addon.pipeline.bake import bake, solve
 from photon_bake.addon.scene import LightKind
 from photon_bake.addon.settings.bake import settings_for
@@ -156,7 +156,8 @@ def test_noise_is_what_the_bake_says_it_is():
     solution = solve(scene, at, settings_for("draft", n_photons=200_000), EmbreeTracer(scene))
     extent, tracer = 2 * region_of(at.position).radius, solution.tracer.surfaces
     runs = [
-        FinalGather(solution.rays, at, Effort(64), extent, tracer, Workers(seed)).finish().light for seed in range(8)
+        FinalGather(solution.rays, at, SampleBudget(64), extent, tracer, Workers(seed)).finish().light
+        for seed in range(8)
     ]
     scatter = np.sqrt(np.stack([run.irradiance.mean(1) for run in runs]).var(axis=0, ddof=1).mean())
     said = np.sqrt(np.mean([run.stderr**2 for run in runs]))

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
-from photon_bake.addon.emitters import light_sources
-from photon_bake.addon.emitters.source import Sphere
+from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.photons import bounce_map, trace_photons
 from photon_bake.addon.photons.bounce_map import view_of
 from photon_bake.addon.scene import LightKind
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, chi_square_of_directions, lamp, merge, plane, scene_of
 
@@ -27,7 +26,7 @@ LAMPS = {
 def scene_with(lights):
     room = (plane(1.0, -1.0), plane(0.3, 0.0)) if lights.kind[0] == LightKind.SUN else (box(), plane(0.3, -0.5))
     scene = scene_of(*merge(*room), albedo=0.6, lights=lights)
-    return scene, LightTracer(scene, EmbreeTracer(scene)), light_sources(scene, REGION)
+    return scene, TransparencyTracer(scene, EmbreeTracer(scene)), light_sources(scene, REGION)
 
 
 @pytest.mark.parametrize("name", LAMPS)

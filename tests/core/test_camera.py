@@ -8,12 +8,12 @@ from photon_bake.addon.gather import Cascade, glossy_radiance, screen_irradiance
 from photon_bake.addon.gather.light_volume.glossy_light import nowhere_negative
 from photon_bake.addon.gather.screen_volume.screen_volume import gather_once
 from photon_bake.addon.photons import Photons
-from photon_bake.addon.pipeline.camera_bake import bake_camera
 from photon_bake.addon.receivers import Camera, seen_surface
 from photon_bake.addon.scene import Channel, LightKind, Materials
 from photon_bake.addon.settings.bake import settings_for
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.tests.camera_bake import bake_camera
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, scene_of
 from photon_bake.tests.core.test_light_volume import photons_of_even_light
 
@@ -25,7 +25,7 @@ def camera_at(position, width=64, height=48, angle=np.pi / 2, axes=AXES):
 
 
 def seen_by(camera, scene):
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     return tracer, seen_surface(scene, tracer, camera)
 
 
@@ -54,14 +54,12 @@ def test_pixels_cover_the_surface_that_is_seen():
 def test_exchange_keeps_the_light():
     random = np.random.default_rng(0)
     fields = random.random((12, 9, 4)).astype(np.float32)
-    pixels = np.arange(12).reshape(3, 4)
-    pairs = [
-        np.stack([pixels[:, :-1].ravel(), pixels[:, 1:].ravel()]),
-        np.stack([pixels[:-1].ravel(), pixels[1:].ravel()]),
-    ]
+    pixels = np.pad(np.arange(12, dtype=np.int32).reshape(3, 4), 1, constant_values=-1)
+    sides = pixels[1:-1, :-2], pixels[1:-1, 2:], pixels[:-2, 1:-1], pixels[2:, 1:-1]
+    neighbours = np.stack([side.ravel() for side in sides], axis=1)
     gathered = fields
     for _ in range(200):
-        gathered = gather_once(gathered, pairs)
+        gathered = gather_once(gathered, neighbours, Workers())
     assert gathered.sum(axis=0) == pytest.approx(fields.sum(axis=0), rel=1e-5)
     assert gathered == pytest.approx(np.broadcast_to(fields.mean(axis=0), fields.shape), rel=1e-3)
 

@@ -6,13 +6,15 @@ from photon_bake.addon.bsdf import evaluate_glossy, surface_at
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import light_sources, region_of
+from photon_bake.addon.emitters.lamp_hits import lamps_along
+from photon_bake.addon.emitters.mesh import radiance_of
+from photon_bake.addon.emitters.world import radiance_along
 from photon_bake.addon.gather import DirectLight, reflected_highlights
 from photon_bake.addon.photons.scattering import NARROW_LOBES, scatter
 from photon_bake.addon.receivers import Camera, PixelFilter, camera_points
 from photon_bake.addon.scene import Channel, LightKind, Lights, Materials
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
-from photon_bake.addon.tracing.lamp_hits import lamps_along
 from photon_bake.tests.core.scenes import lamp, merge, plane, scene_of
 from photon_bake.tests.core.test_camera import AXES
 
@@ -35,7 +37,7 @@ def metal_in_a_mirror(roughness, lights, world=0.0, glow=0.0):
         emission=Channel.constant(np.repeat(np.float32([[0], [0], [glow]]), 3, axis=1)),
     )
     object.__setattr__(scene, "materials", materials)
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     camera = Camera.perspective(np.zeros(3, np.float32), AXES, 0.8, 6, 4)
     return scene, tracer, camera_points(scene, tracer, camera, PixelFilter("box", 1.0), 1, Workers())
 
@@ -52,8 +54,8 @@ def by_the_lobe(scene, tracer, points, n):
     hits = tracer.closest_hit(on.origins, on.directions)
     objects = scene.object_of_triangle[at.hits.triangle]
     light = lamps_along(scene.lights, on.origins, on.directions, hits.distance, on.kind, objects)
-    light += np.where(hits.hit[:, None], 0, scene.world.radiance(on.directions))
-    light += scene.emission(hits.triangle, hits.u, hits.v) * hits.hit[:, None]
+    light += np.where(hits.hit[:, None], 0, radiance_along(scene.world, on.directions))
+    light += radiance_of(scene.arrays, hits.triangle, hits.u, hits.v) * hits.hit[:, None]
     light = (on.weight * light).reshape(-1, n, 3)
     return light.mean(axis=1), light.mean(axis=2).std(axis=1) / np.sqrt(n)
 

@@ -10,7 +10,7 @@ from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.receivers import Camera, seen_surface
 from photon_bake.addon.scene import Channel, LightKind, Materials
 from photon_bake.addon.settings.bake import settings_for
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import ball, box, lamp, merge, of_objects, plane, receivers_at, scene_of
 
@@ -39,7 +39,7 @@ def smooth(scene, normals):
 
 
 def traced(scene, n=200_000, max_bounces=12):
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     photons = trace_photons(scene, tracer, light_sources(scene, REGION), n, max_bounces, Workers(5))
     on_floor = np.abs(photons.position[:, 2]) < 1e-4
     return tracer, photons.where((photons.kind == PathKind.CAUSTIC) & on_floor)
@@ -159,7 +159,7 @@ def test_light_that_walls_send_through_glass_is_indirect_and_counted_once():
     lights = lamp(LightKind.SPOT, 20.0, (0, 0, 0), (0, 0, 1), angle=np.radians(80))
     scene = with_lobes(mesh, 12, lights, glass_reflection=1.0, glass_transmission=1.0)
     scene = smooth(scene, lambda at: (at - [0, 0, -0.5]) / np.linalg.norm(at - [0, 0, -0.5], axis=2, keepdims=True))
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     photons = trace_photons(scene, tracer, light_sources(scene, REGION), 600_000, 32, Workers())
     assert (photons.kind == PathKind.INDIRECT).all()
     beneath = (np.abs(photons.position[:, :2]) < 0.2).all(axis=1) & (photons.position[:, 2] < -0.99)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.emitters import region_of
-from photon_bake.addon.gather import Effort, FinalGather
+from photon_bake.addon.gather import FinalGather, SampleBudget
 from photon_bake.addon.pipeline.bake import solve
 from photon_bake.addon.receivers import texel_receivers
 from photon_bake.addon.scene import LightKind
@@ -59,8 +59,8 @@ def both_bakes(thing):
         light = FinalGather(solution.rays, some, effort, extent, solution.tracer.surfaces, Workers(seed)).finish().light
         return light.irradiance.mean(axis=1), light.stderr
 
-    ours, stderr = gathered(receivers, Effort(settings.n_gather_rays), 0)
-    truth, known = gathered(receivers.where(k), Effort(1024, interpolate=False), 1)
+    ours, stderr = gathered(receivers, SampleBudget(settings.n_gather_rays), 0)
+    truth, known = gathered(receivers.where(k), SampleBudget(1024, interpolate=False), 1)
     return at[k], ours[k], truth, np.hypot(stderr[k], known)
 
 

@@ -7,15 +7,17 @@ import pytest
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import Sphere, light_sources
+from photon_bake.addon.emitters.area import areas_of
+from photon_bake.addon.emitters.world import radiance_along
 from photon_bake.addon.gather import DirectLight, direct_irradiance
 from photon_bake.addon.scene import Channel, LightKind, Lights, Textures, World
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import lamp, merge, plane, receivers_at, scene_of
 
 
 def direct_of(scene):
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     return DirectLight(scene, tracer, light_sources(scene, Sphere(np.zeros(3, np.float32), 2.0)))
 
 
@@ -120,7 +122,7 @@ def test_spread(kind, spread):
     at = receivers_at(at, UP)
     direct = direct_of(scene_of(*plane(0.1, z=-50), lights=light))
     values = direct.irradiance(at.position, at.normal, None, stream(9))[:, 0].astype(np.float64) * (2 * half) ** 2
-    power = np.pi * 2 * light.area(np.array([0]))[0]
+    power = np.pi * 2 * areas_of(light)[0]
     assert abs(values.mean() - power) < 4 * values.std() / np.sqrt(len(values)) + 0.01 * power
 
 
@@ -194,7 +196,9 @@ def test_world_image(normal):
     value, error = mean_at(scene, (0, 0, 0), normal, 200_000)
     from_world = np.random.default_rng(1).normal(size=(2_000_000, 3))
     from_world /= np.linalg.norm(from_world, axis=1, keepdims=True)
-    at_random = world.radiance(from_world.astype(np.float32)).mean(1) * np.maximum(from_world @ normal, 0) * 4 * np.pi
+    at_random = (
+        radiance_along(world, from_world.astype(np.float32)).mean(1) * np.maximum(from_world @ normal, 0) * 4 * np.pi
+    )
     assert abs(value - at_random.mean()) < 4 * np.hypot(error, at_random.std() / np.sqrt(len(at_random)))
     assert error < 0.005 * value
 

@@ -12,7 +12,7 @@ from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.receivers import Receivers
 from photon_bake.addon.scene import LightKind
 from photon_bake.addon.settings.bake import settings_for
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, receivers_at, receivers_in_box, scene_of
 
@@ -84,7 +84,7 @@ def test_a_lamp_has_the_slope_of_its_direction():
     scene = scene_of(*plane(5.0), lights=lamp(LightKind.POINT, 3.0, place, radius=0.0))
     positions = np.array([(x, 0.5, 1e-3) for x in np.linspace(-3, 3, 20)], np.float32)
     at = directional(receivers_at(positions, UP))
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     direct = DirectLight(scene, tracer, light_sources(scene, region_of(at.position)))
     irradiance = direct_irradiance(scene, direct, at, Workers())
     slope = direct_slope(scene, direct, at, irradiance, Workers())

@@ -1,17 +1,18 @@
-"""Records, their weights and the effort: few receivers gather, all are lit."""
+"""Records, their weights and the budget: few receivers gather, all are lit."""
 
 import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.emitters import region_of
 from photon_bake.addon.gather import FinalGather
-from photon_bake.addon.gather.irradiance_cache import sample_budget as effort
+from photon_bake.addon.gather.irradiance_cache import sample_budget
 from photon_bake.addon.gather.irradiance_cache.cells import cell_keys, middles
 from photon_bake.addon.gather.irradiance_cache.placement import affordable
-from photon_bake.addon.gather.irradiance_cache.record_error import Arms, Around, Spread
+from photon_bake.addon.gather.irradiance_cache.record_error import Around, RecordErrorModel
+from photon_bake.addon.gather.irradiance_cache.record_index import RecordIndex
 from photon_bake.addon.gather.irradiance_cache.records import N_BATCHES, Records
-from photon_bake.addon.gather.irradiance_cache.sample_budget import Effort, rays_for_budget, rays_for_noise
-from photon_bake.addon.gather.irradiance_cache.weights import Neighbourhood, Weights
+from photon_bake.addon.gather.irradiance_cache.sample_budget import SampleBudget, rays_for_budget, rays_for_noise
+from photon_bake.addon.gather.irradiance_cache.weights import Weights
 from photon_bake.addon.pipeline.bake import bake, solve
 from photon_bake.addon.receivers import Receivers
 from photon_bake.addon.scene import LightKind
@@ -42,13 +43,13 @@ def records_at(position, normal=UP, edge=0.3, radiance=0.0, n_rays=64, noise=0.0
 
 
 def around_floor(records, scene=None):
-    return Neighbourhood(records, 4.0, EmbreeTracer(scene or scene_of(*plane(2.0))))
+    return RecordIndex(records, 4.0, EmbreeTracer(scene or scene_of(*plane(2.0))))
 
 
 def others_of(records):
     """What the records say of each other, on a floor."""
     weights = around_floor(records).of_records(np.arange(len(records)), Workers())
-    return Around(weights, Arms.of(weights, records.position, records))
+    return Around.of(weights, records)
 
 
 def test_middles_are_receivers_of_their_cells():
@@ -66,7 +67,7 @@ def test_weights_reproduce_a_plane():
     records = records_at(on_floor(500))
     weights = around_floor(records).of_points(on_floor(2000, seed=2), np.tile(UP, (2000, 1)), Workers())
     assert weights.supported.all()
-    assert weights.weight.sum(axis=1) == pytest.approx(np.ones(2000), abs=1e-5)
+    assert weights.apply(np.ones(500)) == pytest.approx(np.ones(2000), abs=1e-5)
     linear = 3 + records.position[:, :1] - 2 * records.position[:, 1:2]
     at = on_floor(2000, seed=2)
     assert weights.apply(linear)[:, 0] == pytest.approx(3 + at[:, 0] - 2 * at[:, 1], abs=0.1)
@@ -103,27 +104,27 @@ def test_blending_takes_noise_and_leaves_edges():
     """Where all records agree but for noise they move to each other; where light changes at an edge they stay."""
     position = on_floor(900)
     even = records_at(position, radiance=1.0, noise=0.1)
-    spread = Spread.of(even, others_of(even))
-    assert spread.blended(even.irradiance).std() < 0.7 * even.irradiance.std()
+    model = RecordErrorModel.of(even, others_of(even))
+    assert model.blended(even.irradiance).std() < 0.7 * even.irradiance.std()
     step = records_at(position, edge=0.1, radiance=np.where(position[:, 0] > 0, 1.0, 0.2), noise=0.01)
-    spread = Spread.of(step, others_of(step))
+    model = RecordErrorModel.of(step, others_of(step))
     at_edge = np.abs(position[:, 0]) < 0.02
-    moved = np.abs(spread.blended(step.irradiance) - step.irradiance)[at_edge]
-    assert moved.max() < 0.1 * np.pi and spread.bias2[at_edge].mean() > 10 * spread.bias2[~at_edge].mean()
+    moved = np.abs(model.blended(step.irradiance) - step.irradiance)[at_edge]
+    assert moved.max() < 0.1 * np.pi and model.bias2[at_edge].mean() > 10 * model.bias2[~at_edge].mean()
 
 
 def test_look_ups_off_to_the_side_know_what_a_slope_makes_of_them():
     """Beyond the last of few records, light that changes in a straight line is off by as much as is said."""
     position = on_floor(900)
     steep = records_at(position, edge=0.2, radiance=2 + position[:, 0], n_rays=64)
-    spread, at = Spread.of(steep, others_of(steep)), on_floor(400, seed=8)
+    model, at = RecordErrorModel.of(steep, others_of(steep)), on_floor(400, seed=8)
     nearest = cKDTree(position).query(at)[1]
     weights = Weights.of_one(nearest)
-    said = np.sqrt(spread.bias2_of(weights, Arms.of(weights, at, steep)))
+    said = np.sqrt(model.bias2_of(steep, weights, at))
     off = np.pi * (position[nearest, 0] - at[:, 0])
     assert np.sqrt(np.mean(off**2) / np.mean(said**2)) == pytest.approx(1, abs=0.1)
     fitted = around_floor(steep).of_points(at, np.tile(UP, (400, 1)), Workers())
-    assert np.sqrt(spread.bias2_of(fitted, Arms.of(fitted, at, steep))).mean() < 0.2 * said.mean()
+    assert np.sqrt(model.bias2_of(steep, fitted, at)).mean() < 0.2 * said.mean()
 
 
 def test_rays_are_shared_by_the_noise_of_others():
@@ -133,7 +134,7 @@ def test_rays_are_shared_by_the_noise_of_others():
     k = int(np.argmin(np.abs(position[:, :2]).sum(axis=1)))
     restless.total[k] *= np.array([0.1, 3, 0.1, 0.8])[:, None]
     around = others_of(calm)
-    before, after = (Spread.of(records, around) for records in (calm, restless))
+    before, after = (RecordErrorModel.of(records, around) for records in (calm, restless))
     assert after.per_ray[k] > 20 * before.per_ray[k]
     assert after.expected[k] == pytest.approx(before.expected[k])
     beside = np.argsort(((position - position[k]) ** 2).sum(axis=1))[1:4]
@@ -141,16 +142,50 @@ def test_rays_are_shared_by_the_noise_of_others():
 
 
 def test_least_rays_for_a_variance_and_least_variance_for_rays():
-    """Both are Neyman's allocation: records with more than the least have rays in proportion to √(harm · per_ray)."""
-    per_ray, harm, has = RNG.uniform(0, 4, 200), RNG.uniform(0, 2, 200), np.full(200, 16)
+    """Neyman's allocation: records with more than the least have rays in proportion to √(sensitivity · per_ray)."""
+    per_ray, sensitivity, has = RNG.uniform(0, 4, 200), RNG.uniform(0, 2, 200), np.full(200, 16)
     per_ray[:20] = 0
-    wanted = rays_for_noise(per_ray, harm, has, variance=1.0)
-    assert (harm * per_ray / wanted).sum() == pytest.approx(1.0, rel=1e-3)
-    for rays in (wanted, rays_for_budget(per_ray, harm, has, 10_000.0)):
+    wanted = rays_for_noise(per_ray, sensitivity, has, variance=1.0)
+    assert (sensitivity * per_ray / wanted).sum() == pytest.approx(1.0, rel=1e-3)
+    for rays in (wanted, rays_for_budget(per_ray, sensitivity, has, 10_000.0)):
         more = rays > has + 1e-6
-        assert (rays >= has).all() and np.ptp(rays[more] / np.sqrt(harm * per_ray)[more]) < 1e-6 * rays.max()
-    assert (rays_for_budget(per_ray, harm, has, 10_000.0) - has).sum() == pytest.approx(10_000, rel=1e-3)
+        assert (rays >= has).all() and np.ptp(rays[more] / np.sqrt(sensitivity * per_ray)[more]) < 1e-6 * rays.max()
+    assert (rays_for_budget(per_ray, sensitivity, has, 10_000.0) - has).sum() == pytest.approx(10_000, rel=1e-3)
     assert np.array_equal(rays_for_noise(np.zeros(3), np.ones(3), has[:3], 0.0), has[:3])
+
+
+def dense(weights, n_records):
+    """The weights as a matrix (n, m)."""
+    return weights.apply(np.eye(n_records))
+
+
+def test_rows_sum_as_their_matrix_does():
+    """Plain, squared and positive sums of compressed rows, some of which are empty, and of rows with others put in."""
+    matrix = np.where(RNG.random((40, 30)) < 0.2, RNG.standard_normal((40, 30)), 0).astype(np.float32)
+    matrix[5], values = 0, RNG.random((30, 3))
+
+    def compressed(matrix):
+        start = np.concatenate([[0], np.cumsum((matrix != 0).sum(axis=1))]).astype(np.int32)
+        return Weights(start, np.nonzero(matrix)[1].astype(np.int32), matrix[matrix != 0])
+
+    rows = compressed(matrix)
+    assert np.array_equal(dense(rows, 30), matrix) and np.array_equal(rows.supported, matrix.any(axis=1))
+    assert rows.apply(values) == pytest.approx(matrix @ values, abs=1e-5)
+    assert rows.apply_squares(values) == pytest.approx(matrix**2 @ values, abs=1e-5)
+    positive = np.maximum(matrix, 0)
+    mean = positive @ values / np.maximum(positive.sum(axis=1), 1e-30)[:, None]
+    assert rows.mean(values) == pytest.approx(mean, abs=1e-5)
+    assert rows.sums_of_squares(30) == pytest.approx((matrix**2).sum(axis=0), rel=1e-5)
+    points = np.array([7, 3, 20])
+    replaced, new = matrix.copy(), np.roll(matrix[10:13], 1, axis=1)
+    replaced[points] = new
+    assert np.array_equal(dense(rows.replaced(points, compressed(new)), 30), replaced)
+    replaced[3] = matrix[3]
+    some = rows.replaced(points, compressed(matrix[10:13, :-1]), 1, np.array([True, False, True]))
+    replaced[[7, 20]] = np.column_stack([np.zeros(3), matrix[10:13, :-1]])[[0, 2]]
+    assert np.array_equal(dense(some, 30), replaced)
+    joined = Weights.joined([rows, Weights.none(2), compressed(new)])
+    assert np.array_equal(dense(joined, 30), np.concatenate([matrix, np.zeros((2, 30)), new]))
 
 
 def test_identity_keeps_every_receiver_its_own():
@@ -194,12 +229,12 @@ def test_standard_error_is_calibrated_where_light_is_interpolated():
     solution = solve(scene, dense, settings_for("draft", n_photons=200_000), EmbreeTracer(scene))
     extent, tracer = 2 * region_of(dense.position).radius, solution.tracer.surfaces
 
-    def gathered(at, effort, seed):
-        light = FinalGather(solution.rays, at, effort, extent, tracer, Workers(seed)).finish().light
+    def gathered(at, budget, seed):
+        light = FinalGather(solution.rays, at, budget, extent, tracer, Workers(seed)).finish().light
         return light.irradiance.mean(axis=1), light.stderr
 
-    truth, known = gathered(subset(dense, checked), Effort(4096, interpolate=False), 0)
-    runs = [gathered(dense, Effort(128), seed) for seed in (1, 2, 3)]
+    truth, known = gathered(subset(dense, checked), SampleBudget(4096, interpolate=False), 0)
+    runs = [gathered(dense, SampleBudget(128), seed) for seed in (1, 2, 3)]
     errors = np.stack([light[checked] - truth for light, _ in runs])
     said = np.stack([np.hypot(stderr[checked], known) for _, stderr in runs])
     ratio = errors / np.maximum(said, 1e-3 * truth.mean())
@@ -213,8 +248,8 @@ def test_standard_error_of_few_batches_is_told_by_neighbours():
     extent, checked = 2 * region_of(dense.position).radius, np.arange(0, len(dense), 3)
 
     def gathered(at, n_rays, seed):
-        effort = Effort(n_rays, interpolate=False)
-        gather = FinalGather(solution.rays, at, effort, extent, solution.tracer.surfaces, Workers(seed))
+        budget = SampleBudget(n_rays, interpolate=False)
+        gather = FinalGather(solution.rays, at, budget, extent, solution.tracer.surfaces, Workers(seed))
         light = gather.finish().light
         return light.irradiance.mean(axis=1), light.stderr
 
@@ -234,10 +269,10 @@ def test_noise_that_is_asked_for_is_reached_and_said():
 def test_time_that_is_left_is_used(monkeypatch):
     """Where the clock says that there is time, rays are added; where it is gone, the first ones are all."""
     scene, dense = room(), receivers_in_box(300)
-    monkeypatch.setattr(Effort, "seconds_left", property(lambda self: 0.0))
+    monkeypatch.setattr(SampleBudget, "seconds_left", property(lambda self: 0.0))
     none = baked(scene, dense, time=10.0)
     left = [2.0, 0.5, 0.0]
-    monkeypatch.setattr(Effort, "seconds_left", property(lambda self: left.pop(0)))
+    monkeypatch.setattr(SampleBudget, "seconds_left", property(lambda self: left.pop(0)))
     some = baked(scene, dense, time=10.0)
     assert left == [] and some.counts["gather_rays"] > 2 * none.counts["gather_rays"]
     assert some.relative_noise < none.relative_noise
@@ -249,9 +284,9 @@ def test_little_memory_gives_the_same_light():
     assert np.array_equal(little.value, much.value)
 
 
-def test_effort_tolerates_what_its_rays_cannot_tell():
-    assert Effort(64).tolerance > Effort(2048).tolerance
-    assert Effort(64, noise=0.01).tolerance == 0.01
+def test_budget_tolerates_what_its_rays_cannot_tell():
+    assert SampleBudget(64).tolerance > SampleBudget(2048).tolerance
+    assert SampleBudget(64, noise=0.01).tolerance == 0.01
 
 
 def test_one_receiver_and_equal_receivers():
@@ -281,7 +316,7 @@ def crowd(n=120, half=0.02, seed=4):
 
 def test_many_small_things_send_a_bounded_number_of_rays(monkeypatch):
     """Where there is nothing to interpolate rays are few for each receiver, and the error is as large as it is said."""
-    monkeypatch.setattr(effort, "NEVER_SPARED", 0)
+    monkeypatch.setattr(sample_budget, "NEVER_SPARED", 0)
     scene, at = crowd()
     sure = baked(scene, at, interpolate=False, n_gather_rays=512)
     bounded, free = (baked(scene, at, gather_share=share) for share in (0.25, 1.0))

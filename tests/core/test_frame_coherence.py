@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.sampling.streams import PathNumbers
-from photon_bake.addon.emitters import light_sources
-from photon_bake.addon.emitters.source import Sphere
+from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.photons import emitted_rays, trace_photons
 from photon_bake.addon.scene import LightKind
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, scene_of
 from scipy import stats
@@ -23,7 +22,7 @@ def frame(x, n=60_000):
     scene = scene_of(*room, albedo=0.7, lights=lamp(LightKind.POINT, 2.0, position=(0, 0, 0.5)))
     sources, tracer = (
         light_sources(scene, Sphere(np.zeros(3, np.float32), 1.0)),
-        LightTracer(scene, EmbreeTracer(scene)),
+        TransparencyTracer(scene, EmbreeTracer(scene)),
     )
     (rays,) = emitted_rays(sources, n, 0)
     meets = tracer.closest_hit(rays.origins, rays.directions).triangle >= PLATE

@@ -6,7 +6,7 @@ from photon_bake.addon.core.sampling.warps import sample_uniform_sphere
 from photon_bake.addon.gather import DirectLight, GatherRays
 from photon_bake.addon.gather.radiance_cache.elements import SurfaceCells, SurfaceElements
 from photon_bake.addon.gather.radiance_cache.radiance_cache import RadianceCache
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, plane, scene_of
 
@@ -17,7 +17,7 @@ AROUND = sample_uniform_sphere(RANDOM.random((N, 2), np.float32))
 
 def rays_into(scene, n_elements, radiance, caustic=0.0):
     """Rays into a cache of so much radiance everywhere, and of what of it is caustics."""
-    tracer, visits = LightTracer(scene, EmbreeTracer(scene)), np.ones(scene.n_triangles, int)
+    tracer, visits = TransparencyTracer(scene, EmbreeTracer(scene)), np.ones(scene.n_triangles, int)
     cells = SurfaceCells.by_visits(scene, visits, n_elements)
     elements = SurfaceElements.by_visits(scene, cells, (visits / cells.cuts**2)[cells.triangle], n_elements)
     sides = np.ones((2 * len(elements), 3), np.float32)

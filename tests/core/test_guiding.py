@@ -8,7 +8,7 @@ from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.photons import GuidedSource, guide_sources, trace_photons
 from photon_bake.addon.photons.guiding import EVEN
 from photon_bake.addon.scene import LightKind
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, receivers_in_box, scene_of
 
@@ -57,7 +57,7 @@ def test_a_room_behind_a_hole_gets_more_photons():
     walls = box()
     roof_hole = merge(plane(20.0, 1.5), (walls[0], walls[1][2:]))
     scene = scene_of(*roof_hole, lights=lamp(LightKind.SUN, 3.0, direction=(0.2, 0.1, -1)), world=0.3)
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     sources = light_sources(scene, region_of(receivers_in_box(100).position))
 
     def worth(photons):

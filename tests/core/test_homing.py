@@ -10,7 +10,7 @@ from photon_bake.addon.photons import trace_photons
 from photon_bake.addon.photons.region_directed import sent_home
 from photon_bake.addon.photons.scattering import Scattered
 from photon_bake.addon.scene import LightKind
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import lamp, merge, plane, scene_of
 
@@ -69,7 +69,7 @@ def test_ground_lights_a_wall_without_bright_spots():
     ground, (square, triangles) = plane(100.0), plane(0.5)
     upright = square[:, [2, 0, 1]] + np.array([0, 0, 1], np.float32)
     scene = scene_of(*merge(ground, (upright, triangles)), lights=lamp(LightKind.SUN, 2.0))
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     region = Sphere(np.array([0, 0, 1], np.float32), 1.0)
     sources = light_sources(scene, region)
     powers = []

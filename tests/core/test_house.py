@@ -134,6 +134,39 @@ def test_every_room_says_what_it_is(room):
     assert ast.get_docstring(ast.parse(init.read_text(encoding="utf-8"))), f"{room}/__init__.py has no docstring"
 
 
+@pytest.mark.parametrize("room", ROOMS, ids=lambda room: str(room) if room.parts else "root")
+def test_a_room_has_a_dozen_files_at_most(room):
+    files = [path.name for path in FILES if path.parent == room and path.name != "__init__.py"]
+    assert len(files) <= 12, f"{room} has {len(files)} files beside each other: give them rooms"
+
+
+def is_compiled(function):
+    """Whether a function is a kernel or a part, by its decorator."""
+    names = [node.id for node in function.decorator_list if isinstance(node, ast.Name)]
+    return bool({"kernel", "part"} & set(names))
+
+
+def without_annotations(tree):
+    """(line, name) of functions that lack annotations and are no kernels or parts."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef) and not is_compiled(node):
+            arguments = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
+            bare = [one.arg for one in arguments if one.annotation is None and one.arg not in ("self", "cls")]
+            if bare or (node.returns is None and (arguments[1:] or node.name != "__init__")):
+                yield node.lineno, node.name
+
+
+@pytest.mark.parametrize("path", FILES, ids=str)
+def test_functions_without_annotations_are_kernels_or_parts(path):
+    found = list(without_annotations(ast.parse((ROOT / path).read_text(encoding="utf-8"))))
+    assert not found, f"{path}: these need annotations, or a decorator: {found}"
+
+
+def test_a_function_without_annotations_is_found():
+    source = "def bare(x): ...\n@kernel\ndef fast(x): ...\n@part\ndef dot(x): ...\nclass A:\n    def b(self): ...\n"
+    assert [name for _, name in without_annotations(ast.parse(source))] == ["bare", "b"]
+
+
 def manifest():
     return tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))
 

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from photon_bake.addon.core.sampling.streams import sobol
 from photon_bake.addon.core.sampling.warps import sample_uniform_cone
-from photon_bake.addon.emitters.light_samples import light_samples
-from photon_bake.addon.scene import LightKind
-from photon_bake.addon.tracing import RayKind
-from photon_bake.addon.tracing.lamp_hits import has_size, lamp_hits, lamps_along
+from photon_bake.addon.emitters.lamp_hits import lamp_hits, lamps_along, light_samples
+from photon_bake.addon.emitters.lamps import has_size
+from photon_bake.addon.scene import LightKind, RayKind
 from photon_bake.tests.core.scenes import lamp
 
 UP = {"position": (0.2, 0.1, 1), "direction": (0.3, 0.1, -1)}

@@ -1,12 +1,13 @@
 """Light past and through surfaces: see-through ones, coincident ones, kinds of rays, light linking."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from photon_bake.addon.emitters.lamp_sources import PointSource
-from photon_bake.addon.emitters.source import bounding_sphere
+from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.photons.emission_segment import first_flight
-from photon_bake.addon.scene import Channel, LightKind, Materials, SceneObjects
-from photon_bake.addon.tracing import LightTracer, RayKind
+from photon_bake.addon.scene import Channel, LightKind, Materials, RayKind, SceneObjects
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, of_objects, plane, scene_of
 
@@ -36,7 +37,7 @@ def from_above(n):
 
 
 def light_tracer(scene):
-    return LightTracer(scene, EmbreeTracer(scene))
+    return TransparencyTracer(scene, EmbreeTracer(scene))
 
 
 def test_half_covered_plane_stops_half_of_the_rays():
@@ -210,8 +211,8 @@ def test_neighbours_that_share_an_edge_are_not_in_one_place():
 
 def flown(scene, illuminates=None, blocked_by=None, n=20_000):
     """Photons of a spot above two planes; where they end, by object, in watts."""
-    light = lamp(LightKind.SPOT, 1.0, position=(0, 0, 3), angle=0.3)
-    source = PointSource(light, 0, bounding_sphere(scene))
+    scene = replace(scene, lights=lamp(LightKind.SPOT, 1.0, position=(0, 0, 3), angle=0.3))
+    (source,) = light_sources(scene, Sphere(np.zeros(3, np.float32), 1.0))
     source.illuminates, source.blocked_by = illuminates, blocked_by
     random = np.random.default_rng(2)
     rays = source.emit(random.random((n, 5), dtype=np.float32))
@@ -272,7 +273,7 @@ def test_what_emits_in_the_plane_of_a_wall_counts_as_in_front(n, walls, order, t
     assert (scene.shines[hits.triangle] != on_panel).mean() < 1e-3
     assert hits.tint is None or (hits.tint == 1).all()
     seen = np.flatnonzero(scene.shines[hits.triangle])
-    assert not tracer.smothered(hits.triangle[seen], hits.u[seen], hits.v[seen]).any()
+    assert not tracer.coplanar_occluded(hits.triangle[seen], hits.u[seen], hits.v[seen]).any()
     assert tracer.flush_emitters == [(scene.objects.names[1], scene.objects.names[0])]
 
 

@@ -7,18 +7,20 @@ from photon_bake.addon.core.sampling.octahedral import encode_octahedral
 from photon_bake.addon.core.sampling.spherical_harmonics import Y0, sh_basis, sh_cosine_lobe
 from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere, to_world
 from photon_bake.addon.gather.light_volume import Cascade, Grid, LightVolume
-from photon_bake.addon.gather.light_volume.injection import inject_response, lit_sides
+from photon_bake.addon.gather.light_volume.injection import lit_sides, response_of
 from photon_bake.addon.gather.light_volume.occlusion import transmittance
 from photon_bake.addon.gather.light_volume.propagation import (
     DIRECTIONS,
     face_moments,
+    padded,
     propagate,
+    transfer,
     transfer_matrices,
 )
 from photon_bake.addon.gather.screen_volume.sh_fields import sh_response
 from photon_bake.addon.photons import PathKind, Photons
 from photon_bake.addon.scene.surface_points import surface_points
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, receivers_at, receivers_in_box, scene_of
 
@@ -75,18 +77,35 @@ def test_what_a_cell_sends_its_neighbours_get():
         assert matrix[1 + axis, 1 + axis] == pytest.approx(matrices[up][3, 3], abs=1e-6)
 
 
+def received(field, passes):
+    """What cells (4, nx, ny, nz) get of each other in one iteration, with the transmittance (3, nx, ny, nz)."""
+    field, passes = (padded(np.moveaxis(grid, 0, -1)) for grid in (field, passes))
+    new = np.zeros_like(field)
+    propagate(transfer(), field, passes, new)
+    return np.moveaxis(new[1:-1, 1:-1, 1:-1], -1, 0)
+
+
+def test_cells_send_by_the_matrices():
+    """The kernel, which knows five numbers of them, sends what all six matrices say."""
+    field = np.zeros((4, 3, 3, 3), np.float32)
+    field[:, 1, 1, 1] = [1.0, 0.3, -0.2, 0.5]
+    got = received(field, np.ones((3, 3, 3, 3), np.float32))
+    for matrix, direction in zip(transfer_matrices(), DIRECTIONS.astype(int), strict=True):
+        assert got[(slice(None), *(1 + direction))] == pytest.approx(matrix @ field[:, 1, 1, 1], abs=1e-6)
+
+
 def test_energy_is_conserved_where_nothing_blocks():
     """Ten iterations in a grid that light does not leave; and light that is the same all around stays symmetric."""
     field = np.zeros((4, 23, 23, 23), np.float32)
     field[:, 11, 11, 11] = [1.0, 0.3, -0.2, 0.5]
     open_ = np.ones((3, 23, 23, 23), np.float32)
     for _ in range(10):
-        field = propagate(field, open_)
+        field = received(field, open_)
     assert field[0].sum(dtype=np.float64) == pytest.approx(1, abs=1e-5)
     even = np.zeros_like(field)
     even[0, 11, 11, 11] = 1
     for _ in range(5):
-        even = propagate(even, open_)
+        even = received(even, open_)
     for axis in range(3):
         assert even[0] == pytest.approx(np.flip(even[0], axis), abs=1e-7)
         assert even[1 + axis] == pytest.approx(-np.flip(even[1 + axis], axis), abs=1e-7)
@@ -99,9 +118,9 @@ def test_blocked_faces_pass_nothing():
     passes = np.ones((3, 5, 5, 5), np.float32)
     passes[0, 2, 2, 2] = 0  # from the middle towards +x
     passes[1, 2, 1, 2] = 0.25  # between the middle and its neighbour in −y
-    received = propagate(field, passes)[0]
-    assert received[3, 2, 2] == 0 and received[1, 2, 2] == pytest.approx(1 / 6)
-    assert received[2, 1, 2] == pytest.approx(0.25 / 6)
+    got = received(field, passes)[0]
+    assert got[3, 2, 2] == 0 and got[1, 2, 2] == pytest.approx(1 / 6)
+    assert got[2, 1, 2] == pytest.approx(0.25 / 6)
 
 
 def test_surface_points_stand_for_the_area_in_the_box():
@@ -125,10 +144,10 @@ def test_transmittance_is_the_open_share():
         scene = scene_of(*mesh)
         tracer = EmbreeTracer(scene)
         grid = Grid(np.array([-1.49, -1.49, -1.01], np.float32), 1.0, (3, 3, 2))
-        response, _ = inject_response(grid, lit_sides(scene, LightTracer(scene, tracer), grid, 32, Workers()))
+        response, _ = response_of(grid, lit_sides(scene, TransparencyTracer(scene, tracer), grid, 32, Workers()))
         passes = transmittance(tracer, grid, response, Workers())
-        assert passes[2, 1, 1, 0] == expected
-        assert passes[0, 1, 1, 0] == 1
+        assert passes[1, 1, 0, 2] == expected
+        assert passes[1, 1, 0, 0] == 1
 
 
 def photons_of_even_light(n, half=1.0, seed=1):
@@ -154,7 +173,7 @@ def photons_of_even_light(n, half=1.0, seed=1):
 
 def volume_of(scene, photons, n_cells, n_iterations):
     grid = Grid.over(scene.bounds, n_cells)
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     return Cascade((LightVolume.of_photons(scene, tracer, photons, grid, n_iterations, Workers()),))
 
 
@@ -219,7 +238,7 @@ def test_nothing_bleeds_through_a_wall(n_cells):
 def test_cascade_is_finer_where_receivers_are_and_photons_too():
     """Receivers in a corner of a wide hall get a volume of their own, if there are photons for it."""
     scene = scene_of(*box(50.0))
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     at = receivers_at(np.random.default_rng(0).uniform(-50, -45, (500, 3)), (0, 0, 1)).position
     photons = photons_of_even_light(600_000, 50.0)
     cells = [

@@ -12,7 +12,7 @@ from photon_bake.addon.pipeline.bake import solve
 from photon_bake.addon.pipeline.gathers import caustics_of
 from photon_bake.addon.scene import LightKind
 from photon_bake.addon.settings.bake import settings_for
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import lamp, merge, plane, receivers_at, scene_of
 from photon_bake.tests.core.test_caustics import REGION, SUN, ball_power, glass_ball, with_lobes
@@ -65,7 +65,7 @@ def test_plate_just_above_a_floor_has_the_floor_s_caustic_once():
 
 def test_flights_through_a_plate_have_the_ball_s_power_and_change_no_photons():
     scene = glass_ball()
-    tracer, sources, z = LightTracer(scene, EmbreeTracer(scene)), light_sources(scene, REGION), 0.1
+    tracer, sources, z = TransparencyTracer(scene, EmbreeTracer(scene)), light_sources(scene, REGION), 0.1
     log = FlightLog(Sphere(np.float32([0, 0, z]), 0.5))
     n = 150_000
     photons = trace_photons(scene, tracer, sources, n, 12, Workers(5, 2), log=log)
@@ -126,7 +126,7 @@ def test_all_receivers_on_surfaces_cost_no_log():
 def test_receivers_just_off_a_tip_are_on_its_surface():
     """No surface may be beneath a receiver at a tip, by a hair."""
     scene = scene_of([(0, 0, 0), (1, 0.2, 0), (1, -0.2, 0)], [(0, 2, 1)])
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     assert MidAir.of(scene, tracer, receivers_at((-2e-4, 0, 1e-4), (0, 0, 1)), True) is None
     assert list(MidAir.of(scene, tracer, receivers_at([(-2e-4, 0, 1e-4), (0.5, 0, 0.1)], (0, 0, 1)), True).rows) == [1]
 

@@ -7,7 +7,7 @@ from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.core.sampling.warps import sample_uniform_sphere
-from photon_bake.addon.tracing import RayKind
+from photon_bake.addon.scene import RayKind
 from photon_bake.addon.tracing.cube_maps import CubeMaps, LightRays, MultiImageTracer, Tally, lit_region
 from photon_bake.addon.tracing.cube_maps.placement import placed, regular, seen_solid_angle
 from photon_bake.addon.tracing.cube_maps.search.map_index import Guide

@@ -10,7 +10,7 @@ from photon_bake.addon.gather.rays.lobe_rays import mean_over_rays
 from photon_bake.addon.output.lightmap import FinishOptions, finish_lightmaps
 from photon_bake.addon.receivers import camera_points, texel_receivers
 from photon_bake.addon.receivers.lightmap.coverage import texels_of
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, plane, scene_of
 from photon_bake.tests.core.test_camera_points import BOX, camera_with
@@ -32,7 +32,7 @@ def used(monkeypatch):
 
 def look_through_a_camera(workers):
     scene = scene_of(*box())
-    tracer = LightTracer(scene, EmbreeTracer(scene))
+    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     camera_points(scene, tracer, camera_with("perspective", size=(8, 6)), BOX, 16, workers)
 
 
@@ -68,7 +68,7 @@ class CancelsAfter(Progress):
 
 
 def coincident_search(progress):
-    LightTracer(*of_plane(), progress)
+    TransparencyTracer(*of_plane(), progress)
 
 
 def of_plane():

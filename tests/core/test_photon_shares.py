@@ -12,7 +12,7 @@ from photon_bake.addon.photons.tracing import Pass, emitted_points, emitted_rays
 from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.scene import LightKind, Lights
 from photon_bake.addon.settings.bake import settings_for
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import ball, box, lamp, merge, of_objects, plane, receivers_at, scene_of
 
@@ -122,7 +122,9 @@ def test_triangles_are_chosen_by_power_by_what_arrives_and_by_object():
     """A lamp inside, one 100 m away and a sky of 10⁸ times their power: each object has a thirtieth at least."""
     scene = of_meshes([(plane(0.1, 1.0), 1), (plane(0.1, 100.0), 1), (ball(1000, n=8), 1)], SKY)
     (source,) = light_sources(scene, Sphere(np.zeros(3, np.float32), 3.0))
-    near, far, sky = source.chance[:2].sum(), source.chance[2:4].sum(), source.chance[4:].sum()
+    mesh = source.surroundings.mesh
+    chance = scene.areas[mesh.triangles] / mesh.area
+    near, far, sky = chance[:2].sum(), chance[2:4].sum(), chance[4:].sum()
     assert near > far > 1 / 30 and sky > 0.9
     at_lamps = [chance / share for chance, share in ((near - 1 / 30, 0.5), (far - 1 / 30, 0.03**2 / 4))]
     assert at_lamps[0] == pytest.approx(
@@ -146,7 +148,7 @@ def test_noise_of_a_lamp_behind_a_wall_grows_with_its_power():
     for watts in (0.0, 1e4, 1e6):
         scene = room(lights=Lights.join([BULB, lamp(LightKind.POINT, watts, position=(4, 0, 0))]))
         inside = lambda photons: np.abs(photons.power).mean(axis=1) * (np.abs(photons.position) < 2.05).all(axis=1)  # noqa: E731
-        at = scene, LightTracer(scene, EmbreeTracer(scene)), light_sources(scene, region)
+        at = scene, TransparencyTracer(scene, EmbreeTracer(scene)), light_sources(scene, region)
         guided = guide_sources(*at, 2000, 8, inside, Workers(), region, worth_of_watt=1.0)
         told.append(noise_of_photons(guided, 100_000))
     assert told[0] < told[1] < told[2]

@@ -14,7 +14,7 @@ from photon_bake.addon.photons import PathKind, Photons
 from photon_bake.addon.photons.scattering import local_axes
 from photon_bake.addon.receivers import Camera, seen_surface
 from photon_bake.addon.scene import Channel, Materials
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, scene_of
 from photon_bake.tests.core.test_light_volume import photons_of_even_light
@@ -44,7 +44,7 @@ def photons_at(places, power=1.0, direction=(0, 0, -1)) -> Photons:
 def seen_from(scene, position=(0, 0, 2), axes=DOWN, angle=0.92730, width=200, height=200):
     """A camera and what it sees; by default two metres above the plane z = 0, one metre to each side."""
     camera = Camera.perspective(np.float32(position), axes, float(angle), width, height)
-    return camera, seen_surface(scene, LightTracer(scene, EmbreeTracer(scene)), camera)
+    return camera, seen_surface(scene, TransparencyTracer(scene, EmbreeTracer(scene)), camera)
 
 
 def view_of_plane(**camera):

@@ -22,8 +22,8 @@ def test_cosine_hemisphere(u):
     assert chi_square_of_directions(warps.sample_cosine_hemisphere(u), warps.pdf_cosine_hemisphere) > 1e-3
 
 
-def test_halfway_hemisphere(u):
-    assert chi_square_of_directions(warps.sample_halfway_hemisphere(u), warps.pdf_halfway_hemisphere) > 1e-3
+def test_cosine_uniform_mixture(u):
+    assert chi_square_of_directions(warps.sample_cosine_uniform_mixture(u), warps.pdf_cosine_uniform_mixture) > 1e-3
 
 
 def test_uniform_sphere(u):

@@ -5,10 +5,10 @@ import pytest
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.gather.density.density import PhotonDensity
 from photon_bake.addon.gather.density.thinned_density import thinned_density
-from photon_bake.addon.gather.irradiance_cache import Effort, FinalGather
+from photon_bake.addon.gather.irradiance_cache import FinalGather, SampleBudget
 from photon_bake.addon.gather.rays.gather_rays import Incoming
 from photon_bake.addon.receivers import Receivers
-from photon_bake.addon.tracing import Hits, LightTracer
+from photon_bake.addon.tracing import Hits, TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import plane, scene_of
 from photon_bake.tests.core.test_photon_volumes import photons_at
@@ -34,8 +34,8 @@ def both(photons, directional=False):
     n = len(place)
     position = np.column_stack([place, np.full(n, 1e-3)]).astype(np.float32)
     at = Receivers(position, np.tile(UP, (n, 1)), np.full(n, 0.01, np.float32), directional=directional)
-    tracer, workers = LightTracer(scene, EmbreeTracer(scene)), Workers()
-    gather = FinalGather(NoLight(), at, Effort(16), 2 * HALF, tracer.surfaces, workers)
+    tracer, workers = TransparencyTracer(scene, EmbreeTracer(scene)), Workers()
+    gather = FinalGather(NoLight(), at, SampleBudget(16), 2 * HALF, tracer.surfaces, workers)
     density = PhotonDensity(tracer, photons, K, 1.0, workers)
     return thinned_density(density, at, gather, workers), density.at(at, workers)[0], place, len(gather.records)
 

@@ -6,6 +6,7 @@ import sys
 import bpy
 import photon_bake
 import pytest
+from photon_bake.addon.pipeline.warm_up import compiler
 
 STATUS = pytest.StashKey[int]()
 
@@ -14,6 +15,7 @@ STATUS = pytest.StashKey[int]()
 def registered():
     """The checkout as an enabled add-on, for the whole run."""
     photon_bake.register()
+    compiler._tried = True  # kernels are compiled as tests need them
     yield
     photon_bake.unregister()
 

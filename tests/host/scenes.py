@@ -3,6 +3,7 @@
 import bpy
 import numpy as np
 from photon_bake.addon.blender import in_render_graph, read_scene
+from photon_bake.addon.scene import Lobe
 
 
 def add_mesh(name, vertices, faces, material=None, smooth=False):
@@ -113,6 +114,20 @@ def set_world(color, strength=1.0):
 def extracted(warnings=None, **options):
     """The scene as renders show it, as a `Scene`."""
     return in_graph(lambda graph: read_scene(graph, warnings, **options)).scene(bpy.context.scene)
+
+
+def weight_of(materials, lobe, channel=None):
+    """Sums of the constant values of the weights of closures of a kind, times those of a channel, (m, 3)."""
+    closures, total = materials.closures, np.zeros((len(materials), 3))
+    k = np.flatnonzero(closures.kind == lobe)
+    values = closures.weight.value[k] * (getattr(closures, channel).value[k] if channel else 1)
+    np.add.at(total, closures.material[k], values)
+    return total
+
+
+def albedo_of(materials):
+    """Constant values of the diffuse albedos, (m, 3)."""
+    return weight_of(materials, Lobe.DIFFUSE)
 
 
 def in_graph(work):

@@ -9,7 +9,7 @@ from photon_bake.addon.blender import read_camera
 from photon_bake.addon.blender.read.camera import read_frame, read_pixel_filter, render_camera
 from photon_bake.addon.core.errors import BakeError, kind_of
 from photon_bake.addon.receivers import seen_surface
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.cycles_passes import render_passes
@@ -117,7 +117,7 @@ def test_rays_are_those_of_cycles(empty_scene, tmp_path, name):
 
     camera, frame = read(empty_scene), read_frame(empty_scene)
     scene = scenes.extracted(for_camera=True)
-    seen = seen_surface(scene, LightTracer(scene, EmbreeTracer(scene)), camera)
+    seen = seen_surface(scene, TransparencyTracer(scene, EmbreeTracer(scene)), camera)
     row, column = np.divmod(seen.pixel, camera.width)
     there = np.zeros((frame.height, frame.width), bool)
     there[row + frame.row, column + frame.column] = True

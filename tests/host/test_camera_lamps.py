@@ -11,7 +11,7 @@ from photon_bake.addon.gather import DirectLight, camera_gloss, reflected_highli
 from photon_bake.addon.pipeline.bake import solve
 from photon_bake.addon.receivers import camera_points
 from photon_bake.addon.settings.bake import settings_for
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.camera_scenes import add_camera, coloured
@@ -64,7 +64,7 @@ def combined(scene, path, **options):
 def points_seen(scene, n_samples):
     """The scene as it was read, its tracer, and what the camera sees of it."""
     extracted = scenes.extracted(for_camera=True)
-    tracer = LightTracer(extracted, EmbreeTracer(extracted))
+    tracer = TransparencyTracer(extracted, EmbreeTracer(extracted))
     camera, pixel_filter = scenes.in_graph(lambda graph: read_camera(scene, graph)), read_pixel_filter(scene)
     return extracted, tracer, camera_points(extracted, tracer, camera, pixel_filter, n_samples, Workers())
 

@@ -4,23 +4,43 @@ import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.blender.read.materials.closures import BECKMANN_AS_GGX
+from photon_bake.addon.blender.read.materials.materials import DEFAULT_GREY
 from photon_bake.addon.blender.read.materials.node_math import mean_fresnel
+from photon_bake.addon.scene import Lobe
 from photon_bake.tests.host import scenes
 
 F0 = 0.04  # of glass at 1.5
 
 
 def read(material, warnings=None):
-    """Its channels' values, and the other columns."""
     scenes.add_plane(material=material)
     return scenes.extracted([] if warnings is None else warnings).materials
 
 
 def expect(materials, **values):
+    """Of the first material's channels and of the sums of its closures; other values, by their names, of a closure."""
+    of_sums = {
+        "diffuse": lambda: scenes.weight_of(materials, Lobe.DIFFUSE),
+        "translucent": lambda: scenes.weight_of(materials, Lobe.TRANSLUCENT),
+        "f0": lambda: scenes.weight_of(materials, Lobe.GLOSSY, "f0"),
+        "f90": lambda: scenes.weight_of(materials, Lobe.GLOSSY, "f90"),
+        "glass_reflection": lambda: scenes.weight_of(materials, Lobe.GLASS, "f0"),
+        "glass_transmission": lambda: scenes.weight_of(materials, Lobe.GLASS, "f90"),
+    }
+    closures = materials.closures
+    rough = np.flatnonzero((closures.kind >= Lobe.GLOSSY) & (closures.material == 0))
     for name, value in values.items():
-        column = getattr(materials, name)
-        column = getattr(column, "value", column)
-        np.testing.assert_allclose(column[0], value, atol=2e-4, err_msg=name)
+        if name in of_sums:
+            found = of_sums[name]()[0]
+        elif name in ("emission", "coverage", "tint"):
+            found = getattr(materials, name).value[0]
+        elif name == "layer_f0":
+            layer = closures.layer[(closures.kind == Lobe.DIFFUSE) & (closures.layer >= 0)]
+            found = closures.f0.value[layer].max(initial=0)
+        else:
+            column = getattr(closures, name)
+            found = getattr(column, "value", column)[rough[0]]
+        np.testing.assert_allclose(found, value, atol=2e-4, err_msg=name)
 
 
 def shader(tree, kind, **values):
@@ -66,7 +86,7 @@ def test_principled_dielectric():
         diffuse=(0.6, 0.4, 0.2),
         f0=F0,
         f90=1,
-        fresnel_ior=1.5,
+        ior=1.5,
         layer_f0=F0,
         roughness=0.3,
         coverage=1,
@@ -81,16 +101,16 @@ def test_principled_specular_level_and_tint():
     material = principled(Specular_IOR_Level=1.0, Specular_Tint=(1, 0.5, 0))
     root = (2 * F0) ** 0.5
     ior = (1 + root) / (1 - root)
-    expect(read(material), f0=(2 * F0, F0, 0), f90=1, fresnel_ior=ior, layer_f0=2 * F0)
+    expect(read(material), f0=(2 * F0, F0, 0), f90=1, ior=ior, layer_f0=2 * F0)
 
 
 def test_principled_without_specular():
-    expect(read(principled(Specular_IOR_Level=0.0)), f0=0, f90=0, fresnel_ior=0, layer_f0=0, roughness=1)
+    expect(read(principled(Specular_IOR_Level=0.0)), f0=0, f90=0, layer_f0=0, diffuse=DEFAULT_GREY)
 
 
 def test_principled_metal():
     materials = read(principled(Base_Color=(0.9, 0.6, 0.3), Metallic=1.0, Roughness=0.2))
-    expect(materials, diffuse=0, f0=(0.9, 0.6, 0.3), f90=1, fresnel_ior=0, layer_f0=0, roughness=0.2)
+    expect(materials, diffuse=0, f0=(0.9, 0.6, 0.3), f90=1, ior=0, layer_f0=0, roughness=0.2)
 
 
 def test_principled_half_metal():
@@ -108,8 +128,8 @@ def test_principled_glass():
         f90=0,
         glass_reflection=1,
         glass_transmission=(0.9, 0.8, 0.5),
-        glass_ior=1.33,
-        glass_fresnel=True,
+        ior=1.33,
+        fresnel=True,
         roughness=0,
         layer_f0=0,
     )
@@ -124,7 +144,9 @@ def test_thin_wall():
     materials = scenes.extracted().materials
     passing = (1 - materials.coverage.value) * materials.tint.value
     np.testing.assert_allclose(passing[:, 0], [0.844, 0.175], atol=3e-3)
-    np.testing.assert_allclose((materials.coverage.value * materials.f0.value)[:, 0], 0.156, atol=3e-3)
+    np.testing.assert_allclose(
+        (materials.coverage.value * scenes.weight_of(materials, Lobe.GLOSSY, "f0"))[:, 0], 0.156, atol=3e-3
+    )
 
 
 def test_principled_alpha_and_emission():
@@ -154,18 +176,18 @@ def test_glossy():
     node.distribution = "GGX"
     show(node)
     materials = read(material)
-    expect(materials, f0=(0.5, 0.6, 0.7), f90=(0.5, 0.6, 0.7), fresnel_ior=0, layer_f0=0, diffuse=0)
+    expect(materials, f0=(0.5, 0.6, 0.7), f90=(0.5, 0.6, 0.7), ior=0, layer_f0=0, diffuse=0)
     expect(materials, roughness=0.4, preserves_energy=False)
 
 
 def test_glass_and_refraction():
     material, tree, show = tree_of()
     show(shader(tree, "BsdfGlass", Color=(0.9, 0.8, 0.7), Roughness=0.1, IOR=1.6))
-    expect(read(material), glass_reflection=(0.9, 0.8, 0.7), glass_transmission=(0.9, 0.8, 0.7), glass_ior=1.6)
+    expect(read(material), glass_reflection=(0.9, 0.8, 0.7), glass_transmission=(0.9, 0.8, 0.7), ior=1.6)
     material, tree, show = tree_of()
     show(shader(tree, "BsdfRefraction", Color=(0.9, 0.8, 0.7), IOR=1.2))
     bpy.context.scene.collection.objects.unlink(bpy.data.objects["Plane"])
-    expect(read(material), glass_reflection=0, glass_transmission=(0.9, 0.8, 0.7), glass_ior=1.2, glass_fresnel=False)
+    expect(read(material), glass_reflection=0, glass_transmission=(0.9, 0.8, 0.7), ior=1.2, fresnel=False)
 
 
 def test_translucent():
@@ -186,7 +208,7 @@ def test_metallic():
     material, tree, show = tree_of()
     node = shader(tree, "BsdfMetallic", Base_Color=(0.9, 0.6, 0.3), Roughness=0.3)
     show(node)
-    expect(read(material), f0=(0.9, 0.6, 0.3), f90=1, fresnel_ior=0)
+    expect(read(material), f0=(0.9, 0.6, 0.3), f90=1, ior=0)
 
 
 def test_holdout_is_black():
@@ -214,7 +236,7 @@ def test_mix_of_all_or_nothing_leaves_out_the_other(factor):
     show(mixed(tree, *((plain, unreadable) if factor == 0 else (unreadable, plain)), factor))
     materials = read(material)
     expect(materials, diffuse=0.5)
-    assert not materials.diffuse.textured
+    assert not materials.closures.weight.textured
 
 
 def test_negative_emission():
@@ -262,7 +284,7 @@ def test_picture_in_the_place_of_a_shader_is_light(kind, in_group):
     u, v = rng.uniform(0, 1, (2, 4000)).astype(np.float32)
     place = rng.integers(0, 2, 4000), np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
     ours = scene.look_up(scene.materials.emission, *place).mean(axis=0)
-    np.testing.assert_allclose(scene.look_up(scene.materials.diffuse, *place), 0.4, atol=1e-6)
+    np.testing.assert_allclose(scene.albedo(*place), 0.4, atol=1e-6)
     np.testing.assert_allclose(ours, scenes.cycles_picture(obj, "EMIT").mean(axis=(0, 1)), rtol=0.04)
 
 
@@ -296,7 +318,7 @@ def test_gloss_over_diffuse_by_fresnel(kind):
     angle = tree.nodes.new(f"ShaderNode{kind}")
     angle.inputs[0].default_value = 1.5 if kind == "Fresnel" else 1 / 3
     show(mixed(tree, diffuse, glossy, angle.outputs[0]))
-    expect(read(material), diffuse=0.8, f0=0.9 * F0, f90=0.9, fresnel_ior=1.5, layer_f0=F0)
+    expect(read(material), diffuse=0.8, f0=0.9 * F0, f90=0.9, ior=1.5, layer_f0=F0)
 
 
 def test_glass_by_fresnel():
@@ -307,7 +329,7 @@ def test_glass_by_fresnel():
     )
     fresnel = shader(tree, "Fresnel", IOR=1.4)
     show(mixed(tree, inside, outside, fresnel.outputs[0]))
-    expect(read(material), f0=0, f90=0, glass_reflection=1, glass_transmission=0.8, glass_ior=1.4, glass_fresnel=True)
+    expect(read(material), f0=0, f90=0, glass_reflection=1, glass_transmission=0.8, ior=1.4, fresnel=True)
 
 
 def test_window_pane_by_fresnel_is_its_mean():
@@ -341,11 +363,32 @@ def test_what_lets_the_light_of_lamps_through_lets_all_through():
     assert warnings == ["Material 'Material': what only shadow rays see of it is baked for all rays."]
 
 
-def test_two_roughnesses_merge():
+def test_two_roughnesses_stay_two_closures():
     material, tree, show = tree_of()
     sharp, dull = (shader(tree, "BsdfGlossy", Color=(c,) * 3, Roughness=r) for c, r in ((0.9, 0.1), (0.3, 0.5)))
     show(mixed(tree, sharp, dull))
-    expect(read(material), f0=0.6, roughness=(0.9 * 0.1 + 0.3 * 0.5) / 1.2)
+    warnings = []
+    closures = read(material, warnings).closures
+    np.testing.assert_allclose(closures.weight.value[:, 0], [0.45, 0.15], atol=1e-6)
+    np.testing.assert_allclose(closures.roughness.value[:, 0], [0.1, 0.5], atol=1e-6)
+    assert closures.kind.tolist() == [Lobe.GLOSSY] * 2 and not warnings
+
+
+def test_nested_mixes_multiply_and_what_is_alike_adds_up():
+    material, tree, show = tree_of()
+    first, second, third = (
+        shader(tree, "BsdfPrincipled", Base_Color=(c,) * 3, Roughness=r)
+        for c, r in ((0.8, 0.3), (0.4, 0.6), (0.2, 0.3))
+    )
+    show(mixed(tree, mixed(tree, first, second, 0.25), third, 0.4))
+    closures = read(material).closures
+    order = np.lexsort((closures.weight.value[:, 0], closures.kind))
+    weights = closures.weight.value[order, 0]
+    np.testing.assert_allclose(weights, [0.15 * 0.4, 0.45 * 0.8 + 0.4 * 0.2, 0.15, 0.45 + 0.4], atol=1e-5)
+    over = closures.roughness.value[closures.layer[order[:2]], 0]
+    np.testing.assert_allclose(over, [0.6, 0.3], atol=1e-6)
+    assert closures.kind[order].tolist() == [Lobe.DIFFUSE] * 2 + [Lobe.GLOSSY] * 2
+    assert closures.layer[order[2:]].tolist() == [-1, -1]
 
 
 def test_shader_in_a_group_with_a_muted_node():
@@ -395,12 +438,16 @@ def test_textured_factor():
     materials = read(material)
     textures = materials.textures
 
-    def texels(channel):
-        return textures.pixels[textures.offset[channel.texture[0]] :][:2, 0] * channel.value[0, 0]
+    closures = materials.closures
 
-    np.testing.assert_allclose(texels(materials.diffuse), [0.15, 0], atol=1e-4)
-    np.testing.assert_allclose(texels(materials.f0), [0.2, 0.8], atol=1e-4)
-    assert materials.roughness.texture[0] < 0 or np.ptp(texels(materials.roughness)) < 1e-6
+    def texels(kind):
+        (k,) = np.flatnonzero(closures.kind == kind)
+        pixels = textures.pixels[textures.offset[closures.weight.texture[k]] :][:2, 0]
+        return pixels * closures.weight.value[k, 0] * closures.f0.value[k, 0] ** (kind == Lobe.GLOSSY)
+
+    np.testing.assert_allclose(texels(Lobe.DIFFUSE), [0.15, 0], atol=1e-4)
+    np.testing.assert_allclose(texels(Lobe.GLOSSY), [0.2, 0.8], atol=1e-4)
+    assert not closures.roughness.textured
 
 
 SHORTCOMINGS = {
@@ -420,17 +467,6 @@ def test_says_what_is_not_baked(socket, what):
     warnings = []
     read(material, warnings)
     assert warnings == [f"Material 'Skin': {what}."]
-
-
-def test_says_that_unlike_lobes_are_merged():
-    material, tree, show = tree_of()
-    sharp, dull = (shader(tree, "BsdfGlossy", Color=(0.5,) * 3, Roughness=r) for r in (0.0, 0.9))
-    show(mixed(tree, sharp, dull))
-    warnings = []
-    read(material, warnings)
-    assert warnings == [
-        "Material 'Material': its lobes of different roughness are baked as one of their mean roughness."
-    ]
 
 
 @pytest.mark.parametrize(("kind", "roughness", "n"), [("Glossy", 0.5, 1), ("Glossy", 0.0, 0), ("Refraction", 0.5, 1)])
@@ -518,7 +554,8 @@ def test_channels_never_give_more_than_they_get():
         }
         scenes.add_plane(material=principled(Base_Color=(1.0, 1.0, 1.0), **values)).location.z = i
     materials = scenes.extracted().materials
-    diffuse, glass = materials.diffuse.value, materials.glass_transmission.value
-    np.testing.assert_array_less(diffuse + glass + materials.f90.value, 2)
-    metal = materials.f90.value - diffuse
+    diffuse, glass = scenes.weight_of(materials, Lobe.DIFFUSE), scenes.weight_of(materials, Lobe.GLASS, "f90")
+    gloss = scenes.weight_of(materials, Lobe.GLOSSY, "f90")
+    np.testing.assert_array_less(diffuse + glass + gloss, 2)
+    metal = gloss - diffuse
     np.testing.assert_allclose(diffuse + glass + metal, 1, atol=1e-4)

@@ -42,7 +42,8 @@ def test_bake_save_and_report(tmp_path, capfd):
     assert read["settings"]["seed"] == 3 and read["settings"]["n_photons"] == 5000
     assert read["counts"]["receivers"] > 0 and read["peak_memory_mb"] > 50 and read["relative_noise"] > 0
     assert {"Reading the scene", "Tracing photons", "Saving"} <= set(read["stage_seconds"])
-    assert {"blender", "python", "numpy", "scipy", "embreex", "photon_bake"} <= set(read["versions"])
+    assert 0 <= read["compile_seconds"] <= read["total_seconds"]
+    assert {"blender", "python", "numpy", "scipy", "embreex", "numba", "photon_bake"} <= set(read["versions"])
     assert sorted(p.name for p in tmp_path.iterdir()) == ["baked.blend", "r.json"]
     bpy.ops.wm.open_mainfile(filepath=str(blend))
     assert has_light("Floor") and has_light("Box")

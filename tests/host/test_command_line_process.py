@@ -39,8 +39,9 @@ def test_bake_and_save(blend):
     assert "Indirect" in bpy.data.objects["Box"].data.attributes
 
 
-def test_blender_starts_without_scipy():
-    heavy = "[name for name in sys.modules if name.split('.')[0] in ('scipy', 'embreex', 'OpenEXR')]"
+def test_blender_starts_without_the_libraries():
+    libraries = ("scipy", "embreex", "OpenEXR", "numba", "llvmlite")
+    heavy = f"[name for name in sys.modules if name.split('.')[0] in {libraries}]"
     done = stand_in("--python-expr", f"import sys; print('loaded:', {heavy})")
     assert "loaded: []" in done.stdout
 

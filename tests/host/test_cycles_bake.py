@@ -148,7 +148,7 @@ def test_image_sequences_are_baked_at_each_frame(tmp_path, monkeypatch):
     for frame, value in ((1, 0.25), (2, 0.75), (1, 0.25)):
         bpy.context.scene.frame_set(frame)
         materials = scenes.extracted().materials
-        np.testing.assert_allclose(materials.diffuse.value, value, atol=1e-3)
+        np.testing.assert_allclose(scenes.albedo_of(materials), value, atol=1e-3)
     assert len(baked) == 2
 
 
@@ -163,7 +163,7 @@ def test_objects_that_a_material_tells_apart_are_baked_each(monkeypatch):
     second = first.copy()
     first.color, second.color = (1, 0, 0, 1), (0, 0, 1, 1)
     bpy.context.scene.collection.objects.link(second)
-    values = scenes.extracted().materials.diffuse.value
+    values = scenes.albedo_of(scenes.extracted().materials)
     assert len(baked) == 2
     np.testing.assert_allclose(sorted(values.tolist()), [[0, 0, 1], [1, 0, 0]], atol=1e-5)
 
@@ -176,7 +176,7 @@ def test_custom_properties_of_objects():
         obj["paint"] = value
         obj.update_tag()
         materials = scenes.extracted().materials
-        np.testing.assert_allclose(materials.diffuse.value, [value], atol=1e-5)
+        np.testing.assert_allclose(scenes.albedo_of(materials), [value], atol=1e-5)
 
 
 def test_numbers_and_colours_of_one_material():
@@ -192,11 +192,11 @@ def test_numbers_and_colours_of_one_material():
     for name, value in (("Roughness", 0.3), ("Metallic", 1.0), ("Alpha", 0.5), ("Emission Strength", 7.0)):
         obj.data.attributes.new(name, "FLOAT", "POINT").data.foreach_set("value", np.full(81, value, np.float32))
     materials = scenes.extracted().materials
-    np.testing.assert_allclose(materials.roughness.value[0], 0.3, atol=1e-3)
+    np.testing.assert_allclose(materials.closures.roughness.value[0], 0.3, atol=1e-3)
     np.testing.assert_allclose(materials.coverage.value[0], 0.5, atol=1e-3)
-    np.testing.assert_allclose(materials.f0.value[0], [0.5, 0.25, 0.125], atol=1e-3)
+    np.testing.assert_allclose(materials.closures.f0.value[0], [0.5, 0.25, 0.125], atol=1e-3)
     np.testing.assert_allclose(materials.emission.value[0], 7, atol=1e-2)
-    np.testing.assert_allclose(materials.diffuse.value[0], 0, atol=1e-6)
+    np.testing.assert_allclose(scenes.albedo_of(materials)[0], 0, atol=1e-6)
 
 
 def test_colour_attribute():
@@ -309,7 +309,7 @@ def test_what_depends_on_the_ray_is_constant():
     tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[2])
     tree.links.new(mix.outputs[0], surface.inputs["Base Color"])
     tiles(material)
-    np.testing.assert_allclose(scenes.extracted().materials.diffuse.value, 0)
+    np.testing.assert_allclose(scenes.albedo_of(scenes.extracted().materials), 0)
     tree.links.new(path.outputs["Is Diffuse Ray"], mix.inputs[2])
     materials = scenes.extracted().materials
     assert materials.textures.pixels.mean() == pytest.approx(0.5, abs=0.1)
@@ -339,7 +339,7 @@ def test_failing_bake_warns_and_takes_the_sockets_own_value(monkeypatch):
     warnings = []
     before = data_blocks()
     materials = scenes.extracted(warnings).materials
-    np.testing.assert_allclose(materials.diffuse.value, DEFAULT_GREY, atol=1e-6)
+    np.testing.assert_allclose(scenes.albedo_of(materials), DEFAULT_GREY, atol=1e-6)
     assert len(warnings) == 1 and "'Wall'" in warnings[0] and "no Cycles here" in warnings[0]
     assert data_blocks() == before
 

@@ -36,7 +36,7 @@ def test_cube():
     assert scene.areas.sum() == pytest.approx(24)
     assert outward(scene)
     assert scene.objects.names == ("Cube",)
-    np.testing.assert_allclose(scene.materials.diffuse.value, [[0.8, 0.8, 0.8]])
+    np.testing.assert_allclose(scenes.albedo_of(scene.materials), [[0.8, 0.8, 0.8]])
 
 
 @pytest.mark.parametrize("scale", [(1, 1, 1), (-1, 1, 1), (-1, -2, 1), (-3, -2, -0.5), (1, 0.1, 5)])

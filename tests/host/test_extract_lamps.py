@@ -12,7 +12,7 @@ from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.gather import DirectLight
 from photon_bake.addon.scene import LightKind, SceneObjects
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.host import scenes
 
@@ -122,7 +122,9 @@ def compare_at_places(samples=1024):
     places = add_places()
     scene = linked(scenes.extracted())
     direct = DirectLight(
-        scene, LightTracer(scene, EmbreeTracer(scene)), light_sources(scene, Sphere(np.zeros(3, np.float32), 4.0))
+        scene,
+        TransparencyTracer(scene, EmbreeTracer(scene)),
+        light_sources(scene, Sphere(np.zeros(3, np.float32), 4.0)),
     )
     at = np.repeat(np.array(PLACES, np.float32) + np.array([0, 0, 1e-4], np.float32), N_ESTIMATES, 0)
     up = np.broadcast_to(np.array([0, 0, 1], np.float32), at.shape)

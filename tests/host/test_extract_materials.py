@@ -4,6 +4,7 @@ import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.blender.read.materials.texels import MAX_SIDE, StoredImage
+from photon_bake.addon.emitters.mesh import radiance_of
 from photon_bake.tests.host import scenes
 
 CHECK = np.random.default_rng(3).uniform(0.1, 1, (2, 2, 4))
@@ -44,7 +45,7 @@ def test_constant_colour(node):
     material, surface = scenes.add_material(node=node)
     surface.inputs[0].default_value = (0.7, 0.2, 0.1, 1)
     obj = quads(material)
-    np.testing.assert_allclose(extract().materials.diffuse.value, [[0.7, 0.2, 0.1]], atol=1e-6)
+    np.testing.assert_allclose(scenes.albedo_of(extract().materials), [[0.7, 0.2, 0.1]], atol=1e-6)
     assert_as_cycles(obj)
 
 
@@ -175,7 +176,7 @@ def test_emission():
     scenes.add_cube("B", material=glowing)
     materials = extract().materials
     np.testing.assert_allclose(materials.emission.value, [[4, 2, 1], [0, 3, 0]])
-    np.testing.assert_allclose(materials.diffuse.value[0], 0)
+    np.testing.assert_allclose(scenes.albedo_of(materials)[0], 0)
 
 
 def test_emission_is_radiance():
@@ -198,7 +199,9 @@ def test_emission_texture():
     quads(material, 2)
     scene = extract()
     triangle, third = np.arange(0, scene.n_triangles, 2), np.full(4, 1 / 3, np.float32)
-    np.testing.assert_allclose(scene.emission(triangle, third, third), CHECK.reshape(4, 4)[:, :3] * 2, rtol=1e-3)
+    np.testing.assert_allclose(
+        radiance_of(scene.arrays, triangle, third, third), CHECK.reshape(4, 4)[:, :3] * 2, rtol=1e-3
+    )
 
 
 def test_emission_texture_without_strength_is_not_read(tmp_path):
@@ -216,7 +219,7 @@ def test_shader_that_is_not_known_is_diffuse_and_warns_once():
     scenes.add_cube("A", material=material)
     scenes.add_cube("B", material=material)
     warnings = []
-    np.testing.assert_allclose(extract(warnings).materials.diffuse.value, [[0.3, 0.2, 0.1]], atol=1e-6)
+    np.testing.assert_allclose(scenes.albedo_of(extract(warnings).materials), [[0.3, 0.2, 0.1]], atol=1e-6)
     assert warnings == ["Material 'Cartoon': its Toon BSDF is baked as diffuse."]
 
 
@@ -224,7 +227,7 @@ def test_surface_without_shader_is_black():
     material, surface = scenes.add_material()
     material.node_tree.nodes.remove(surface)
     scenes.add_cube(material=material)
-    np.testing.assert_allclose(extract().materials.diffuse.value, 0)
+    np.testing.assert_allclose(scenes.albedo_of(extract().materials), 0)
 
 
 @pytest.mark.skipif(bpy.app.version >= (5, 0, 0), reason="materials always have nodes there")

@@ -30,7 +30,7 @@ INSTALL = (
 import importlib.util, sys
 site, zip_path = sys.argv[1:]
 sys.path.append(site)
-for name in ("embreex", "scipy", "OpenEXR", "photon_bake"):
+for name in ("embreex", "llvmlite", "numba", "scipy", "OpenEXR", "photon_bake"):
     assert importlib.util.find_spec(name) is None, f"{name} is there before the zip is installed"
 
 import bpy
@@ -51,8 +51,8 @@ sys.path.append(site)
 
 import bpy
 bpy.ops.wm.read_userpref()
-import embreex, scipy, OpenEXR
-for module in (embreex, scipy, OpenEXR):
+import embreex, llvmlite, numba, scipy, OpenEXR
+for module in (embreex, llvmlite, numba, scipy, OpenEXR):
     assert module.__file__.startswith(os.environ["BLENDER_USER_RESOURCES"]), module.__file__
 
 bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
@@ -100,7 +100,7 @@ def bare_python(tmp_path):
     site = tmp_path / "site"
     site.mkdir()
     for path in Path(sysconfig.get_paths()["purelib"]).iterdir():
-        if not path.name.startswith(("embreex", "scipy", "OpenEXR", "openexr", "photon_bake")):
+        if not path.name.startswith(("embreex", "llvmlite", "numba", "scipy", "OpenEXR", "openexr", "photon_bake")):
             (site / path.name).symlink_to(path)
     resources = tmp_path / "resources"
     resources.mkdir()
@@ -132,7 +132,7 @@ def test_a_zip_holds_the_extension_and_its_wheels_only(zip_path):
     }  # fmt: skip
     wheels = [name for name in names if name.startswith("wheels/")]
     packages = {name.split("/")[1].split("-")[0] for name in wheels}
-    assert packages == {"embreex", "openexr", "scipy"}
+    assert packages == {"embreex", "llvmlite", "numba", "openexr", "scipy"}
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the Blender is a shell script")

@@ -35,8 +35,8 @@ def extracted():
 
 def diffuse(scene):
     """The albedo of the only material, which has no texture that differs from texel to texel."""
-    assert scene.materials.diffuse.texture[0] < 0
-    return scene.materials.diffuse.value[0]
+    assert not scene.materials.closures.weight.textured
+    return scenes.albedo_of(scene.materials)[0]
 
 
 @pytest.mark.parametrize("alpha", ["STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE"])

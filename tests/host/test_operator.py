@@ -11,6 +11,7 @@ import pytest
 from photon_bake.addon.core.errors import BakeError, Cancelled, TooCoarse, kind_of
 from photon_bake.addon.core.inspector import Inspector
 from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.core.zips import LIBRARIES
 from photon_bake.addon.settings.bake import CHOICES
 from photon_bake.addon.settings.lightmap import LightmapSettings
 from photon_bake.addon.ui.state import STAGE_SHARES, bake_state, share_done
@@ -119,11 +120,14 @@ def test_add_direct_adds(room):
     assert light_of("Floor", "All")[:, :3].mean() > light_of("Floor")[:, :3].mean()
 
 
-def test_without_embree_blender_traces_and_says_so(room, monkeypatch):
-    monkeypatch.setitem(sys.modules, "photon_bake.addon.tracing.embree", None)
-    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
-    assert light_of("Box")[:, :3].max() > 0
-    assert any("embreex" in warning for warning in bake_state.warnings)
+@pytest.mark.parametrize("library", LIBRARIES)
+def test_without_a_library_a_bake_says_what_to_install(room, monkeypatch, library):
+    monkeypatch.setitem(sys.modules, LIBRARIES[library], None)
+    with pytest.raises(
+        RuntimeError, match=f"{library}, which every bake needs, .*: remove Photon Bake, .*, and install"
+    ):
+        bpy.ops.photon_bake.bake_indirect()
+    assert light_of("Box") is None
 
 
 def test_a_scene_that_cannot_be_baked_is_refused_in_a_sentence(room):

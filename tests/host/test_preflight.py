@@ -2,7 +2,7 @@
 
 import bpy
 import pytest
-from photon_bake.addon.blender.preflight import check
+from photon_bake.addon.blender.preflight import check, setting_rules
 from photon_bake.addon.ui.checks import asked_of, checks
 from photon_bake.addon.ui.remedies import REMEDIES
 from photon_bake.operators.remedy import _DO
@@ -38,6 +38,12 @@ def test_all_is_well(settings):
     result = found()
     assert result.line == "3 objects will get light" and not result.findings and not result.blocked
     assert result.seconds < 0.1
+
+
+def test_a_missing_library_is_said_before_a_bake(settings, monkeypatch):
+    monkeypatch.setattr(setting_rules, "missing_library", lambda: "numba cannot be imported.")
+    result = found()
+    assert result.blocked and result.findings[0].sentences == ("numba cannot be imported.",)
 
 
 def no_faces():

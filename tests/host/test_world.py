@@ -11,7 +11,7 @@ from photon_bake.addon.blender.warn import Warnings
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.gather import DirectLight
-from photon_bake.addon.tracing import LightTracer
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.host import scenes
 
@@ -148,7 +148,7 @@ def test_light_from_a_picture_as_a_bake_finds_it():
     faces = add_faces()
     scene = scenes.extracted()
     sources = light_sources(scene, Sphere(np.zeros(3, np.float32), 1.0))
-    direct = DirectLight(scene, LightTracer(scene, EmbreeTracer(scene)), sources)
+    direct = DirectLight(scene, TransparencyTracer(scene, EmbreeTracer(scene)), sources)
     cycles = scenes.cycles_bake(faces, "DIRECT", 1024).reshape(-1, 3, 3).mean(axis=1)
     n = 20_000
     normals = np.repeat(scene.normals, n, axis=0)

@@ -2,8 +2,15 @@
 
 from collections.abc import Callable
 
+from ...core.zips import missing_library
+from ...pipeline.warm_up import compiler
 from .asked import Asked
 from .found import Found, of_bake
+
+
+def _libraries(asked: Asked) -> list[Found]:
+    complaint = missing_library() or compiler.complaint
+    return of_bake("A library is missing", complaint) if complaint else []
 
 
 def _targets(asked: Asked) -> list[Found]:
@@ -48,4 +55,12 @@ def _light_group(asked: Asked) -> list[Found]:
     return of_bake("No such light group", why, "all_lights")
 
 
-RULES: tuple[Callable[[Asked], list[Found]], ...] = (_targets, _selection, _meshes, _camera, _gather, _light_group)
+RULES: tuple[Callable[[Asked], list[Found]], ...] = (
+    _libraries,
+    _targets,
+    _selection,
+    _meshes,
+    _camera,
+    _gather,
+    _light_group,
+)

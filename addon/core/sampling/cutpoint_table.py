@@ -1,46 +1,59 @@
-"""Drawing cells by their chances: cumulative chances inverted, with a guide to where to look (Chen and Asau 1974)."""
+"""Drawing cells by their chances: cumulative chances inverted, with a table of where to look (Chen and Asau 1974)."""
+
+from typing import NamedTuple
 
 import numpy as np
 
+from ..compiling import part
 
-class Inversion:
-    """Rows of cells, each row with chances of its own.
 
-    Parameters
+class CutpointTable(NamedTuple):
+    """r rows of n cells, each row with chances of its own.
+
+    Attributes
     ----------
-    cumulative : (r, n) float
-        Cumulative chances along each row, up to 1.
+    cumulative : (r n,) float64
+        Cumulative chances along each row, up to 1, and the row's index, so that all rows together are sorted.
+    first : (r b,) int32
+        Of b even steps of each row's numbers, the cell among all rows' where to look first.
+    n_cells, n_buckets : int
     """
 
-    def __init__(self, cumulative: np.ndarray) -> None:
-        n_rows, self._n_cells = cumulative.shape
-        first = np.arange(n_rows, dtype=np.float64)[:, None]
-        # Each row is higher by its index, so that all rows together are sorted
-        self._cumulative = (cumulative + first).ravel()
-        # A power of two, so that a number never lies below the start of its bucket by rounding
-        self._n_buckets = 1 << (self._n_cells - 1).bit_length()
-        starts = first + np.arange(self._n_buckets) / self._n_buckets
-        self._guide = self._search(starts.ravel()).astype(np.int32)
+    cumulative: np.ndarray
+    first: np.ndarray
+    n_cells: int
+    n_buckets: int
 
-    def cells(self, row: np.ndarray | int, u: np.ndarray) -> np.ndarray:
-        """The cell in its row that each of the numbers `u` (m,) in [0, 1) falls into, (m,) int64."""
-        at, bucket = row + u.astype(np.float64), row * self._n_buckets + (u * self._n_buckets).astype(np.int64)
-        cell = self._guide[bucket].astype(np.int64)
-        cell += self._cumulative[cell] <= at
-        # Most numbers are in one of their bucket's first two cells
-        rest = np.flatnonzero(self._cumulative[np.minimum(cell, len(self._cumulative) - 1)] <= at)
-        cell[rest] = self._search(at[rest])
-        first = row * self._n_cells
-        return np.clip(cell - first, 0, self._n_cells - 1)
 
-    def invert(self, row: np.ndarray | int, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Also where in its cell each number lies, (m,) float64 in [0, 1)."""
-        cell = self.cells(row, u)
-        place = row * self._n_cells + cell
-        low = np.where(cell > 0, self._cumulative[place - 1], row)
-        within = (row + u.astype(np.float64) - low) / np.maximum(self._cumulative[place] - low, 1e-300)
-        return cell, np.clip(within, 0, 1 - 1e-7)
+def cutpoint_table(cumulative: np.ndarray) -> CutpointTable:
+    """The table of cumulative chances (r, n) along each row, up to 1; without cells it draws nothing."""
+    n_rows, n_cells = cumulative.shape
+    base = np.arange(n_rows, dtype=np.float64)[:, None]
+    raised = (cumulative + base).ravel()
+    # A power of two, so that a number never lies below the start of its bucket by rounding
+    n_buckets = 1 << max(n_cells - 1, 0).bit_length()
+    starts = (base + np.arange(n_buckets) / n_buckets).ravel()
+    first = np.minimum(np.searchsorted(raised, starts, side="right"), max(len(raised) - 1, 0))
+    return CutpointTable(raised, first.astype(np.int32), n_cells, n_buckets)
 
-    def _search(self, at: np.ndarray) -> np.ndarray:
-        """The first cell whose cumulative chance is above, among all rows' cells."""
-        return np.minimum(np.searchsorted(self._cumulative, at, side="right"), len(self._cumulative) - 1)
+
+@part
+def drawn_cell(table, row, u):
+    """The cell of a row that a number in [0, 1) falls into."""
+    at = np.float64(row) + np.float64(u)
+    k = np.int64(table.first[row * table.n_buckets + np.int64(np.float64(u) * table.n_buckets)])
+    start = row * table.n_cells
+    last = start + table.n_cells - 1
+    while k < last and table.cumulative[k] <= at:
+        k += 1
+    return max(k - start, 0)
+
+
+@part
+def drawn_place(table, row, u):
+    """As `drawn_cell`, and where in its cell the number lies, float64 in [0, 1)."""
+    cell = drawn_cell(table, row, u)
+    k = row * table.n_cells + cell
+    low = table.cumulative[k - 1] if cell > 0 else np.float64(row)
+    within = (np.float64(row) + np.float64(u) - low) / max(table.cumulative[k] - low, 1e-300)
+    return cell, min(max(within, 0.0), 1.0 - 1e-7)

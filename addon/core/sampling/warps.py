@@ -1,116 +1,227 @@
-"""Warps from the unit square to directions and surfaces, each with its density.
+"""Warps from the unit square to directions and surfaces, each with its density: parts of kernels, and loops over them.
 
-All arrays are float32; `u` is (n, 2) in [0, 1). Directions are unit vectors; z is the local axis.
+Directions are unit vectors; z is the local axis. Arrays are float32; `u` is (n, 2) in [0, 1).
 """
+
+from typing import Any
 
 import numpy as np
 
-TWO_PI = np.float32(2 * np.pi)
+from .. import vec3
+from ..compiling import kernel, kernel_array, part
+from ..vec3 import ONE, TWO, ZERO, put, row
+
+PI, TWO_PI = np.float32(np.pi), np.float32(2 * np.pi)
+_HALF = np.float32(0.5)
 
 
-def sample_uniform_disk(u: np.ndarray) -> np.ndarray:
-    """Points of the unit disk, (n, 2), uniform by area."""
-    r, phi = np.sqrt(u[:, 0]), TWO_PI * u[:, 1]
-    return np.stack([r * np.cos(phi), r * np.sin(phi)], axis=1)
+@part
+def uniform_disk(u, v):
+    """A point of the unit disk, uniform by area."""
+    return _polar(np.sqrt(u), v)
 
 
-def pdf_uniform_disk() -> float:
-    """Density of `sample_uniform_disk` by area: 1/π."""
-    return 1 / np.pi
+@part
+def uniform_triangle(u, v):
+    """Barycentric weights (b1, b2) of a point uniform by area on a triangle."""
+    root = np.sqrt(u)
+    return ONE - root, v * root
 
 
-def sample_uniform_triangle(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Barycentric weights (b1, b2) of points uniform by area on a triangle, (n,) each."""
-    root = np.sqrt(u[:, 0])
-    return 1 - root, u[:, 1] * root
+@part
+def uniform_sphere(u, v):
+    """A direction uniform by solid angle over the sphere: density 1/(4π)."""
+    return _around(ONE - TWO * u, v)
 
 
-def sample_uniform_sphere(u: np.ndarray) -> np.ndarray:
-    """Directions uniform by solid angle over the sphere, (n, 3)."""
-    z = 1 - 2 * u[:, 0]
-    r = np.sqrt(np.maximum(1 - z * z, 0))
-    phi = TWO_PI * u[:, 1]
-    return np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1)
+@part
+def uniform_cone(u, v, cos_max):
+    """A direction uniform by solid angle within the angle arccos(`cos_max`, float64) of +z; see `pdf_uniform_cone`."""
+    return _at_versine(u * (1.0 - cos_max), v)
 
 
-def pdf_uniform_sphere() -> float:
-    """Density of `sample_uniform_sphere` by solid angle: 1/(4π)."""
-    return 1 / (4 * np.pi)
+@part
+def versine_octaves(u, v, narrow):
+    """A direction around +z, about as many in each octave of the versine 1 − cos θ above `narrow`; see
+    `pdf_versine_octaves`.
+    """
+    return _at_versine(narrow * np.expm1(u * np.log1p(TWO / narrow)), v)
 
 
-def sample_uniform_cone(u: np.ndarray, cos_max: np.ndarray | float) -> np.ndarray:
-    """Directions uniform by solid angle within the angle arccos(cos_max) of +z, (n, 3)."""
-    versine = u[:, 0] * (1 - cos_max)  # 1 − cos θ, which keeps the precision of narrow cones
-    z = 1 - versine
-    r = np.sqrt(versine * (2 - versine))
-    phi = TWO_PI * u[:, 1]
-    return np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1).astype(np.float32)
+@part
+def cosine_hemisphere(u, v):
+    """A direction around +z with density cos θ/π."""
+    x, y = uniform_disk(u, v)
+    return x, y, np.sqrt(max(ONE - u, ZERO))
 
 
-def pdf_uniform_cone(cos_max: np.ndarray | float) -> np.ndarray | float:
-    """Density of `sample_uniform_cone` by solid angle: 1/(2π(1−cos_max))."""
-    return 1 / (2 * np.pi * (1 - cos_max))
-
-
-def sample_versine_octaves(u: np.ndarray, narrow: np.ndarray) -> np.ndarray:
-    """Directions around +z, about as many in each octave of the versine 1 − cos θ above `narrow` (n,), (n, 3)."""
-    versine = narrow * np.expm1(u[:, 0] * np.log1p(2 / narrow))
-    r, phi = np.sqrt(np.maximum(versine * (2 - versine), 0)), TWO_PI * u[:, 1]
-    return np.stack([r * np.cos(phi), r * np.sin(phi), 1 - versine], axis=1).astype(np.float32)
-
-
-def pdf_versine_octaves(versine: np.ndarray, narrow: np.ndarray) -> np.ndarray:
-    """Density of `sample_versine_octaves` by solid angle: with v the versine and s narrow, 1/(2π (s+v) ln(1 + 2/s))."""
-    return 1 / (2 * np.pi * (narrow + versine) * np.log1p(2 / narrow))
-
-
-def sample_cosine_hemisphere(u: np.ndarray) -> np.ndarray:
-    """Directions around +z with density cos θ/π, (n, 3)."""
-    disk = sample_uniform_disk(u)
-    z = np.sqrt(np.maximum(1 - u[:, 0], 0))
-    return np.concatenate([disk, z[:, None]], axis=1)
-
-
-def pdf_cosine_hemisphere(cos_theta: np.ndarray) -> np.ndarray:
-    """Density of `sample_cosine_hemisphere` by solid angle: cos θ/π above the horizon, 0 below."""
-    return np.maximum(cos_theta, 0) / np.float32(np.pi)
-
-
-def sample_halfway_hemisphere(u: np.ndarray) -> np.ndarray:
-    """Directions around +z halfway between cosine-weighted and uniform, (n, 3): density (cos θ + 1/2)/(2π).
+@part
+def cosine_uniform_mixture(u, v):
+    """A direction around +z, halfway between cosine-weighted and uniform: density (cos θ + 1/2)/(2π).
 
     z = cos θ has the distribution function (z² + z)/2.
     """
-    z = (np.sqrt(1 + 8 * u[:, 0]) - 1) / 2
-    r, phi = np.sqrt(np.maximum(1 - z * z, 0)), TWO_PI * u[:, 1]
-    return np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1)
+    return _around((np.sqrt(ONE + np.float32(8) * u) - ONE) * _HALF, v)
 
 
-def pdf_halfway_hemisphere(cos_theta: np.ndarray) -> np.ndarray:
-    """Density of `sample_halfway_hemisphere` by solid angle: (cos θ + 1/2)/(2π) above the horizon, 0 below."""
-    return np.where(cos_theta >= 0, (cos_theta + np.float32(0.5)) / TWO_PI, np.float32(0))
+@part
+def _polar(r, v):
+    phi = TWO_PI * v
+    return r * np.cos(phi), r * np.sin(phi)
+
+
+@part
+def _around(z, v):
+    x, y = _polar(np.sqrt(max(ONE - z * z, ZERO)), v)
+    return x, y, z
+
+
+@part
+def _at_versine(versine, v):
+    """A direction by 1 − cos θ, which keeps the precision of narrow cones."""
+    x, y = _polar(np.float32(np.sqrt(max(versine * (TWO - versine), ZERO))), v)
+    return x, y, np.float32(ONE - versine)
+
+
+@kernel
+def _disks(u, out):
+    for i in range(len(u)):
+        out[i, 0], out[i, 1] = uniform_disk(u[i, 0], u[i, 1])
+
+
+def sample_uniform_disk(u: np.ndarray) -> np.ndarray:
+    """`uniform_disk` of many, (n, 2)."""
+    out = np.empty((len(u), 2), np.float32)
+    _disks(kernel_array(u, np.float32), out)
+    return out
+
+
+@kernel
+def _triangles(u, b1, b2):
+    for i in range(len(u)):
+        b1[i], b2[i] = uniform_triangle(u[i, 0], u[i, 1])
+
+
+def sample_uniform_triangle(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """`uniform_triangle` of many, (n,) each."""
+    b1, b2 = np.empty((2, len(u)), np.float32)
+    _triangles(kernel_array(u, np.float32), b1, b2)
+    return b1, b2
+
+
+@kernel
+def _spheres(u, out):
+    for i in range(len(u)):
+        put(out, i, uniform_sphere(u[i, 0], u[i, 1]))
+
+
+def sample_uniform_sphere(u: np.ndarray) -> np.ndarray:
+    """`uniform_sphere` of many, (n, 3)."""
+    return _directions(_spheres, u)
+
+
+@kernel
+def _cones(u, cos_max, out):
+    for i in range(len(u)):
+        put(out, i, uniform_cone(u[i, 0], u[i, 1], cos_max[i]))
+
+
+def sample_uniform_cone(u: np.ndarray, cos_max: np.ndarray | float) -> np.ndarray:
+    """`uniform_cone` of many, (n, 3)."""
+    return _directions(_cones, u, np.full(len(u), cos_max, np.float64))
+
+
+@kernel
+def _octaves(u, narrow, out):
+    for i in range(len(u)):
+        put(out, i, versine_octaves(u[i, 0], u[i, 1], narrow[i]))
+
+
+def sample_versine_octaves(u: np.ndarray, narrow: np.ndarray) -> np.ndarray:
+    """`versine_octaves` of many, (n, 3)."""
+    return _directions(_octaves, u, kernel_array(narrow, np.float32))
+
+
+@kernel
+def _hemispheres(u, out):
+    for i in range(len(u)):
+        put(out, i, cosine_hemisphere(u[i, 0], u[i, 1]))
+
+
+def sample_cosine_hemisphere(u: np.ndarray) -> np.ndarray:
+    """`cosine_hemisphere` of many, (n, 3)."""
+    return _directions(_hemispheres, u)
+
+
+@kernel
+def _mixtures(u, out):
+    for i in range(len(u)):
+        put(out, i, cosine_uniform_mixture(u[i, 0], u[i, 1]))
+
+
+def sample_cosine_uniform_mixture(u: np.ndarray) -> np.ndarray:
+    """`cosine_uniform_mixture` of many, (n, 3)."""
+    return _directions(_mixtures, u)
+
+
+@kernel
+def _frames(normal, tangent, bitangent):
+    for i in range(len(normal)):
+        t, b = vec3.frame(row(normal, i))
+        put(tangent, i, t)
+        put(bitangent, i, b)
 
 
 def frame(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors that make a right-handed orthonormal frame with unit normals (n, 3): (tangent, bitangent).
-
-    Duff et al., "Building an Orthonormal Basis, Revisited", 2017.
-    """
-    tangent, bitangent = _frame_columns(normal)
-    return np.stack(tangent, axis=1), np.stack(bitangent, axis=1)
+    """`vec3.frame` of unit normals (n, 3): tangents and bitangents, (n, 3) each."""
+    tangent, bitangent = np.empty((2, len(normal), 3), np.float32)
+    _frames(kernel_array(normal, np.float32), tangent, bitangent)
+    return tangent, bitangent
 
 
-def _frame_columns(normal: np.ndarray) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
-    """The x, y and z of the tangents and bitangents, (n,) each."""
-    x, y, z = normal.T
-    sign = np.copysign(np.float32(1), z)
-    a = -1 / (sign + z)
-    b = x * y * a
-    return (1 + sign * x * x * a, sign * b, -sign * x), (b, sign + y * y * a, -y)
+@kernel
+def _to_world(local, normal, out):
+    for i in range(len(local)):
+        put(out, i, vec3.to_world(row(local, i), row(normal, i)))
 
 
 def to_world(local: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Local directions (n, 3) turned so that +z is the normal (n, 3)."""
-    x, y, z = local.T
-    columns = zip(*_frame_columns(normal), normal.T, strict=True)
-    return np.stack([x * t + y * b + z * n for t, b, n in columns], axis=1)
+    return _directions(_to_world, local, kernel_array(normal, np.float32))
+
+
+def _directions(loop: Any, first: np.ndarray, *others: np.ndarray) -> np.ndarray:
+    """What a kernel writes as directions, (n, 3) float32."""
+    out = np.empty((len(first), 3), np.float32)
+    loop(kernel_array(first, np.float32), *others, out)
+    return out
+
+
+def pdf_uniform_cone(cos_max: np.ndarray | float) -> np.ndarray | float:
+    """Density of `uniform_cone` by solid angle: 1/(2π(1−cos_max))."""
+    return 1 / (2 * np.pi * (1 - cos_max))
+
+
+def pdf_uniform_sphere() -> float:
+    """Density of `uniform_sphere` by solid angle: 1/(4π)."""
+    return 1 / (4 * np.pi)
+
+
+def pdf_uniform_disk() -> float:
+    """Density of `uniform_disk` by area: 1/π."""
+    return 1 / np.pi
+
+
+def pdf_versine_octaves(versine: np.ndarray, narrow: np.ndarray) -> np.ndarray:
+    """Density of `versine_octaves` by solid angle: with v the versine and s narrow, 1/(2π (s+v) ln(1 + 2/s))."""
+    return 1 / (2 * np.pi * (narrow + versine) * np.log1p(2 / narrow))
+
+
+def pdf_cosine_hemisphere(cos_theta: np.ndarray) -> np.ndarray:
+    """Density of `cosine_hemisphere` by solid angle: cos θ/π above the horizon, 0 below."""
+    return np.maximum(cos_theta, 0) / np.float32(np.pi)
+
+
+def pdf_cosine_uniform_mixture(cos_theta: np.ndarray) -> np.ndarray:
+    """Density of `cosine_uniform_mixture` by solid angle: (cos θ + 1/2)/(2π) above the horizon, 0 below."""
+    return np.where(cos_theta >= 0, (cos_theta + np.float32(0.5)) / TWO_PI, np.float32(0))

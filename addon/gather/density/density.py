@@ -16,7 +16,7 @@ from ...core.sampling.warps import frame, sample_uniform_disk
 from ...emitters import Sphere
 from ...photons import Photons
 from ...receivers import Receivers
-from ...tracing import LightTracer, Tracer
+from ...tracing import Tracer, TransparencyTracer
 from ..irradiance import Estimate
 from ..normal_gradient import slope_of_light
 
@@ -70,7 +70,7 @@ class PhotonDensity:
     """
 
     def __init__(
-        self, light_tracer: LightTracer, photons: Photons, n_nearest: int, r_max: float, workers: Workers
+        self, light_tracer: TransparencyTracer, photons: Photons, n_nearest: int, r_max: float, workers: Workers
     ) -> None:
         self._tracer, self._photons, self._k, self._r_max = light_tracer, photons, n_nearest, r_max
         workers.progress.update("Sorting photons", 0.0)
@@ -98,11 +98,11 @@ class PhotonDensity:
         self, position: np.ndarray, normals: np.ndarray, flight: np.ndarray | None
     ) -> tuple[Estimate, np.ndarray]:
         photons, tracer = self._photons, self._tracer.surfaces
-        x, smothered = _on_surface(self._tracer, position, normals, float(SLICE * self._r_max))
+        x, occluded = _on_surface(self._tracer, position, normals, float(SLICE * self._r_max))
         within, r = _nearest_in_slice(self._tree, photons.position, self._normal, x, normals, self._k, self._r_max)
         # What covers a receiver closer than the slice is thick has other photons on its far side
         above = position + (SLICE * r)[:, None] * normals
-        within[smothered | tracer.occluded(position, above)] = -1
+        within[occluded | tracer.occluded(position, above)] = -1
         lit = np.flatnonzero((within >= 0).any(axis=1))
         share = np.ones(len(x), np.float32)
         share[lit], blocked = surface_share(tracer, rows(x, lit), rows(normals, lit), r[lit])
@@ -128,7 +128,7 @@ def slope_of_photons(power: np.ndarray, flight: np.ndarray, normals: np.ndarray,
 
 
 def _on_surface(
-    tracer: LightTracer, x: np.ndarray, normals: np.ndarray, farthest: float
+    tracer: TransparencyTracer, x: np.ndarray, normals: np.ndarray, farthest: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Receivers moved down onto the surface that they hover above, if there is one within a distance, m.
 
@@ -137,8 +137,8 @@ def _on_surface(
     """
     hits = tracer.surfaces.closest_hit(x, -normals, farthest)
     beneath = hits.hit & (np.abs(dot(hits.normal, normals)) > SAME_SIDE)
-    smothered = beneath & tracer.smothered(hits.triangle, hits.u, hits.v)
-    return x - np.where(beneath, hits.distance, 0)[:, None] * normals, smothered
+    occluded = beneath & tracer.coplanar_occluded(hits.triangle, hits.u, hits.v)
+    return x - np.where(beneath, hits.distance, 0)[:, None] * normals, occluded
 
 
 def _nearest_in_slice(

@@ -16,7 +16,7 @@ from ...photons import FlightLog, Flights, PathKind
 from ...receivers import Receivers
 from ...scene import Scene
 from ...scene.z_curve import z_curve
-from ...tracing import LightTracer, Tracer
+from ...tracing import Tracer, TransparencyTracer
 from ..irradiance import Estimate
 from .density import LEAST_ESTIMATES, LEAST_SHARE, LOW_DENSITY, points_of_discs, slope_of_photons
 
@@ -49,7 +49,7 @@ class MidAir:
     _tracer: Tracer
 
     @staticmethod
-    def of(scene: Scene, tracer: LightTracer, receivers: Receivers, scattered: bool) -> "MidAir | None":
+    def of(scene: Scene, tracer: TransparencyTracer, receivers: Receivers, scattered: bool) -> "MidAir | None":
         """Those among receivers, None without any; caustics alone are theirs unless all `scattered` light is wanted."""
         free = _off_surfaces(tracer.surfaces, receivers)
         if receivers.takes_caustics is not None and not scattered:

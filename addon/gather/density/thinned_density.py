@@ -27,11 +27,11 @@ def thinned_density(density: PhotonDensity, receivers: Receivers, gather: FinalG
         return density.at(receivers, workers)[0]
     found, radius = density.at(receivers.where(records.receiver), workers.part(0.0, _AT_RECORDS))
     short = records.edge <= _SHORT * radius
-    taken = weights.supported & (short[weights.record] | (weights.weight == 0)).all(axis=1)
-    slope = None if found.slope is None else weights.apply(found.slope).astype(np.float32)
+    taken = weights.supported & (weights.apply_squares(~short) == 0)
+    slope = None if found.slope is None else weights.apply(found.slope, np.float32)
     lowest = min(float(found.irradiance.min(initial=0)), 0.0)  # not 0 where lamps take light away
-    light = np.maximum(weights.apply(found.irradiance), lowest).astype(np.float32)
-    estimates = Estimate(light, weights.mean().apply(found.stderr).astype(np.float32), slope)
+    light = np.maximum(weights.apply(found.irradiance, np.float32), np.float32(lowest))
+    estimates = Estimate(light, weights.mean(found.stderr).astype(np.float32), slope)
     others = np.flatnonzero(~taken)
     estimates.put(others, density.at(receivers.where(others), workers.part(_AT_RECORDS, 1.0))[0])
     return estimates

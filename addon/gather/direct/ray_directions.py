@@ -6,9 +6,9 @@ import numpy as np
 
 from ...core.sampling.streams import below_one, sobol
 from ...core.sampling.warps import (
-    pdf_halfway_hemisphere,
+    pdf_cosine_uniform_mixture,
     sample_cosine_hemisphere,
-    sample_halfway_hemisphere,
+    sample_cosine_uniform_mixture,
     to_world,
 )
 
@@ -23,8 +23,8 @@ def halfway_directions(normals: np.ndarray, n_rays: int, random: np.random.Gener
 
     For what light low above the horizon has a say in: weighed by cosine-weighted rays it would have no finite variance.
     """
-    local = sample_halfway_hemisphere(_stratified(len(normals) // n_rays, n_rays, random))
-    return to_world(local, normals), 1 / (np.float32(np.pi) * pdf_halfway_hemisphere(local[:, 2]))
+    local = sample_cosine_uniform_mixture(_stratified(len(normals) // n_rays, n_rays, random))
+    return to_world(local, normals), 1 / (np.float32(np.pi) * pdf_cosine_uniform_mixture(local[:, 2]))
 
 
 def _stratified(n_runs: int, n_rays: int, random: np.random.Generator) -> np.ndarray:

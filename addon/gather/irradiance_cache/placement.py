@@ -6,10 +6,11 @@ import numpy as np
 
 from ...core.parallel import Turns, Workers
 from ...receivers import Receivers
-from ...tracing import Tracer
+from ...tracing.embree import EmbreeTracer
 from .cells import cell_keys, middles
+from .record_index import RecordIndex
 from .records import RecordMaker, Records
-from .weights import Neighbourhood, Weights
+from .weights import Weights
 
 _FIRST = 1 / 64  # edge of the first cells, over the receivers' extent
 _LEVELS = 9
@@ -41,7 +42,7 @@ class Placed:
 
 
 def place_records(
-    receivers: Receivers, extent: float, tolerance: float, maker: RecordMaker, tracer: Tracer, turns: Turns
+    receivers: Receivers, extent: float, tolerance: float, maker: RecordMaker, tracer: EmbreeTracer, turns: Turns
 ) -> Placed:
     """Records of one receiver a cell, cells being cut in eight where records are not what those around them say.
 
@@ -69,7 +70,7 @@ def place_records(
         record[undecided], alone[undecided] = those[cell], (n_receivers == 1)[cell]
 
         # Cut the cells in which light changes
-        near = Neighbourhood(records.with_edge(those, edge), turn_length(extent, maker.short), tracer)
+        near = RecordIndex(records.with_edge(those, edge), turn_length(extent, maker.short), tracer)
         cut = disagree(near, those, tolerance, turns.next()) | _close(near.records, those, edge, extent)
         cut &= n_receivers > 1
         edge /= 2
@@ -117,7 +118,7 @@ def _close(records: Records, which: np.ndarray, edge: float, extent: float) -> n
     return lit & (edge > _SPACING * records.harmonic_distance[which]) & (edge > _CLOSEST * extent)
 
 
-def disagree(near: Neighbourhood, which: np.ndarray, tolerance: float, workers: Workers) -> np.ndarray:
+def disagree(near: RecordIndex, which: np.ndarray, tolerance: float, workers: Workers) -> np.ndarray:
     """Which of some records are not what those around them say, or have none around them, in any light, (w,) bool."""
     others = near.of_records(which, workers)
     return np.any([_differ(of_light, others, which, tolerance) for of_light in near.records.lights()], axis=0)
@@ -127,14 +128,14 @@ def _differ(records: Records, others: Weights, which: np.ndarray, tolerance: flo
     """`disagree` of one light, by what `others` say of the records."""
     value = records.irradiance.mean(axis=1)
     off = np.abs(others.apply(value) - value[which])
-    noise = np.sqrt(records.variance[which] + others.square().apply(records.variance))
+    noise = np.sqrt(records.variance[which] + others.apply_squares(records.variance))
     level = np.maximum(value[which], _DARK * value.mean())
     alone = ~others.supported & (value[which] > _BLACK * value.mean())
     return alone | others.supported & (off > _SIGMAS * noise + tolerance * level)
 
 
 def look_up_all(
-    placed: Placed, receivers: Receivers, extent: float, maker: RecordMaker, tracer: Tracer, turns: Turns
+    placed: Placed, receivers: Receivers, extent: float, maker: RecordMaker, tracer: EmbreeTracer, turns: Turns
 ) -> tuple[Records, Weights]:
     """Weights for all receivers, and the records, with those added that receivers who see none need.
 
@@ -144,8 +145,8 @@ def look_up_all(
     position, normal, records = receivers.position, receivers.normal, placed.records
     weights = Weights.of_one(placed.record)
     others = np.flatnonzero(~placed.alone) if maker.short else np.arange(len(position))
-    near = Neighbourhood(records, turn_length(extent, maker.short), tracer)
-    weights = with_rows(weights, others, near.of_points(position[others], normal[others], turns.next()))
+    near = RecordIndex(records, turn_length(extent, maker.short), tracer)
+    weights = weights.replaced(others, near.of_points(position[others], normal[others], turns.next()))
     for edge in (_STRAY * extent, 0.0):
         stray = np.flatnonzero(~weights.supported)
         keys = np.arange(len(stray))
@@ -154,15 +155,15 @@ def look_up_all(
         chosen = stray[middles(keys, position[stray])[0]]
         if 0 < len(chosen) <= maker.room:
             made = maker.records(chosen, edge or 1e-6 * extent)
-            near = Neighbourhood(made, extent, tracer, lift=0.0)
+            near = RecordIndex(made, extent, tracer, lift=0.0)
             found = near.of_points(position[stray], normal[stray], turns.next())
-            weights = with_rows(weights, stray, Weights(found.record + np.int32(len(records)), found.weight))
+            weights = weights.replaced(stray, found, len(records))
             records = records.joined(made)
     stray = np.flatnonzero(~weights.supported)
-    return records, with_rows(weights, stray, Weights.of_one(placed.record[stray]))
+    return records, weights.replaced(stray, Weights.of_one(placed.record[stray]))
 
 
-def look_around(records: Records, which: np.ndarray, length: float, tracer: Tracer, turns: Turns) -> Weights:
+def look_around(records: Records, which: np.ndarray, length: float, tracer: EmbreeTracer, turns: Turns) -> Weights:
     """What the others say of some records; those in narrow gaps, who see none as receivers do, look straight at them.
 
     Parameters
@@ -170,17 +171,7 @@ def look_around(records: Records, which: np.ndarray, length: float, tracer: Trac
     length : float, m
         See `turn_length`.
     """
-    weights = Neighbourhood(records, length, tracer).of_records(which, turns.next())
+    weights = RecordIndex(records, length, tracer).of_records(which, turns.next())
     lonely = np.flatnonzero(~weights.supported)
-    straight = Neighbourhood(records, length, tracer, lift=0.0).of_records(which[lonely], turns.next())
-    return with_rows(weights, lonely, straight)
-
-
-def with_rows(weights: Weights, rows: np.ndarray, new: Weights) -> Weights:
-    """Weights with other rows, which may have another number of columns."""
-    n = max(new.record.shape[1], weights.record.shape[1])
-    record, weight = (np.pad(a, ((0, 0), (0, n - a.shape[1]))) for a in (weights.record, weights.weight))
-    for of_all, of_rows in ((record, new.record), (weight, new.weight)):
-        of_all[rows] = 0
-        of_all[rows, : of_rows.shape[1]] = of_rows
-    return Weights(record, weight)
+    straight = RecordIndex(records, length, tracer, lift=0.0).of_records(which[lonely], turns.next())
+    return weights.replaced(lonely, straight)

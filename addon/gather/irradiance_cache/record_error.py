@@ -1,63 +1,36 @@
-"""What is known of the records' errors, and what those around a record are worth to it."""
+"""What is known of the records' errors, what those around a record say of it, and what receivers' errors are by it."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from ...core.compiling import kernel, kernel_array, part
 from ...core.parallel import slices
-from ...core.sampling.vectors import rows
+from ...core.vec3 import BLACK, ZERO, dot, minus, plus, row, times
 from .records import Records
 from .weights import Weights
 
-_MOST_BEYOND = 4.0
+_MOST_BEYOND = np.float64(4)
 """Times what those around records tell, squared: light is not known farther beyond them. It holds for few receivers, at
 borders of faces and behind contacts. Around a column on a floor, with an error of 4.8 % of the light, 4 says 5.9 %; 16
 says 6.6 %, and no bound 6.9 %, without any more error; 1 has more, in proportion to what it says."""
 
-_CHUNK = 1 << 15
-
-
-@dataclass(frozen=True)
-class Arms:
-    """How far from each of n points the records lie that it looks at.
-
-    Attributes
-    ----------
-    slope2 : (n,) float32, m²
-        |Σ w t|² of the ways t to them: what the look-up is off by, squared, in light of slope 1 along it.
-    curve2 : (n,) float32, m⁴
-        (Σ |w| t²)²: the same, up to a factor, in light that bends.
-    distance2 : (n,) float32, m²
-        Mean of t² over the records with positive weights.
-    """
-
-    slope2: np.ndarray
-    curve2: np.ndarray
-    distance2: np.ndarray
-
-    @staticmethod
-    def of(weights: Weights, position: np.ndarray, records: Records) -> "Arms":
-        """Of points at positions (n, 3)."""
-        slope2, curve2, distance2 = (np.zeros(len(position), np.float32) for _ in range(3))
-        positive = weights.mean().weight
-        for part in slices(len(position), _CHUNK):
-            way = rows(records.position, weights.record[part]) - position[part, None]
-            w, square = weights.weight[part], np.einsum("nki,nki->nk", way, way)
-            mean = np.einsum("nk,nki->ni", w, way)
-            slope2[part] = np.einsum("ni,ni->n", mean, mean)
-            curve2[part] = np.einsum("nk,nk->n", np.abs(w), square) ** 2
-            distance2[part] = np.einsum("nk,nk->n", positive[part], square)
-        return Arms(slope2, curve2, distance2)
+_TINY = np.float64(1e-30)
+_CHUNK = 1 << 17
 
 
 @dataclass(frozen=True)
 class Around:
-    """What each record takes from others, and how far away these are.
+    """What each of m records takes from others, and how far away these are.
 
     Attributes
     ----------
     weights : Weights
-    arms : Arms
+    distance2 : (m,) float64, m²
+        Mean of t² over the others with positive weights, t being the way to one.
+    curve2 : (m,) float64, m⁴
+        (Σ |w| t²)²: what the others are off by, squared and up to a factor, in light that bends.
     blends : bool
         Whether records take anything from others; else these tell the variance alone.
     fair : bool
@@ -66,13 +39,34 @@ class Around:
     """
 
     weights: Weights
-    arms: Arms
+    distance2: np.ndarray
+    curve2: np.ndarray
     blends: bool = True
     fair: bool = False
 
+    @staticmethod
+    def of(weights: Weights, records: Records, blends: bool = True, fair: bool = False) -> "Around":
+        """Of records, by what they take from each other."""
+        distance2, curve2 = np.zeros((2, len(records)))
+        _all_ways(weights, kernel_array(records.position, np.float32), distance2, curve2)
+        return Around(weights, distance2, curve2, blends, fair)
+
+
+class _Columns(NamedTuple):
+    """Of m records, what the error of a receiver is made of, float64 each: (m,) but for `position` (m, 3) float32."""
+
+    position: np.ndarray
+    noise: np.ndarray
+    taken: np.ndarray
+    taken_bias2: np.ndarray
+    change2: np.ndarray
+    bias2: np.ndarray
+    distance2: np.ndarray
+    curve2: np.ndarray
+
 
 @dataclass(frozen=True)
-class Spread:
+class RecordErrorModel:
     """How far m records may be off, of the irradiance's mean over colours.
 
     A record and what those around it say are two estimates of the same light, with independent noise of variances v and
@@ -106,27 +100,27 @@ class Spread:
     around: Around
 
     @staticmethod
-    def of(records: Records, around: Around) -> "Spread":
+    def of(records: Records, around: Around) -> "RecordErrorModel":
         """Of each record and of those around it in equal parts: few batches of rays tell little of their variance."""
         weights, per_ray = around.weights, records.variance * records.n_rays
         all_alike = np.full(len(records), per_ray.mean() if len(records) else 0.0)
-        supported, mean = weights.supported, weights.mean()
-        expected = np.where(supported, mean.apply(per_ray), all_alike)
-        per_ray = np.where(supported, (per_ray + mean.apply(per_ray)) / 2, per_ray)
+        supported, of_others = weights.supported, weights.mean(per_ray)
+        expected = np.where(supported, of_others, all_alike)
+        per_ray = np.where(supported, (per_ray + of_others) / 2, per_ray)
         if not around.blends:
             nothing = np.zeros(len(records))
-            return Spread(per_ray, expected, nothing, nothing, nothing, nothing, around)
+            return RecordErrorModel(per_ray, expected, nothing, nothing, nothing, nothing, around)
         noise = per_ray / records.n_rays
-        others = weights.square().apply(noise)
+        others = weights.apply_squares(noise)
         value = records.irradiance.mean(axis=1)
         off2 = np.where(supported, (weights.apply(value) - value) ** 2, 0)
-        off2 = np.where(supported, (off2 + mean.apply(off2)) / 2, 0)
+        off2 = np.where(supported, (off2 + weights.mean(off2)) / 2, 0)
         own = expected / records.n_rays if around.fair else noise
-        blend = np.where(supported, own / np.maximum(np.maximum(off2, own + others), 1e-30), 0)
+        blend = np.where(supported, own / np.maximum(np.maximum(off2, own + others), _TINY), 0)
         bias2 = np.maximum(off2 - noise - others, 0)
-        of_others = mean.apply(np.stack([value, value**2, noise], axis=1))
-        change2 = of_others[:, 1] - 2 * value * of_others[:, 0] + value**2 - of_others[:, 2] - noise
-        return Spread(per_ray, expected, others, bias2, blend, np.where(supported, change2, 0), around)
+        mean = weights.mean(np.stack([value, value**2, noise], axis=1))
+        change2 = mean[:, 1] - 2 * value * mean[:, 0] + value**2 - mean[:, 2] - noise
+        return RecordErrorModel(per_ray, expected, others, bias2, blend, np.where(supported, change2, 0), around)
 
     def blended(self, value: np.ndarray) -> np.ndarray:
         """Values of the records, (m, 3), moved to what those around them say, (m, 3) float64."""
@@ -134,25 +128,90 @@ class Spread:
             return value
         return value + self.blend[:, None] * (self.around.weights.apply(value) - value)
 
-    def bias2_of(self, weights: Weights, arms: Arms) -> np.ndarray:
-        """Squared error of what points take, for all that the light changes between the records, (n,) float64.
+    def bias2_of(self, records: Records, weights: Weights, position: np.ndarray) -> np.ndarray:
+        """Squared error of what points (n, 3) take, for all that the light changes between the records, (n,) float32.
 
         Light that changes in straight lines is off by its slope times what the weights leave of the ways to the
         records; light that bends, by as much as the records are from what those around them say, and the more the
         farther the records are.
         """
-        columns = (self.change2, self.bias2, self.around.arms.distance2, self.around.arms.curve2)
-        change2, bias2, distance2, curve2 = weights.mean().apply(np.stack(columns, axis=1)).T
-        sloped = np.minimum(arms.slope2 / np.maximum(distance2, 1e-30), _MOST_BEYOND)  # over all ways across and along
-        bent = np.minimum(arms.curve2 / np.maximum(curve2, 1e-30), _MOST_BEYOND)
-        return np.maximum(change2, 0) * sloped + bias2 * bent
+        return self._errors(records, weights, position)[0]
 
-    def variance(self, records: Records, weights: Weights, arms: Arms) -> np.ndarray:
-        """Squared standard error of what receivers take from blended records, (n,).
+    def variance(self, records: Records, weights: Weights, position: np.ndarray) -> np.ndarray:
+        """Squared standard error of what points (n, 3) take from blended records, (n,) float32.
 
         The records' own noise is independent. What they took from others is about the same for all that a receiver
         looks at, and off by what light changes.
         """
-        own = weights.square().apply((1 - self.blend) ** 2 * self.per_ray / records.n_rays)
-        taken = weights.apply(self.blend * np.sqrt(self.others)) ** 2
-        return own + taken + weights.mean().apply(self.blend**2 * self.bias2) + self.bias2_of(weights, arms)
+        return self._errors(records, weights, position)[1]
+
+    def _errors(self, records: Records, weights: Weights, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        columns = _Columns(
+            kernel_array(records.position, np.float32),
+            (1 - self.blend) ** 2 * self.per_ray / records.n_rays,
+            self.blend * np.sqrt(self.others),
+            self.blend**2 * self.bias2,
+            self.change2,
+            self.bias2,
+            self.around.distance2,
+            self.around.curve2,
+        )
+        bias2, variance = np.empty((2, len(position)), np.float32)
+        position = kernel_array(position, np.float32)
+        for chunk in slices(len(position), _CHUNK):
+            _all_errors(columns, weights, position, chunk.start, bias2[chunk], variance[chunk])
+        return bias2, variance
+
+
+@kernel
+def _all_errors(columns, weights, position, first, bias2, variance):
+    for i in range(len(bias2)):
+        bias2[i], variance[i] = _error_at(columns, weights, first + i, row(position, first + i))
+
+
+@part
+def _error_at(columns, weights, i, at):
+    """What `RecordErrorModel.bias2_of` and `variance` say of a point, the i-th of the weights'."""
+    slope2, curve2, _ = _ways(weights, i, at, columns.position)
+    noise = taken = taken_bias2 = total = np.float64(0)
+    change2 = bias2 = usual_distance2 = usual_curve2 = np.float64(0)
+    for j in range(weights.start[i], weights.start[i + 1]):
+        record, weight = weights.record[j], np.float64(weights.weight[j])
+        positive = max(weight, np.float64(0))
+        total += positive
+        noise += weight * weight * columns.noise[record]
+        taken += weight * columns.taken[record]
+        taken_bias2 += positive * columns.taken_bias2[record]
+        change2 += positive * columns.change2[record]
+        bias2 += positive * columns.bias2[record]
+        usual_distance2 += positive * columns.distance2[record]
+        usual_curve2 += positive * columns.curve2[record]
+    share = np.float64(1) / max(total, _TINY)
+    sloped = min(slope2 / max(usual_distance2 * share, _TINY), _MOST_BEYOND)  # over all ways across and along
+    bent = min(curve2 / max(usual_curve2 * share, _TINY), _MOST_BEYOND)
+    off2 = max(change2 * share, np.float64(0)) * sloped + bias2 * share * bent
+    return off2, noise + taken * taken + taken_bias2 * share + off2
+
+
+@kernel
+def _all_ways(weights, position, distance2, curve2):
+    for i in range(len(position)):
+        _, curve2[i], distance2[i] = _ways(weights, i, row(position, i), position)
+
+
+@part
+def _ways(weights, i, at, position):
+    """How far from the i-th point, which is at `at`, the records lie that it looks at: by the ways t to them,
+
+    |Σ w t|², what the look-up is off by, squared, in light of slope 1 along it; (Σ |w| t²)², the same up to a factor in
+    light that bends; and the mean of t² over the records with positive weights.
+    """
+    mean, curve, distance2, total = BLACK, np.float64(0), np.float64(0), np.float64(0)
+    for j in range(weights.start[i], weights.start[i + 1]):
+        way, weight = minus(row(position, weights.record[j]), at), weights.weight[j]
+        square = np.float64(dot(way, way))
+        mean = plus(mean, times(way, weight))
+        curve += abs(weight) * square
+        distance2 += max(weight, ZERO) * square
+        total += max(weight, ZERO)
+    return np.float64(dot(mean, mean)), curve * curve, distance2 / max(total, _TINY)

@@ -4,12 +4,13 @@ import numpy as np
 
 from ...core.parallel import Turns
 from ...receivers import Receivers
-from ...tracing import Tracer
+from ...tracing.embree import EmbreeTracer
 from .cells import cell_keys, middles
-from .placement import Placed, look_around, with_rows
-from .record_error import Arms, Around, Spread
+from .placement import Placed, look_around
+from .record_error import Around, RecordErrorModel
+from .record_index import RecordIndex
 from .records import RecordMaker, Records
-from .weights import Neighbourhood, Weights
+from .weights import Weights
 
 _DARK = 0.25  # of the mean irradiance: what is darker is held to be as bright
 _MOST_MORE = 0.1  # of the records there are: so many may be added, where they tell most
@@ -24,7 +25,7 @@ def refined(
     tolerance: float,
     length: float,
     maker: RecordMaker,
-    tracer: Tracer,
+    tracer: EmbreeTracer,
     turns: Turns,
 ) -> tuple[Records, Weights, Weights]:
     """Records, weights of the receivers and what others say of the records, with records added.
@@ -47,13 +48,12 @@ def refined(
     for edge in np.unique(edges):
         records = records.joined(maker.records(chosen[edges == edge], float(edge)))
     k = np.flatnonzero(np.isin(placed.record, cells))
-    near = Neighbourhood(records, length, tracer)
+    near = RecordIndex(records, length, tracer)
     found = near.of_points(receivers.position[k], receivers.normal[k], turns.next())
-    seen = found.supported
-    weights = with_rows(weights, k[seen], Weights(found.record[seen], found.weight[seen]))
-    anew, pad = np.concatenate([cells, np.arange(n_before, len(records))]), ((0, len(records) - n_before), (0, 0))
-    around = Weights(np.pad(around.record, pad), np.pad(around.weight, pad))
-    return records, weights, with_rows(around, anew, look_around(records, anew, length, tracer, turns))
+    weights = weights.replaced(k, found, only=found.supported)
+    anew = np.concatenate([cells, np.arange(n_before, len(records))])
+    around = Weights.joined([around, Weights.none(len(records) - n_before)])
+    return records, weights, around.replaced(anew, look_around(records, anew, length, tracer, turns))
 
 
 def _wanted(
@@ -61,13 +61,12 @@ def _wanted(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Receivers that are to become records, and the edges of their cells, m."""
     position = receivers.position
-    around_records = Around(around, Arms.of(around, records.position, records))
-    arms, bias2 = Arms.of(weights, position, records), np.zeros(len(position))
+    around_records, bias2 = Around.of(around, records), np.zeros(len(position), np.float32)
     unsure = np.zeros(len(position), bool)
     for of_light in records.lights():
-        of_bias2 = Spread.of(of_light, around_records).bias2_of(weights, arms)
+        of_bias2 = RecordErrorModel.of(of_light, around_records).bias2_of(of_light, weights, position)
         value = of_light.irradiance.mean(axis=1)
-        level = np.maximum(weights.mean().apply(value), _DARK * value.mean())
+        level = np.maximum(weights.mean(value), _DARK * value.mean())
         unsure |= of_bias2 > (_UNSURE * tolerance * level) ** 2
         bias2 += of_bias2
     unsure[records.receiver] = False

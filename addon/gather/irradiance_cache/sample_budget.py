@@ -13,13 +13,13 @@ NEVER_SPARED = 24_000
 
 
 @dataclass(frozen=True)
-class Effort:
+class SampleBudget:
     """When a final gather is done.
 
     Attributes
     ----------
     n_rays : int
-        Rays that a record sends on the average, half of them where the noise does most harm.
+        Rays that a record sends on the average, half of them to whose noise the error is most sensitive.
     noise : float
         If not 0: rays are added until the root mean square of the standard errors is this share of the mean.
     deadline : float, s
@@ -56,8 +56,8 @@ class Effort:
         asked = (self.noise * mean) ** 2
         return max(asked - self.besides[0] ** 2, asked / 4)
 
-    def of_light(self, i: int) -> "Effort":
-        """The effort for one of several lights."""
+    def of_light(self, i: int) -> "SampleBudget":
+        """The budget for one of several lights."""
         return self if len(self.besides) == 1 else replace(self, besides=self.besides[i : i + 1])
 
     @property
@@ -65,29 +65,31 @@ class Effort:
         return self.deadline - perf_counter()
 
 
-def rays_for_noise(per_ray: np.ndarray, harm: np.ndarray, n_rays: np.ndarray, variance: float) -> np.ndarray:
-    """Rays (m,) float64, at least `n_rays`, with which Σ harm · per_ray / rays is `variance` at the least cost.
+def rays_for_noise(per_ray: np.ndarray, sensitivity: np.ndarray, n_rays: np.ndarray, variance: float) -> np.ndarray:
+    """Rays (m,) float64, at least `n_rays`, with which Σ sensitivity · per_ray / rays is `variance` at the least cost.
 
     Parameters
     ----------
     per_ray : (m,)
         Variance of one ray of each record.
-    harm : (m,)
-        What the variance of each record's mean counts for, in all receivers together.
+    sensitivity : (m,)
+        Error sensitivity: what the variance of each record's mean counts for, in all receivers together.
     """
-    return _wanted(per_ray, harm, n_rays, lambda wanted: float((harm * per_ray / wanted).sum()) <= variance)
+    return _wanted(
+        per_ray, sensitivity, n_rays, lambda wanted: float((sensitivity * per_ray / wanted).sum()) <= variance
+    )
 
 
-def rays_for_budget(per_ray: np.ndarray, harm: np.ndarray, n_rays: np.ndarray, budget: float) -> np.ndarray:
-    """Rays (m,) float64, at least `n_rays`, with which Σ harm · per_ray / rays is least for `budget` rays more."""
-    return _wanted(per_ray, harm, n_rays, lambda wanted: float((wanted - n_rays).sum()) >= budget)
+def rays_for_budget(per_ray: np.ndarray, sensitivity: np.ndarray, n_rays: np.ndarray, budget: float) -> np.ndarray:
+    """Rays (m,) float64, at least `n_rays`, with which Σ sensitivity · per_ray / rays is least for a budget more."""
+    return _wanted(per_ray, sensitivity, n_rays, lambda wanted: float((wanted - n_rays).sum()) >= budget)
 
 
 def _wanted(
-    per_ray: np.ndarray, harm: np.ndarray, n_rays: np.ndarray, enough: Callable[[np.ndarray], bool]
+    per_ray: np.ndarray, sensitivity: np.ndarray, n_rays: np.ndarray, enough: Callable[[np.ndarray], bool]
 ) -> np.ndarray:
-    """max(n_rays, λ √(harm · per_ray)), the best for a sum of rays (Neyman), with the least λ that is enough."""
-    ideal = np.sqrt(harm * per_ray)
+    """max(n_rays, λ √(sensitivity · per_ray)), the best for a sum of rays (Neyman), with the least λ that is enough."""
+    ideal = np.sqrt(sensitivity * per_ray)
     low, high = -60.0, 60.0  # of log₂(λ / least useful λ)
     useful = ideal > 0
     if not useful.any():

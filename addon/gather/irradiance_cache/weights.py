@@ -1,38 +1,36 @@
-"""Which records a receiver looks at, and how much each counts."""
+"""How much each record counts at each receiver, as compressed rows, and what sums with these weights say."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from ...core.parallel import Workers, slices
-from ...core.sampling.vectors import dot, rows
-from ...core.sampling.warps import frame
-from ...tracing import Tracer
-from .records import STAGE, Records
+from ...core.compiling import kernel, part
+from ...core.parallel import slices
 
-_N_NEIGHBOURS = 12
-_REACH = 1.5  # edges of its cell, as far as a record counts
-_TILT = 0.7  # difference of unit normals at which a record counts no more
-_HEIGHT = 0.5  # of its reach, above or below the tangent plane, at which it counts no more
-_RIDGE = 0.005  # of the squared reach, added to the covariance: how far few records may be extrapolated
-_CHUNK = 1 << 15
-_POINT_BYTES = 2000  # a point takes, with the records around it
+_PLAIN, _SQUARED, _POSITIVE = 0, 1, 2
+_CHUNK = 1 << 17
 
 
-@dataclass(frozen=True)
-class Weights:
-    """What each of n points takes from k records.
+class Weights(NamedTuple):
+    """What each of n points takes from records: a sparse matrix of compressed rows.
 
     Attributes
     ----------
-    record : (n, k) int32
-    weight : (n, k) float32
-        They sum to one and may be negative; all are 0 where the point has no record to look at.
+    start : (n + 1,) int32
+        Where each point's entries begin; a point that has no record to look at has none.
+    record : (z,) int32
+    weight : (z,) float32
+        Those of a point sum to one and may be negative; none is 0.
     """
 
+    start: np.ndarray
     record: np.ndarray
     weight: np.ndarray
+
+    @staticmethod
+    def none(n: int) -> "Weights":
+        """Of n points that take nothing."""
+        return Weights(np.zeros(n + 1, np.int32), np.zeros(0, np.int32), np.zeros(0, np.float32))
 
     @staticmethod
     def identity(receiver: np.ndarray) -> "Weights":
@@ -42,141 +40,112 @@ class Weights:
     @staticmethod
     def of_one(record: np.ndarray) -> "Weights":
         """Of points that take one record (n,) each."""
-        return Weights(record.astype(np.int32)[:, None], np.ones((len(record), 1), np.float32))
+        n = len(record)
+        return Weights(np.arange(n + 1, dtype=np.int32), record.astype(np.int32), np.ones(n, np.float32))
+
+    @staticmethod
+    def joined(parts: "list[Weights]") -> "Weights":
+        """Those of the points of several parts, one after the other."""
+        counts = np.concatenate([np.zeros(1, np.int32), *(np.diff(one.start) for one in parts)])
+        record, weight = (np.concatenate(arrays) for arrays in zip(*(one[1:] for one in parts), strict=True))
+        return Weights(np.cumsum(counts, dtype=np.int32), record, weight)
+
+    @property
+    def n_points(self) -> int:
+        return len(self.start) - 1
 
     @property
     def supported(self) -> np.ndarray:
         """Which points have records to look at, (n,) bool."""
-        return self.weight.any(axis=1)
+        return np.diff(self.start) > 0
 
-    def apply(self, values: np.ndarray) -> np.ndarray:
+    def apply(self, values: np.ndarray, dtype: type = np.float64) -> np.ndarray:
         """Weighted sums of the records' values (m, …), (n, …)."""
-        sums = np.empty((len(self.record), *values.shape[1:]), np.result_type(self.weight, values))
-        for part in slices(len(sums), _CHUNK):
-            of_records = rows(values, self.record[part])
-            np.einsum("nk,nk...->n...", self.weight[part], of_records, out=sums[part])
+        return self._sums(_PLAIN, values, dtype)
+
+    def apply_squares(self, values: np.ndarray) -> np.ndarray:
+        """Sums with squared weights, as variances are summed, (n, …) float64."""
+        return self._sums(_SQUARED, values, np.float64)
+
+    def mean(self, values: np.ndarray) -> np.ndarray:
+        """Means without the negative weights, of what must stay positive, (n, …) float64; 0 without records."""
+        return self._sums(_POSITIVE, values, np.float64)
+
+    def _sums(self, kind: int, values: np.ndarray, dtype: type) -> np.ndarray:
+        columns = np.ascontiguousarray(values.reshape(len(values), -1), np.float64)
+        sums: np.ndarray = np.empty((self.n_points, columns.shape[1]), dtype)
+        for chunk in slices(self.n_points, _CHUNK):
+            found = np.empty((chunk.stop - chunk.start, columns.shape[1]))
+            _sum_rows(self, chunk.start, kind, columns, found)
+            sums[chunk] = found
+        return sums.reshape(-1, *values.shape[1:])
+
+    def sums_of_squares(self, n_records: int) -> np.ndarray:
+        """Sum over the points of the squares of what they take from each record, (m,) float64."""
+        sums = np.zeros(n_records)
+        _add_squares(self.record, self.weight, sums)
         return sums
 
-    def square(self) -> "Weights":
-        """Squared weights: what variances are summed with."""
-        return Weights(self.record, self.weight**2)
+    def replaced(
+        self, points: np.ndarray, new: "Weights", first_record: int = 0, only: np.ndarray | slice = slice(None)
+    ) -> "Weights":
+        """The same, some points (k,) having new weights, of records that are numbered from `first_record` on.
 
-    def mean(self) -> "Weights":
-        """Weights without the negative ones, that sum to one: for what must stay positive."""
-        positive = np.maximum(self.weight, 0)
-        return Weights(self.record, positive / np.maximum(positive.sum(axis=1, keepdims=True), 1e-30))
-
-    def column_sums(self, n_records: int) -> np.ndarray:
-        """Sum over the points of what they take from each record, (m,) float64."""
-        return np.bincount(self.record.ravel(), self.weight.ravel(), n_records)
-
-
-class Neighbourhood:
-    """Finds the records around points.
-
-    Parameters
-    ----------
-    extent : float, m
-        Of the receivers: as far away as this, a record that faces the same way is preferred to one at the same place
-        that is turned by 57°.
-    tracer : Tracer
-        For whether a point sees a record.
-    lift : float
-        Over the distance between two points: how high above the middle between them they look at each other. With 0,
-        surfaces that bulge are in the way; else, what lies close above a flat one.
-    """
-
-    def __init__(self, records: Records, extent: float, tracer: Tracer, lift: float = 0.2) -> None:
-        self.records, self._extent, self._tracer, self._lift = records, np.float32(extent), tracer, np.float32(lift)
-        self._tree = cKDTree(self._place(records.position, records.normal))
-
-    def of_points(self, position: np.ndarray, normal: np.ndarray, workers: Workers) -> Weights:
-        """Weights of the records for points (n, 3) with unit normals (n, 3)."""
-        return self._weights(position, normal, None, workers)
-
-    def of_records(self, which: np.ndarray, workers: Workers) -> Weights:
-        """What the others say of some of the records: weights without their own."""
-        return self._weights(self.records.position[which], self.records.normal[which], which, workers)
-
-    def _weights(
-        self, position: np.ndarray, normal: np.ndarray, without: np.ndarray | None, workers: Workers
-    ) -> Weights:
-        k = min(_N_NEIGHBOURS, len(self.records))
-        record, weight = np.zeros((len(position), k), np.int32), np.zeros((len(position), k), np.float32)
-
-        def look(chunk: slice, _: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-            return self._look(position[chunk], normal[chunk], None if without is None else without[chunk])
-
-        for chunk, (near, w) in workers.chunks(STAGE, len(position), _CHUNK, look, (), row_bytes=_POINT_BYTES):
-            record[chunk], weight[chunk] = near, w
-        return Weights(record, weight)
-
-    def _place(self, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        return np.concatenate([position, self._extent * normal], axis=1)
-
-    def _look(
-        self, position: np.ndarray, normal: np.ndarray, without: np.ndarray | None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """The records nearest to points, and their weights: a bump over the reach of each, then a linear fit."""
-        records, k = self.records, min(_N_NEIGHBOURS, len(self.records))
-        _, near = self._tree.query(self._place(position, normal), k)
-        near = near.reshape(len(position), k).astype(np.int32)
-        way = rows(records.position, near) - position[:, None]
-        distance2 = np.einsum("nki,nki->nk", way, way)
-        reach = np.float32(_REACH) * records.edge[near]
-        tilt = rows(records.normal, near) - normal[:, None]
-        height = np.einsum("nki,ni->nk", way, normal)
-        w = _bump(np.sqrt(distance2) / reach)
-        w *= _bump(np.sqrt(np.einsum("nki,nki->nk", tilt, tilt)) / np.float32(_TILT))
-        w *= _bump(height / (np.float32(_HEIGHT) * reach))
-        w *= w
-        if without is not None:
-            w[near == without[:, None]] = 0
-        self._hide(w, near, position, normal, way)
-        total = w.sum(axis=1, keepdims=True)
-        w = np.where(total > 1e-6, w / np.maximum(total, np.float32(1e-6)), 0)
-        return near, _linear(w, way, normal, reach)
-
-    def _hide(self, w: np.ndarray, near: np.ndarray, position: np.ndarray, normal: np.ndarray, way: np.ndarray) -> None:
-        """Take the weight of records that the points do not see, by way of a place above the middle between them."""
-        records, tracer = self.records, self._tracer
-        i, j = np.nonzero(w > 0)
-        k = near[i, j]
-        start, way = rows(position, i), rows(way.reshape(-1, 3), i * w.shape[1] + j)
-        lift = self._lift / 2 * np.sqrt(dot(way, way))[:, None]
-        middle = start + way / 2 + lift * (rows(normal, i) + rows(records.normal, k))
-        hidden = tracer.occluded(start, middle)
-        seen = np.flatnonzero(~hidden)
-        hidden[seen] = tracer.occluded(rows(records.position, k[seen]), rows(middle, seen))
-        w[i[hidden], j[hidden]] = 0
+        Of these points `only` some, if a mask (k,) says so.
+        """
+        row, points = np.full(self.n_points, -1, np.int32), points[only]
+        row[points] = np.arange(new.n_points)[only]
+        counts = np.diff(self.start)
+        counts[points] = np.diff(new.start)[only]
+        start = np.concatenate([np.zeros(1, np.int32), np.cumsum(counts, dtype=np.int32)])
+        result = Weights(start, np.empty(start[-1], np.int32), np.empty(start[-1], np.float32))
+        _splice(self, new, row, np.int32(first_record), result)
+        return result
 
 
-def _bump(x: np.ndarray) -> np.ndarray:
-    """1 − x² where that is positive, and 0 elsewhere; x may be huge."""
-    return 1 - np.minimum(np.abs(x), np.float32(1)) ** 2
+@part
+def _counted(weight, kind):
+    """What a weight counts for."""
+    if kind == _SQUARED:
+        return weight * weight
+    if kind == _POSITIVE:
+        return max(weight, np.float32(0))
+    return weight
 
 
-def _linear(w: np.ndarray, way: np.ndarray, normal: np.ndarray, reach: np.ndarray) -> np.ndarray:
-    """Weights that give the value at 0 of the plane that fits best in the least squares weighted by `w` (n, k).
-
-    With w that sum to one, coordinates t in the tangent plane and t̄ = Σ w t, these are l = w (1 − t̄ᵀ S⁻¹ (t − t̄)),
-    S = Σ w (t − t̄)(t − t̄)ᵀ + ridge, with lengths in units of the root mean square reach.
-    """
-    tangent, bitangent = frame(normal)
-    unit = np.maximum(np.sqrt(_sums(w, reach**2)), np.float32(1e-20))[:, None]
-    way = np.where(w[..., None] > 0, way, 0) / unit[..., None]
-    x, y = np.einsum("nki,ni->nk", way, tangent), np.einsum("nki,ni->nk", way, bitangent)
-    mean_x, mean_y = _sums(w, x), _sums(w, y)
-    x -= mean_x[:, None]
-    y -= mean_y[:, None]
-    ridge = np.float32(_RIDGE)
-    wx, wy = w * x, w * y
-    xx, yy, xy = _sums(wx, x) + ridge, _sums(wy, y) + ridge, _sums(wx, y)
-    determinant = xx * yy - xy * xy
-    a, b = (yy * mean_x - xy * mean_y) / determinant, (xx * mean_y - xy * mean_x) / determinant
-    return w - a[:, None] * wx - b[:, None] * wy
+@kernel
+def _sum_rows(weights, first, kind, values, sums):
+    for i in range(len(sums)):
+        begin, end, total = weights.start[first + i], weights.start[first + i + 1], np.float64(0)
+        for c in range(values.shape[1]):
+            sums[i, c] = 0.0
+        for j in range(begin, end):
+            weight, record = np.float64(_counted(weights.weight[j], kind)), weights.record[j]
+            total += weight
+            for c in range(values.shape[1]):
+                sums[i, c] += weight * values[record, c]
+        if kind == _POSITIVE and total > 0.0:
+            for c in range(values.shape[1]):
+                sums[i, c] /= total
 
 
-def _sums(w: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Σ w x along rows of some length, (n,)."""
-    return np.einsum("nk,nk->n", w, x)
+@kernel
+def _add_squares(record, weight, sums):
+    for j in range(len(record)):
+        sums[record[j]] += np.float64(weight[j]) ** 2
+
+
+@kernel
+def _splice(old, new, row, first_record, result):
+    """Write each point's entries: those of its row of `new`, or where that is −1 its old ones."""
+    for i in range(len(row)):
+        k, moved = row[i], first_record
+        begin, end = new.start[max(k, 0)], new.start[max(k, 0) + 1]
+        if k < 0:
+            begin, end, moved = old.start[i], old.start[i + 1], np.int32(0)
+        at = result.start[i]
+        for j in range(begin, end):
+            kept = k < 0
+            result.record[at] = (old.record[j] if kept else new.record[j]) + moved
+            result.weight[at] = old.weight[j] if kept else new.weight[j]
+            at += 1

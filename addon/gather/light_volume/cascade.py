@@ -9,7 +9,7 @@ from ...core.parallel import Workers
 from ...core.sampling.spherical_harmonics import Y0, sh_cosine_lobe
 from ...photons import Photons
 from ...scene import Scene
-from ...tracing import LightTracer
+from ...tracing import TransparencyTracer
 from ..rays.gather_rays import GatherRays
 from ..screen_volume.sh_fields import N_LIGHT
 from .grid import Grid
@@ -31,7 +31,12 @@ class Cascade:
 
     @staticmethod
     def of_photons(
-        scene: Scene, tracer: LightTracer, photons: Photons, positions: np.ndarray, n_cells: int, workers: Workers
+        scene: Scene,
+        tracer: TransparencyTracer,
+        photons: Photons,
+        positions: np.ndarray,
+        n_cells: int,
+        workers: Workers,
     ) -> "Cascade":
         """A volume over the scene, and finer ones around most of the receivers' positions (n, 3), filled with photons.
 
@@ -51,7 +56,7 @@ class Cascade:
     @staticmethod
     def of_rays(
         scene: Scene,
-        tracer: LightTracer,
+        tracer: TransparencyTracer,
         rays: GatherRays,
         n_rays: int,
         positions: np.ndarray,

@@ -21,8 +21,7 @@ def glossy_radiance(scene: Scene, seen: SeenSurface, volumes: Cascade, workers: 
 
     L is read once in front of the surface; directions ω are sampled by the lobe.
     """
-    materials = scene.materials
-    shiny = (materials.f0.nonzero | materials.f90.nonzero)[scene.material_of_triangle[seen.hits.triangle]]
+    shiny = scene.materials.has(Lobe.GLOSSY)[scene.material_of_triangle[seen.hits.triangle]]
     glossy, radiance = np.flatnonzero(shiny), np.zeros((len(seen), 3), np.float32)
 
     def reflect(chunk: slice, random: np.random.Generator) -> np.ndarray:
@@ -32,7 +31,7 @@ def glossy_radiance(scene: Scene, seen: SeenSurface, volumes: Cascade, workers: 
         light = nowhere_negative(volumes.radiance(lifted, normal)[:, :3])
         total = np.zeros((len(k), 3), np.float32)
         for _ in range(_N_SAMPLES):
-            on = scatter(scene, hits, position, seen.direction[k], normal, random, (Lobe.GLOSSY,))
+            on = scatter(scene, hits, position, seen.direction[k], normal, random, 1 << Lobe.GLOSSY)
             total += on.weight * np.einsum("nca,na->nc", light, sh_basis(on.directions))
         return total / _N_SAMPLES
 

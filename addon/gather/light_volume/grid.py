@@ -1,13 +1,60 @@
 """A grid of cubes over a box, and how points find their cells."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-_ASIDE = (0.137, 0.071, 0.193)  # cells along x, y and z
+from ...core.compiling import part
+from ...core.vec3 import minus, times
 
-CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)], np.int32)
-"""The eight corners of a unit cube."""
+_ASIDE = (0.137, 0.071, 0.193)  # cells along x, y and z
+_HALF = np.float32(0.5)
+
+
+class GridArrays(NamedTuple):
+    """What kernels know of a `Grid`: its lowest corner, the edge of a cell and one over it, cells along each axis."""
+
+    low: tuple[np.float32, ...]
+    length: np.float32
+    per_length: np.float32
+    shape: tuple[int, int, int]
+
+
+@part
+def in_cells(grid, point):
+    """A point in cells from the lowest corner."""
+    return times(minus(point, grid.low), grid.per_length)
+
+
+@part
+def cell_at(grid, i, j, k):
+    """Number of a cell by its place along x, y and z, counted along z first; −1 outside the grid."""
+    nx, ny, nz = grid.shape
+    inside = 0 <= i < nx and 0 <= j < ny and 0 <= k < nz
+    return np.int32((i * ny + j) * nz + k if inside else -1)
+
+
+@part
+def cell_of(grid, point):
+    """The cell that a point lies in; −1 outside the grid."""
+    x = in_cells(grid, point)
+    return cell_at(grid, np.int64(np.floor(x[0])), np.int64(np.floor(x[1])), np.int64(np.floor(x[2])))
+
+
+@part
+def centre_at(grid, i, j, k):
+    """Centre of a cell by its place along x, y and z, m."""
+    x = np.float32(i) + _HALF, np.float32(j) + _HALF, np.float32(k) + _HALF
+    low = grid.low
+    return low[0] + x[0] * grid.length, low[1] + x[1] * grid.length, low[2] + x[2] * grid.length
+
+
+@part
+def centre_of(grid, cell):
+    """Centre of a cell by its number, m."""
+    _, ny, nz = grid.shape
+    return centre_at(grid, cell // (ny * nz), cell // nz % ny, cell % nz)
 
 
 @dataclass(frozen=True)
@@ -44,6 +91,12 @@ class Grid:
         return int(np.prod(self.shape))
 
     @property
+    def arrays(self) -> GridArrays:
+        """For kernels."""
+        x, y, z = self.low
+        return GridArrays((x, y, z), np.float32(self.length), np.float32(1 / self.length), self.shape)
+
+    @property
     def box(self) -> np.ndarray:
         """Corners of the box whose surfaces may put light into the cells: half a cell more, (2, 3) float32, m."""
         margin = np.float32(self.length / 2)
@@ -59,25 +112,6 @@ class Grid:
         x = self._coordinates(points)
         return ((x >= 0.5) & (x < np.array(self.shape) - 0.5)).all(axis=1)
 
-    def cells(self, points: np.ndarray) -> np.ndarray:
-        """The cell of each point (n, 3), counted along z first: (n,) int64; `n_cells` outside the grid."""
-        return self._number(np.floor(self._coordinates(points)).astype(np.int32))
-
-    def around(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The eight cells whose centres surround each point; those nearest to it, for points outside the grid.
-
-        Returns
-        -------
-        cells : (n, 8) int64
-        weights : (n, 8) float32
-            Of trilinear interpolation between the centres.
-        """
-        x = self._coordinates(points) - np.float32(0.5)
-        first = np.clip(np.floor(x).astype(np.int32), 0, np.array(self.shape, np.int32) - 2)
-        along = np.clip(x - first, 0, 1).astype(np.float32)[:, None]
-        weights = np.where(CORNERS == 1, along, 1 - along).prod(axis=2)
-        return self._number((first[:, None] + CORNERS).reshape(-1, 3)).reshape(-1, 8), weights
-
     def centres(self, cells: np.ndarray) -> np.ndarray:
         """Centres of cells (…) as (…, 3) float32, m."""
         index = np.stack(np.unravel_index(cells, self.shape), axis=-1).astype(np.float32)
@@ -86,9 +120,3 @@ class Grid:
     def _coordinates(self, points: np.ndarray) -> np.ndarray:
         """Points in cells from the lowest corner, (n, 3) float32."""
         return (points - self.low) * np.float32(1 / self.length)
-
-    def _number(self, index: np.ndarray) -> np.ndarray:
-        nx, ny, nz = self.shape
-        x, y, z = index.T.astype(np.int64)
-        inside = (x >= 0) & (x < nx) & (y >= 0) & (y < ny) & (z >= 0) & (z < nz)
-        return np.where(inside, (x * ny + y) * nz + z, self.n_cells)

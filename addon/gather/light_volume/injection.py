@@ -5,16 +5,18 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from ...core.compiling import kernel
 from ...core.parallel import Workers
 from ...core.sampling.vectors import dot
+from ...core.vec3 import along, put, row
 from ...photons import Photons
 from ...scene import Scene
 from ...scene.surface_points import SurfacePoints, surface_points
-from ...tracing import LightTracer
+from ...tracing import TransparencyTracer
 from ..direct.ray_directions import gather_directions
 from ..rays.gather_rays import GatherRays
-from ..screen_volume.sh_fields import ISOTROPIC, N_LIGHT, N_SIGNS, SCALE, light_fields, random_signs
-from .grid import Grid
+from ..screen_volume.sh_fields import N_LIGHT, N_SIGNS, inject_light, inject_response, random_signs
+from .grid import Grid, cell_of, centre_of
 
 OFFSET = np.float32(0.5)
 """Cells off its surface that light is put, along the normal: a wall has its cells on either side."""
@@ -34,9 +36,9 @@ class Sides:
     triangle : (k,) int32
     area : (k,) float32, m²
         What each stands for, as far as photons are stored there.
-    cell : (k,) int64
-    unseen : (u,) int64
-        Cells of other points, which take no part.
+    cell : (k,) int32
+    unseen : (u,) int32
+        Cells of other points, which take no part; −1 outside the grid.
     """
 
     position: np.ndarray
@@ -49,7 +51,7 @@ class Sides:
     @staticmethod
     def none() -> "Sides":
         """No points."""
-        vectors, numbers = np.zeros((0, 3), np.float32), np.zeros(0, np.int64)
+        vectors, numbers = np.zeros((0, 3), np.float32), np.zeros(0, np.int32)
         return Sides(vectors, vectors, numbers, vectors[:, 0], numbers, numbers)
 
     @staticmethod
@@ -59,7 +61,9 @@ class Sides:
         return Sides(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
 
-def lit_sides(scene: Scene, tracer: LightTracer, grid: Grid, n_points_a_cell: int, workers: Workers) -> Iterator[Sides]:
+def lit_sides(
+    scene: Scene, tracer: TransparencyTracer, grid: Grid, n_points_a_cell: int, workers: Workers
+) -> Iterator[Sides]:
     """Yield both sides of points spread over the surfaces, so many on a cell's length squared.
 
     They take part if their cell's centre sees them: light of the next room, on the floor just beyond a wall that runs
@@ -79,8 +83,8 @@ def lit_sides(scene: Scene, tracer: LightTracer, grid: Grid, n_points_a_cell: in
         cell, centres = _cells_in_front(grid, position, normal)
         ways = position - centres
         hits = tracer.surfaces.closest_hit(centres, ways / np.sqrt(dot(ways, ways))[:, None])
-        seen = (hits.triangle == np.tile(points.triangle, 2)) & ~tracer.smothered(hits.triangle, hits.u, hits.v)
-        seen &= cell < grid.n_cells
+        seen = (hits.triangle == np.tile(points.triangle, 2)) & ~tracer.coplanar_occluded(hits.triangle, hits.u, hits.v)
+        seen &= cell >= 0
         return Sides(position[seen], normal[seen], hits.triangle[seen], np.tile(area, 2)[seen], cell[seen], cell[~seen])
 
     workers.progress.update("Measuring surfaces", 0.0)
@@ -89,82 +93,80 @@ def lit_sides(scene: Scene, tracer: LightTracer, grid: Grid, n_points_a_cell: in
         workers.progress.update("Measuring surfaces", 0.0)
 
 
-def inject_response(grid: Grid, parts: Iterable[Sides]) -> tuple[np.ndarray, np.ndarray]:
+def response_of(grid: Grid, parts: Iterable[Sides]) -> tuple[np.ndarray, np.ndarray]:
     """What surfaces make of light.
 
     Returns
     -------
-    response : (4, 4, cells) float32, m²
-        The first index is the column, the known radiance.
+    response : (cells, 4, 4) float32, m²
+        Of each cell and known radiance, the column.
     cut : (cells,) bool
         Whether there are surfaces in the cell that take no part.
     """
-    a, b = np.triu_indices(4)
-    products = np.zeros((len(a), grid.n_cells + 1))  # ν_a ν_b dA
-    cut = np.zeros(grid.n_cells + 1, bool)
+    response, cut = np.zeros((grid.n_cells, 4, 4)), np.zeros(grid.n_cells + 1, bool)
     for sides in parts:
-        nu = np.concatenate([np.ones((1, len(sides.cell)), np.float32), sides.normal.T])
-        _add(products, sides.cell, sides.area * nu[a] * nu[b])
+        inject_response(response, sides.cell, sides.normal, sides.area)
         cut[sides.unseen] = True
-    response = np.empty((4, 4, grid.n_cells), np.float32)
-    response[a, b] = response[b, a] = SCALE[a, b, None] * products[:, :-1]
-    response += ISOTROPIC[:, :, None] * products[0, :-1].astype(np.float32)
-    return response, cut[:-1]
+    return response.astype(np.float32), cut[:-1]
 
 
-def inject_photons(
-    scene: Scene, tracer: LightTracer, grid: Grid, photons: Photons, cut: np.ndarray, workers: Workers
+def light_of_photons(
+    scene: Scene, tracer: TransparencyTracer, grid: Grid, photons: Photons, cut: np.ndarray, workers: Workers
 ) -> np.ndarray:
-    """The photons' fields, (N_LIGHT, 4, cells) float32, W."""
-    total = np.zeros((N_LIGHT * 4, grid.n_cells + 1))
+    """The photons' fields, (cells, N_LIGHT, 4) float32, W."""
+    fields = np.zeros((grid.n_cells, N_LIGHT, 4))
     signs = random_signs(photons, workers.seed, _SIGNS)
     doubtful = np.append(cut, False)
 
-    def inject(chunk: slice, _: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    def place(chunk: slice, _: np.random.Generator) -> tuple[np.ndarray, ...]:
         part = photons.where(chunk)
         normals = part.normal
         cells, centres = _cells_in_front(grid, part.position, normals)
         k = np.flatnonzero(doubtful[cells])
         lifted = part.position[k] + scene.ray_offset(part.triangle[k], part.position[k]) * normals[k]
-        cells[k[tracer.surfaces.occluded(centres[k], lifted)]] = grid.n_cells
-        return cells, light_fields(part.power, -part.direction, signs[part.path])
+        cells[k[tracer.surfaces.occluded(centres[k], lifted)]] = -1
+        return cells, part.power, -part.direction, signs[part.path]
 
-    for _, (cells, values) in workers.chunks("Filling the volume", len(photons), _CHUNK, inject, (_SIGNS,)):
-        _add(total, cells, values)
-    return total[:, :-1].reshape(N_LIGHT, 4, -1).astype(np.float32)
+    for _, light in workers.chunks("Filling the volume", len(photons), _CHUNK, place, (_SIGNS,)):
+        inject_light(fields, *light)
+    return fields.astype(np.float32)
 
 
-def inject_gathered(
+def light_of_rays(
     scene: Scene, rays: GatherRays, grid: Grid, sides: Sides, n_rays: int, workers: Workers
 ) -> np.ndarray:
-    """Fields of what rays from the sides gather, as of photons that came the rays' way: (N_LIGHT, 4, cells) float32, W.
+    """Fields of what rays from the sides gather, as of photons that came the rays' way: (cells, N_LIGHT, 4) float32, W.
 
     The irradiance of a side is π times the mean of its rays' radiance, so each of n brings π L A/n.
     """
-    total = np.zeros((N_LIGHT * 4, grid.n_cells + 1))
+    fields = np.zeros((grid.n_cells, N_LIGHT, 4))
     origin = sides.position + scene.ray_offset(sides.triangle, sides.position) * sides.normal
 
-    def gather(chunk: slice, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    def gather(chunk: slice, random: np.random.Generator) -> tuple[np.ndarray, ...]:
         origins, normals, area = (np.repeat(of[chunk], n_rays, axis=0) for of in (origin, sides.normal, sides.area))
         directions = gather_directions(normals, n_rays, random)
         radiance = rays.radiance_along(origins, directions, random).reflected
         power = radiance * (np.float32(np.pi / n_rays) * area)[:, None]
         signs = random.choice(np.array([-1, 1], np.int8), (len(power), N_SIGNS))
-        return np.repeat(sides.cell[chunk], n_rays), light_fields(power, directions, signs)
+        return np.repeat(sides.cell[chunk], n_rays), power, directions, signs
 
     size = max(1, _RAYS // n_rays)
-    for _, (cells, values) in workers.chunks("Filling the volume", len(origin), size, gather, (_GATHERING,)):
-        _add(total, cells, values)
-    return total[:, :-1].reshape(N_LIGHT, 4, -1).astype(np.float32)
+    for _, light in workers.chunks("Filling the volume", len(origin), size, gather, (_GATHERING,)):
+        inject_light(fields, *light)
+    return fields.astype(np.float32)
 
 
 def _cells_in_front(grid: Grid, positions: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The cells half a cell off surfaces, (n,), and their centres (n, 3); `n_cells` outside the grid."""
-    cells = grid.cells(positions + OFFSET * np.float32(grid.length) * normals)
-    return cells, grid.centres(np.minimum(cells, grid.n_cells - 1))
+    """The cells half a cell off surfaces, (n,) int32, −1 outside the grid, and their centres, (n, 3) float32."""
+    cells, centres = np.empty(len(positions), np.int32), np.empty((len(positions), 3), np.float32)
+    positions, normals = (np.ascontiguousarray(a, np.float32) for a in (positions, normals))
+    _find_cells(grid.arrays, positions, normals, cells, centres)
+    return cells, centres
 
 
-def _add(total: np.ndarray, cells: np.ndarray, values: np.ndarray) -> None:
-    """Add values (…, n) to the cells of fields (f, cells)."""
-    for field, value in zip(total, values.reshape(len(total), -1), strict=True):
-        field += np.bincount(cells, value, minlength=len(field))
+@kernel
+def _find_cells(grid, positions, normals, cells, centres):
+    """See `_cells_in_front`."""
+    for k in range(len(cells)):
+        cells[k] = cell_of(grid, along(row(positions, k), OFFSET * grid.length, row(normals, k)))
+        put(centres, k, centre_of(grid, max(cells[k], 0)))

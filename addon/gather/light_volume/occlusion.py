@@ -3,11 +3,15 @@
 import numpy as np
 from scipy.ndimage import binary_dilation
 
+from ...core.compiling import kernel, part
 from ...core.parallel import Workers
+from ...core.vec3 import ZERO, put
 from ...tracing import Tracer
-from .grid import Grid
+from .grid import Grid, centre_of
 
 _N_SIDE = 2  # points along a side of the face between two cells
+_N_POINTS = _N_SIDE**2
+_ONE, _HALF = np.float32(1), np.float32(0.5)
 _CHUNK = 1 << 14  # faces
 _STREAM = 62  # the chunks draw no random numbers
 
@@ -20,34 +24,67 @@ def transmittance(tracer: Tracer, grid: Grid, response: np.ndarray, workers: Wor
 
     Parameters
     ----------
-    response : (4, 4, cells) float32
-        From `inject_response`: where there are surfaces.
+    response : (cells, 4, 4) float32
+        From `response_of`: where there are surfaces.
 
     Returns
     -------
-    (3, nx, ny, nz) float32
+    (nx, ny, nz, 3) float32
         G along x, y and z; 1 for the last cell of each row.
     """
-    cells = np.flatnonzero(_near(response[0, 0].reshape(grid.shape) > 0))
-    steps = (np.arange(_N_SIDE, dtype=np.float32) + np.float32(0.5)) / _N_SIDE - np.float32(0.5)
-    on_face = np.array([(0.5, s, t) for s in steps for t in steps], np.float32)
+    cells = np.flatnonzero(_near(response[:, 0, 0].reshape(grid.shape) > 0))
+
+    def faces_of(chunk: slice) -> tuple[np.ndarray, np.ndarray]:
+        axis, cell = np.divmod(np.arange(chunk.start, chunk.stop), len(cells))
+        return axis, cells[cell]
 
     def share(chunk: slice, _: np.random.Generator) -> np.ndarray:
-        axis, cell = np.divmod(np.arange(chunk.start, chunk.stop), len(cells))
-        # Points of a face across x, turned to the axis by a cyclic change of the coordinates
-        turn = (np.arange(3) - axis[:, None]) % 3
-        length, n = np.float32(grid.length), len(on_face)
-        centre = grid.centres(cells[cell])
-        over = (centre[:, None] + on_face.T[turn].transpose(0, 2, 1) * length).reshape(-1, 3)
-        following = centre + np.eye(3, dtype=np.float32)[axis] * length
-        blocked = tracer.occluded(np.repeat(centre, n, 0), over) | tracer.occluded(over, np.repeat(following, n, 0))
-        return 1 - blocked.reshape(-1, n).mean(axis=1, dtype=np.float32)
+        axis, cell = faces_of(chunk)
+        starts, ends = np.empty((2, len(cell), 2 * _N_POINTS, 3), np.float32)
+        _ways_over_faces(grid.arrays, cell, axis, starts, ends)
+        blocked = tracer.occluded(starts.reshape(-1, 3), ends.reshape(-1, 3)).reshape(-1, _N_POINTS, 2)
+        return 1 - blocked.any(axis=2).mean(axis=1, dtype=np.float32)
 
-    passes = np.ones((3, grid.n_cells), np.float32)
+    passes = np.ones((grid.n_cells, 3), np.float32)
     for chunk, shares in workers.chunks("Looking between cells", 3 * len(cells), _CHUNK, share, (_STREAM,)):
-        axis, cell = np.divmod(np.arange(chunk.start, chunk.stop), len(cells))
-        passes[axis, cells[cell]] = shares
-    return passes.reshape(3, *grid.shape)
+        axis, cell = faces_of(chunk)
+        passes[cell, axis] = shares
+    return passes.reshape(*grid.shape, 3)
+
+
+@kernel
+def _ways_over_faces(grid, cells, axes, starts, ends):
+    """The two halves of each way over the face that cells (n,) share with the next one along an axis (n,).
+
+    Parameters
+    ----------
+    starts, ends : (n, 2 · _N_POINTS, 3) float32, m
+        Of the halves.
+    """
+    for k in range(len(cells)):
+        axis, centre = axes[k], centre_of(grid, cells[k])
+        following = _moved(grid, centre, axis, _ONE)
+        for point in range(_N_POINTS):
+            s, t = _step(point // _N_SIDE), _step(point % _N_SIDE)
+            over = _moved(grid, centre, axis, _HALF)
+            over = _moved(grid, _moved(grid, over, (axis + 1) % 3, s), (axis + 2) % 3, t)
+            put(starts[k], 2 * point, centre)
+            put(ends[k], 2 * point, over)
+            put(starts[k], 2 * point + 1, over)
+            put(ends[k], 2 * point + 1, following)
+
+
+@part
+def _step(point):
+    """Where a point lies along a face's side, from its middle, over the side's length."""
+    return (np.float32(point) + _HALF) / np.float32(_N_SIDE) - _HALF
+
+
+@part
+def _moved(grid, x, axis, n):
+    """A point moved n cells along an axis."""
+    way = grid.length * n
+    return x[0] + (way if axis == 0 else ZERO), x[1] + (way if axis == 1 else ZERO), x[2] + (way if axis == 2 else ZERO)
 
 
 def _near(surface: np.ndarray) -> np.ndarray:

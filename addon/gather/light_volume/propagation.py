@@ -7,14 +7,20 @@ nothing is lost or counted twice:
     Φ_f = ∫_Ω_f I dω = c · a_f,     a_f = ∫_Ω_f y(ω) dω                    (Eq. 6, with a_f exact)
 
 From D's centre the flux goes on as a cosine lobe around the face's normal, Φ_f/π (ω·n_f)⁺, whose integral is Φ_f. For
-the coefficients this is a 4 × 4 matrix for each of the six neighbours.
+the coefficients this is a 4 × 4 matrix for each of the six neighbours. By symmetry five numbers tell all of them: light
+along the way and across it do not mix.
+
+Grids have a layer of empty cells around them, which take light from nobody and send none.
 """
 
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
+from ...core.compiling import kernel, part
 from ...core.sampling.spherical_harmonics import Y0, Y1, sh_cosine_lobe
+from ...core.vec3 import ONE
 
 DIRECTIONS = np.concatenate([np.eye(3), -np.eye(3)]).astype(np.float32)
 """From a cell to its six neighbours."""
@@ -64,43 +70,101 @@ def transfer_matrices() -> np.ndarray:
     return np.round(np.stack(matrices), 12).astype(np.float32)  # what is 0 by symmetry has to be
 
 
-def propagate(field: np.ndarray, transmittance: np.ndarray) -> np.ndarray:
+class Transfer(NamedTuple):
+    """What a cell's coefficients become in a neighbour: T₀₀; T₀ₐ, Tₐ₀ and Tₐₐ, a being the axis there; Tₜₜ across."""
+
+    constant: np.float32
+    constant_of_along: np.float32
+    along_of_constant: np.float32
+    along: np.float32
+    across: np.float32
+
+
+@cache
+def transfer() -> Transfer:
+    """Those of `transfer_matrices`."""
+    towards_x = transfer_matrices()[0]
+    return Transfer(towards_x[0, 0], towards_x[0, 1], towards_x[1, 0], towards_x[1, 1], towards_x[2, 2])
+
+
+@part
+def _cell(f, i, j, k):
+    """A cell's coefficients."""
+    return f[i, j, k, 0], f[i, j, k, 1], f[i, j, k, 2], f[i, j, k, 3]
+
+
+@part
+def _sent(t, towards, passes, constant, along, s, r):
+    """What a cell sends to a neighbour, towards +1 or −1 along an axis, of its light along this axis and across it."""
+    return (
+        passes * (t.constant * constant + towards * t.constant_of_along * along),
+        passes * (towards * t.along_of_constant * constant + t.along * along),
+        passes * t.across * s,
+        passes * t.across * r,
+    )
+
+
+@part
+def gather_cell(t, f, g, i, j, k):
+    """What a cell gathers from its six neighbours, four coefficients, of fields f and transmittance g (…, 3)."""
+    c0, cx, cy, cz = _cell(f, i - 1, j, k)
+    a0, ax, ay, az = _sent(t, ONE, g[i - 1, j, k, 0], c0, cx, cy, cz)
+    c0, cx, cy, cz = _cell(f, i + 1, j, k)
+    b0, bx, by, bz = _sent(t, -ONE, g[i, j, k, 0], c0, cx, cy, cz)
+    c0, cx, cy, cz = _cell(f, i, j - 1, k)
+    d0, dy, dz, dx = _sent(t, ONE, g[i, j - 1, k, 1], c0, cy, cz, cx)
+    c0, cx, cy, cz = _cell(f, i, j + 1, k)
+    e0, ey, ez, ex = _sent(t, -ONE, g[i, j, k, 1], c0, cy, cz, cx)
+    c0, cx, cy, cz = _cell(f, i, j, k - 1)
+    h0, hz, hx, hy = _sent(t, ONE, g[i, j, k - 1, 2], c0, cz, cx, cy)
+    c0, cx, cy, cz = _cell(f, i, j, k + 1)
+    l0, lz, lx, ly = _sent(t, -ONE, g[i, j, k, 2], c0, cz, cx, cy)
+    return (
+        a0 + b0 + d0 + e0 + h0 + l0,
+        ax + bx + dx + ex + hx + lx,
+        ay + by + dy + ey + hy + ly,
+        az + bz + dz + ez + hz + lz,
+    )
+
+
+@kernel
+def propagate(t, field, transmittance, received):
     """One iteration: each cell of the new field gathers what its six neighbours send.
 
     Parameters
     ----------
-    field : (4, nx, ny, nz) float32
-        Coefficients.
-    transmittance : (3, nx, ny, nz) float32
+    t : Transfer
+    field, received : (nx + 2, ny + 2, nz + 2, 4) float32
+        Coefficients. Light that leaves the grid is gone.
+    transmittance : (nx + 2, ny + 2, nz + 2, 3) float32
         G, the share of light that passes from each cell to the next along x, y and z.
-
-    Returns
-    -------
-    (4, nx, ny, nz) float32
-        Light that leaves the grid is gone.
     """
-    received = np.zeros_like(field)
-    for matrix, direction in zip(transfer_matrices(), DIRECTIONS, strict=True):
-        sent = _transferred(matrix, field)
-        axis = int(np.abs(direction).argmax())
-        lower, upper = _neighbours(axis)
-        source, target = (lower, upper) if direction[axis] > 0 else (upper, lower)
-        passed = sent[source]
-        passed *= transmittance[axis][lower[1:]]
-        received[target] += passed
-    return received
+    nx, ny, nz, _ = field.shape
+    for i in range(1, nx - 1):
+        for j in range(1, ny - 1):
+            for k in range(1, nz - 1):
+                received[i, j, k, 0], received[i, j, k, 1], received[i, j, k, 2], received[i, j, k, 3] = gather_cell(
+                    t, field, transmittance, i, j, k
+                )
 
 
-def _transferred(matrix: np.ndarray, field: np.ndarray) -> np.ndarray:
-    """The matrix times each cell's coefficients. Half of it is 0, and BLAS would have its threads fight with ours."""
-    sent = np.zeros_like(field)
-    for i, j in np.argwhere(matrix):
-        sent[i] += matrix[i, j] * field[j]
-    return sent
+def padded(grid: np.ndarray) -> np.ndarray:
+    """A grid (nx, ny, nz, c) with a layer of zeros around it."""
+    return np.pad(grid, ((1, 1), (1, 1), (1, 1), (0, 0)))
 
 
-def _neighbours(axis: int) -> tuple[tuple[slice, ...], tuple[slice, ...]]:
-    """Indices of all cells but the last along an axis, and of all but the first."""
-    lower, upper = [slice(None)] * 4, [slice(None)] * 4
-    lower[1 + axis], upper[1 + axis] = slice(None, -1), slice(1, None)
-    return tuple(lower), tuple(upper)
+def gathered(field: np.ndarray, transmittance: np.ndarray, n_iterations: int) -> np.ndarray:
+    """A field (nx, ny, nz, 4) float32 and what its cells gather in all iterations.
+
+    Parameters
+    ----------
+    transmittance : (nx + 2, ny + 2, nz + 2, 3) float32
+        See `propagate`.
+    """
+    sent = padded(field)
+    total, received = sent.copy(), np.zeros_like(sent)
+    for _ in range(n_iterations):
+        propagate(transfer(), sent, transmittance, received)
+        total += received
+        sent, received = received, sent
+    return total[1:-1, 1:-1, 1:-1]

@@ -5,17 +5,20 @@ from functools import partial
 
 import numpy as np
 
+from ...core.compiling import kernel, part
 from ...core.parallel import Workers
+from ...core.vec3 import ONE, ZERO, along, dot, minus, put, row
 from ...photons import Photons
 from ...scene import Scene
-from ...tracing import LightTracer, Tracer
+from ...tracing import Tracer, TransparencyTracer
 from ..rays.gather_rays import GatherRays
-from ..screen_volume.sh_fields import N_FIELDS, solve_radiance
-from .grid import Grid
-from .injection import Sides, inject_gathered, inject_photons, inject_response, lit_sides
+from ..screen_volume.sh_fields import N_FIELDS, N_LIGHT, solve_cell
+from .grid import Grid, cell_at, centre_at, in_cells
+from .injection import Sides, light_of_photons, light_of_rays, lit_sides, response_of
 from .occlusion import transmittance
-from .propagation import propagate
+from .propagation import gathered, padded
 
+_HALF = np.float32(0.5)
 _POINTS_A_CELL = 32  # on a cell's length of surface squared, where photons fall anywhere
 
 
@@ -38,7 +41,7 @@ class LightVolume:
 
     @staticmethod
     def of_photons(
-        scene: Scene, tracer: LightTracer, photons: Photons, grid: Grid, n_iterations: int, workers: Workers
+        scene: Scene, tracer: TransparencyTracer, photons: Photons, grid: Grid, n_iterations: int, workers: Workers
     ) -> "LightVolume":
         """A volume filled with photons.
 
@@ -50,14 +53,14 @@ class LightVolume:
             How many cells far light is gathered; section 4.2 takes a quarter of the grid's longest side.
         """
         sides = lit_sides(scene, tracer, grid, _POINTS_A_CELL, workers)
-        response, cut = inject_response(grid, sides)
-        light = inject_photons(scene, tracer, grid, photons, cut, workers)
+        response, cut = response_of(grid, sides)
+        light = light_of_photons(scene, tracer, grid, photons, cut, workers)
         return LightVolume._gathered(grid, light, response, tracer.surfaces, n_iterations, workers)
 
     @staticmethod
     def of_rays(
         scene: Scene,
-        tracer: LightTracer,
+        tracer: TransparencyTracer,
         rays: GatherRays,
         n_rays: int,
         grid: Grid,
@@ -69,8 +72,8 @@ class LightVolume:
         Light and response are those of the same points, so that the only noise is that of the rays.
         """
         sides = Sides.join([Sides.none(), *lit_sides(scene, tracer, grid, 1, workers)])
-        response, _ = inject_response(grid, [sides])
-        light = inject_gathered(scene, rays, grid, sides, n_rays, workers)
+        response, _ = response_of(grid, [sides])
+        light = light_of_rays(scene, rays, grid, sides, n_rays, workers)
         return LightVolume._gathered(grid, light, response, tracer.surfaces, n_iterations, workers)
 
     @staticmethod
@@ -78,12 +81,12 @@ class LightVolume:
         grid: Grid, light: np.ndarray, response: np.ndarray, tracer: Tracer, n_iterations: int, workers: Workers
     ) -> "LightVolume":
         """Light and response gathered from cell to cell."""
-        passes = transmittance(tracer, grid, response, workers)
-        injected = np.concatenate([light, response]).reshape(N_FIELDS, 4, *grid.shape)
+        passes = padded(transmittance(tracer, grid, response, workers))
+        injected = np.concatenate([light, response], axis=1).reshape(*grid.shape, N_FIELDS, 4)
         fields = np.empty((grid.n_cells, N_FIELDS, 4), np.float32)
-        gather = partial(_gather, transmittance=passes, n_iterations=n_iterations)
-        for i, field in enumerate(workers.map(gather, injected)):
-            fields[:, i] = field.reshape(4, -1).T
+        gather = partial(gathered, transmittance=passes, n_iterations=n_iterations)
+        for i, field in enumerate(workers.map(gather, np.moveaxis(injected, 3, 0))):
+            fields[:, i] = field.reshape(-1, 4)
             workers.progress.update("Gathering in the volume", (i + 1) / N_FIELDS)
         return LightVolume(grid, fields, tracer)
 
@@ -106,25 +109,74 @@ class LightVolume:
         (n, N_LIGHT, 4) float32, W/(m² sr)
             As `solve_radiance` does; 0 where no surface is near.
         """
-        cells, weights = self.grid.around(points + np.float32(self.grid.length / 2) * normals)
-        ways = self.grid.centres(cells) - points[:, None]
-        height = np.einsum("nki,ni->nk", ways, normals) / np.float32(self.grid.length)
-        weights = (weights * np.clip(height, 0, 1)).reshape(-1)
-        counts = np.flatnonzero(weights)
-        point = counts // 8
-        hidden = self.tracer.occluded(points[point], points[point] + ways.reshape(-1, 3)[counts])
-        weights[counts[hidden]] = 0
-
-        fields = np.zeros((len(points), N_FIELDS, 4), np.float32)
-        for cell, weight in zip(cells.T, weights.reshape(-1, 8).T, strict=True):
-            fields += weight[:, None, None] * self.fields[cell]
-        return solve_radiance(fields)
+        n, grid = len(points), self.grid.arrays
+        points, normals = (np.ascontiguousarray(a, np.float32) for a in (points, normals))
+        ends, cells, weights = np.empty(n, np.int32), np.empty(8 * n, np.int32), np.empty(8 * n, np.float32)
+        starts, centres = np.empty((2, 8 * n, 3), np.float32)
+        n_ways = look_around(grid, points, normals, ends, cells, weights, starts, centres)
+        hidden = self.tracer.occluded(starts[:n_ways], centres[:n_ways])
+        radiance, room = np.empty((n, N_LIGHT, 4), np.float32), (np.empty((N_FIELDS, 4)), np.empty((4, N_FIELDS)))
+        read(self.fields, ends, cells, weights, hidden, room, radiance)
+        return radiance
 
 
-def _gather(field: np.ndarray, transmittance: np.ndarray, n_iterations: int) -> np.ndarray:
-    """A field and what its cells gather in all iterations, (4, nx, ny, nz) float32."""
-    gathered = field.copy()
-    for _ in range(n_iterations):
-        field = propagate(field, transmittance)
-        gathered += field
-    return gathered
+@kernel
+def look_around(grid, points, normals, ends, cells, weights, starts, centres):
+    """Cells around points (n, 3) that may light them, with their weights, and ways to be looked along; how many.
+
+    Parameters
+    ----------
+    ends : (n,) int32
+        Becomes how many ways there are of each point and those before.
+    cells, weights : (8n,) int32 and float32
+    starts, centres : (8n, 3) float32, m
+        Ends of the ways.
+    """
+    n = 0
+    for p in range(len(points)):
+        point, normal = row(points, p), row(normals, p)
+        x = in_cells(grid, along(point, grid.length * _HALF, normal))
+        i, f = _between(x[0] - _HALF, grid.shape[0])
+        j, g = _between(x[1] - _HALF, grid.shape[1])
+        k, h = _between(x[2] - _HALF, grid.shape[2])
+        for corner in range(8):
+            a, b, c = corner >> 2, corner >> 1 & 1, corner & 1
+            centre = centre_at(grid, i + a, j + b, k + c)
+            height = dot(minus(centre, point), normal) / grid.length
+            weight = _share(f, a) * _share(g, b) * _share(h, c) * min(max(height, ZERO), ONE)
+            if weight > ZERO:
+                cells[n], weights[n] = cell_at(grid, i + a, j + b, k + c), weight
+                put(starts, n, point)
+                put(centres, n, centre)
+                n += 1
+        ends[p] = n
+    return n
+
+
+@part
+def _between(x, n):
+    """Of n places 0, 1, …, the one below x (the last but one at most), and how far x is above it, 0 to 1."""
+    below = min(max(np.int64(np.floor(x)), 0), n - 2)
+    return below, min(max(x - np.float32(below), ZERO), ONE)
+
+
+@part
+def _share(f, upper):
+    """Weight of linear interpolation of the upper place or the lower."""
+    return f if upper else ONE - f
+
+
+@kernel
+def read(fields, ends, cells, weights, hidden, room, radiance):
+    """Radiance (n, N_LIGHT, 4) of points from the fields of the cells that nothing hides from them."""
+    sums, system = room
+    way = 0
+    for p in range(len(ends)):
+        sums[:] = 0
+        while way < ends[p]:
+            if not hidden[way]:
+                for f in range(N_FIELDS):
+                    for a in range(4):
+                        sums[f, a] += weights[way] * fields[cells[way], f, a]
+            way += 1
+        solve_cell(sums, system, radiance[p])

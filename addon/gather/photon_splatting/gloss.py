@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...bsdf import SMOOTH, evaluate_glossy, glossy_albedo, surface_at
+from ...bsdf import evaluate_glossy, glossy_albedo, reflects_highlights, surface_at
 from ...core.parallel import Workers, slices
 from ...core.sampling.vectors import dot
 from ...photons import Photons
@@ -74,7 +74,7 @@ def _rough(scene: Scene, seen: SeenSurface) -> tuple[np.ndarray, np.ndarray]:
         k = glossy[chunk]
         part = seen.where(k)
         surface = surface_at(scene, part.hits.triangle, part.hits.u, part.hits.v, part.hits.back(part.direction))
-        some = np.flatnonzero((surface.roughness >= SMOOTH) & ((surface.f0 > 0) | (surface.f90 > 0)).any(axis=1))
+        some = np.flatnonzero(reflects_highlights(surface))
         cosine = np.maximum(np.abs(dot(part.shading_normal, part.direction)), LEAST_COSINE)
         rough.append(k[some])
         albedo.append(glossy_albedo(surface.where(some), cosine[some]))

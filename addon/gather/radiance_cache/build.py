@@ -16,8 +16,8 @@ from ...emitters import Sphere
 from ...photons import PathKind, Photons
 from ...photons.scattering import scatter, shading_ratio
 from ...receivers import Receivers
-from ...scene import Scene
-from ...tracing import Hits, LightTracer
+from ...scene import Lobe, Scene
+from ...tracing import Hits, TransparencyTracer
 from ..direct.direct_light import DirectLight
 from ..direct.ray_directions import gather_directions
 from ..rays.gather_rays import GatherRays
@@ -65,11 +65,11 @@ class Survey:
         With ρ what the surface reflects, A the area of its element and v/n the share of the rays that end there, a
         photon of Φ watts adds ρΦ/(πA) · π v/n. Caustics light receivers themselves, whatever ρ is.
         """
-        elements, channels = self.elements, (scene.materials.diffuse, scene.materials.translucent)
+        elements = self.elements
         u, v = scene.barycentrics(photons.triangle, photons.position)
         back = dot(rows(scene.normals, photons.triangle), photons.normal) < 0
         looks = self.visits / np.repeat(elements.areas, 2) / self.n_rays
-        albedo = sum(scene.look_up(channel, photons.triangle, u, v) for channel in channels if channel.nonzero.any())
+        albedo = scene.albedo(photons.triangle, u, v) + scene.translucence(photons.triangle, u, v)
         power = np.abs(photons.power)
         power = np.where((photons.kind == PathKind.CAUSTIC)[:, None], power, albedo * power)
         return power.mean(axis=1) * looks[2 * elements.find(photons.triangle, u, v) + back]
@@ -82,7 +82,7 @@ class Survey:
 
 
 def survey_surfaces(
-    scene: Scene, tracer: LightTracer, receivers: Receivers, region: Sphere, n_elements: int, workers: Workers
+    scene: Scene, tracer: TransparencyTracer, receivers: Receivers, region: Sphere, n_elements: int, workers: Workers
 ) -> Survey:
     """Cut the surfaces into about `n_elements` elements, shared out by where gather rays from `receivers` end.
 
@@ -101,7 +101,7 @@ def survey_surfaces(
     of_cells = np.bincount(2 * cell + back, minlength=2 * len(cells)).reshape(-1, 2)
     elements = SurfaceElements.by_visits(scene, cells, of_cells.sum(axis=1), n_elements)
     seen = elements.of_cells(of_cells > 0)
-    if scene.materials.translucent.nonzero.any():
+    if scene.materials.has(Lobe.TRANSLUCENT).any():
         seen |= seen[:, ::-1]  # either side may shine through to the other
     visits = np.bincount(2 * elements.find(met.triangle, met.u, met.v) + back, minlength=2 * len(elements))
     away = scene.points(met.triangle, met.u, met.v) - region.centre
@@ -112,7 +112,7 @@ def survey_surfaces(
 
 def build_radiance_cache(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     photons: Photons,
     direct: DirectLight,
     survey: Survey,
@@ -158,7 +158,7 @@ def _swapped(of_sides: np.ndarray) -> np.ndarray:
 
 
 def _pilot_hits(
-    scene: Scene, tracer: LightTracer, receivers: Receivers, n_rays: int, workers: Workers
+    scene: Scene, tracer: TransparencyTracer, receivers: Receivers, n_rays: int, workers: Workers
 ) -> tuple[Hits, np.ndarray]:
     """Where gather rays from the receivers end, and rays from there on; whether on a triangle's back, (n,) bool."""
     start = np.linspace(0, len(receivers), n_rays, endpoint=False).astype(np.int64)  # every receiver alike
@@ -204,8 +204,8 @@ def photon_radiance(
         shading = scene.shading_normals(part.triangle, u, v, normals)
         power = part.power * shading_ratio(shading, normals, part.direction)[:, None]
         _add(radiance, side, scene.albedo(part.triangle, u, v) * power)
-        if scene.materials.translucent.nonzero.any():
-            through = scene.look_up(scene.materials.translucent, part.triangle, u, v)
+        if scene.materials.has(Lobe.TRANSLUCENT).any():
+            through = scene.translucence(part.triangle, u, v)
             _add(radiance, side ^ 1, through * power)
     area = np.repeat(elements.areas, 2) * (1 if coverage is None else coverage)
     return (radiance / (np.pi * area)[:, None]).astype(np.float32)
@@ -239,7 +239,7 @@ class _Sides:
 
 def _direct_radiance(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     direct: DirectLight,
     survey: Survey,
     workers: Workers,
@@ -267,7 +267,7 @@ def _direct_radiance(
 
 def _lit_points(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     direct: DirectLight,
     survey: Survey,
     counts: np.ndarray,
@@ -285,11 +285,9 @@ def _lit_points(
         side = np.searchsorted(ends, np.arange(chunk.start, chunk.stop), side="right") - 1
         at = _points_on(scene, survey.elements, side, random)
         light = direct.irradiance(at.positions, at.shading_normals, at.objects, random) / np.float32(np.pi)
-        albedo, through, coverage = (
-            scene.look_up(channel, at.triangle, at.u, at.v)
-            for channel in (scene.materials.diffuse, scene.materials.translucent, scene.materials.coverage)
-        )
-        buried = tracer.smothered(at.triangle, at.u, at.v) | _inside(scene, tracer, survey, at, random)
+        albedo, through = scene.albedo(at.triangle, at.u, at.v), scene.translucence(at.triangle, at.u, at.v)
+        coverage = scene.look_up(scene.materials.coverage, at.triangle, at.u, at.v)
+        buried = tracer.coplanar_occluded(at.triangle, at.u, at.v) | _inside(scene, tracer, survey, at, random)
         coverage = coverage[:, :1] * ~buried[:, None]
         coverage = np.maximum(coverage, _LEAST_COVERAGE)
         columns = np.concatenate([albedo * light, through * light, albedo, through, np.ones_like(coverage)], axis=1)
@@ -328,7 +326,9 @@ def _points_on(scene: Scene, elements: SurfaceElements, side: np.ndarray, random
     return _Points(positions, normals, shading, triangle, u, v, scene.object_of_triangle[triangle])
 
 
-def _inside(scene: Scene, tracer: LightTracer, survey: Survey, at: _Points, random: np.random.Generator) -> np.ndarray:
+def _inside(
+    scene: Scene, tracer: TransparencyTracer, survey: Survey, at: _Points, random: np.random.Generator
+) -> np.ndarray:
     """Whether points are inside of something, (n,) bool, by a ray from each."""
     if not survey.hidden.any:
         return np.zeros(len(at.normals), bool)

@@ -9,15 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...bsdf import PEAK, SMOOTH, Lobe, Surface, evaluate_glossy, pdf_glossy, surface_at
+from ...bsdf import Surface, evaluate_broad, evaluate_glossy, pdf_glossy, surface_at
 from ...core.parallel import Workers
-from ...core.sampling.vectors import largest
+from ...emitters.lamp_hits import lamp_hits, lamps_along
 from ...photons.scattering import NARROW_LOBES, facing, local_axes, scatter
 from ...receivers import CameraPoints, SeenSurface
 from ...scene import Scene
-from ...tracing import LightTracer
+from ...tracing import TransparencyTracer
 from ...tracing.emission import emission_met
-from ...tracing.lamp_hits import lamp_hits, lamps_along
 from ..direct.direct_light import DirectLight
 from .lobe_rays import mean_over_rays, ray_counts
 
@@ -26,7 +25,7 @@ _HIGHLIGHTS = 76  # stream of random numbers
 
 
 def reflected_highlights(
-    scene: Scene, points: CameraPoints, direct: DirectLight, tracer: LightTracer, n_rays: int, workers: Workers
+    scene: Scene, points: CameraPoints, direct: DirectLight, tracer: TransparencyTracer, n_rays: int, workers: Workers
 ) -> tuple[np.ndarray, np.ndarray]:
     """Radiance by direct light on glossy and glass lobes that are seen in mirrors or through glass, as pixels get it.
 
@@ -75,10 +74,9 @@ class _Glossy:
         normals = facing(seen.shading_normal, seen.normal, seen.direction)
         return _Glossy(seen, surface, normals, local_axes(normals), scene.object_of_triangle[hits.triangle])
 
-    def lobe(self, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The rough glossy lobe's f (n, 3) and density (n,) of directions, both in 1/sr."""
-        wo, wi = (np.einsum("nij,nj->ni", self.axes, d) for d in (-self.seen.direction, directions))
-        return evaluate_glossy(self.surface, wo, wi), pdf_glossy(self.surface, wo, wi)
+    def local(self, directions: np.ndarray) -> np.ndarray:
+        """Directions (n, 3) in the points' frames."""
+        return np.einsum("nij,nj->ni", self.axes, directions)
 
 
 def _by_points_of_lights(scene: Scene, at: _Glossy, direct: DirectLight, random: np.random.Generator) -> np.ndarray:
@@ -86,21 +84,22 @@ def _by_points_of_lights(scene: Scene, at: _Glossy, direct: DirectLight, random:
     seen = at.seen
     origins = seen.position + scene.ray_offset(seen.hits.triangle, seen.position) * seen.normal
     light = direct.sample(origins, at.normals, at.objects, random, rays_own=False)
-    f, pdf = at.lobe(light.direction)
-    found = largest(f) < PEAK
+    wo, wi = at.local(-seen.direction), at.local(light.direction)
+    f = evaluate_broad(at.surface, wo, wi)
     k = np.flatnonzero(light.source < len(scene.lights))
-    found[k] = pdf[k] <= lamp_hits(scene.lights, light.source[k], origins[k], light.direction[k]).density
-    return f * light.irradiance * found[:, None]
+    pdf = pdf_glossy(at.surface.where(k), wo[k], wi[k])
+    found = pdf <= lamp_hits(scene.lights, light.source[k], origins[k], light.direction[k]).density
+    f[k] = evaluate_glossy(at.surface.where(k), wo[k], wi[k]) * found[:, None]
+    return f * light.irradiance
 
 
-def _by_rays(scene: Scene, at: _Glossy, tracer: LightTracer, random: np.random.Generator) -> np.ndarray:
+def _by_rays(scene: Scene, at: _Glossy, tracer: TransparencyTracer, random: np.random.Generator) -> np.ndarray:
     """What rays by the lobes meet that is left to them, (n, 3) float32, W/(m² sr)."""
     seen = at.seen
     on = scatter(scene, seen.hits, seen.position, seen.direction, seen.normal, random, NARROW_LOBES)
     hits = tracer.closest_hit(on.origins, on.directions, on.kind)
-    rough = (on.lobe == Lobe.GLOSSY) & (at.surface.roughness >= SMOOTH)
-    f, pdf = at.lobe(on.directions)
-    peak = ~rough | (largest(f) >= PEAK)
+    assert on.rough is not None
+    pdf = pdf_glossy(at.surface, at.local(-seen.direction), at.local(on.directions))
 
     met = lamps_along(
         scene.lights,
@@ -109,8 +108,8 @@ def _by_rays(scene: Scene, at: _Glossy, tracer: LightTracer, random: np.random.G
         hits.distance,
         on.kind,
         at.objects,
-        least_density=np.where(rough, pdf, np.float32(np.inf)),
+        least_density=np.where(on.rough, pdf, np.float32(np.inf)),
     )
-    k = np.flatnonzero(peak | (~hits.hit & (scene.world.image is None)))
+    k = np.flatnonzero(on.focused | (~hits.hit & (scene.world.image is None)))
     met[k] += emission_met(scene, hits.where(k), on.directions[k])
     return on.weight * hits.tinted(met)

@@ -17,13 +17,22 @@ from typing import Any
 
 import numpy as np
 
-from ...bsdf import SMOOTH, Lobe, Surface, base_share, evaluate_wide, glossy_albedo, is_focused, surface_at
+from ...bsdf import (
+    Lobe,
+    Surface,
+    base_transmittance,
+    evaluate_broad,
+    glass_albedo,
+    glossy_albedo,
+    reflects_highlights,
+    surface_at,
+)
 from ...core.sampling.vectors import dot, largest, rows
+from ...emitters.lamp_hits import lamps_along
 from ...photons.scattering import ALL_LOBES, NARROW_LOBES, Scattered, facing, local_axes, scatter
 from ...scene import Scene
-from ...tracing import Hits, LightTracer
+from ...tracing import Hits, TransparencyTracer
 from ...tracing.emission import emission_met
-from ...tracing.lamp_hits import lamps_along
 from ..direct.direct_light import DirectLight
 from ..radiance_cache.radiance_cache import RadianceCache
 
@@ -118,7 +127,7 @@ class GatherRays:
     def __init__(
         self,
         scene: Scene,
-        tracer: LightTracer,
+        tracer: TransparencyTracer,
         direct: DirectLight,
         cache: RadianceCache,
         beyond: "GatherRays | None" = None,
@@ -128,8 +137,8 @@ class GatherRays:
         # One more entry for triangle −1
         self._narrow = np.append(scene.materials.glossy_or_glass[scene.material_of_triangle], False)
         self._any_narrow = bool(self._narrow.any())
-        self._diffuse = np.append(scene.materials.diffuse.nonzero[scene.material_of_triangle], False)
-        self._translucent = np.append(scene.materials.translucent.nonzero[scene.material_of_triangle], False)
+        self._diffuse = np.append(scene.materials.has(Lobe.DIFFUSE)[scene.material_of_triangle], False)
+        self._translucent = np.append(scene.materials.has(Lobe.TRANSLUCENT)[scene.material_of_triangle], False)
 
     @staticmethod
     def beside(rays: "Sequence[GatherRays]") -> "GatherRays":
@@ -215,10 +224,10 @@ class GatherRays:
             k = np.flatnonzero(self._narrow[hits.triangle])
             paths = _Paths.at(self._scene, k, ray, throughput, directions, hits, near)
             surface, cosine = self._surface(paths.hits, paths.directions)
-            reflected[k] *= base_share(surface, cosine)[:, None]
+            reflected[k] *= self._wide(base_transmittance(surface, cosine))
             glossy = largest(glossy_albedo(surface, cosine))
             self._add_glossy(radiance, paths, surface, random)
-            albedo = glossy + largest(np.maximum(surface.glass_reflection, surface.glass_transmission))
+            albedo = glossy + largest(glass_albedo(surface))
             chance = np.minimum(_FOLLOWED * albedo * np.minimum(largest(paths.throughput), 1), 1)
             followed[k] |= random.random(len(k), dtype=np.float32) < chance
             scale[k] = np.where(near[k], 1, 1 / np.maximum(chance, np.float32(1e-6)))
@@ -273,10 +282,7 @@ class GatherRays:
     def _focused_light(self, paths: _Paths, on: Scattered, hits: Hits, light: np.ndarray) -> np.ndarray:
         """All that shines along rays that narrow lobes send on, where no shadow ray asks for it; elsewhere `light`."""
         scene, left = self._scene, paths.hits
-        normals = scene.shading_normals(left.triangle, left.u, left.v, paths.normals)
-        axes = local_axes(facing(normals, paths.normals, paths.directions))
-        wo, wi = (np.einsum("nij,nj->ni", axes, d) for d in (-paths.directions, on.directions))
-        k = np.flatnonzero(is_focused(self._surface(left, paths.directions)[0], on.lobe, wo, wi))
+        k = np.flatnonzero(on.focused)
         on, to = on.where(k), hits.where(k)
         objects = scene.object_of_triangle[left.triangle[k]]
         light[k] = emission_met(scene, to, on.directions)
@@ -294,12 +300,12 @@ class GatherRays:
         reflected += self._cache.caustic_at(hits, paths.directions)
         if self._any_narrow:
             surface, cosine = self._surface(hits, paths.directions)
-            reflected *= base_share(surface, cosine)[:, None]
+            reflected *= self._wide(base_transmittance(surface, cosine))
         radiance[paths.ray] += self._wide(paths.throughput) * reflected
 
     def _add_glossy(self, radiance: np.ndarray, paths: _Paths, surface: Surface, random: np.random.Generator) -> None:
         """Direct light that rough glossy lobes reflect: highlights are bright, however little it is on average."""
-        k = np.flatnonzero((surface.roughness >= SMOOTH) & ((surface.f0 > 0) | (surface.f90 > 0)).any(axis=1))
+        k = np.flatnonzero(reflects_highlights(surface))
         if len(k) == 0:
             return
         scene, paths, surface = self._scene, paths.where(k), surface.where(k)
@@ -312,7 +318,7 @@ class GatherRays:
         def of_one(direct: DirectLight) -> np.ndarray:
             light = direct.sample(origins, normals, objects, random, rays_own=False)
             wo, wi = (np.einsum("nij,nj->ni", axes, d) for d in (-paths.directions, light.direction))
-            return evaluate_wide(surface, wo, wi) * light.irradiance
+            return evaluate_broad(surface, wo, wi) * light.irradiance
 
         radiance[paths.ray] += self._wide(paths.throughput) * self._of_lights(of_one)
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...bsdf import glossy_albedo, surface_at
+from ...bsdf import glass_albedo, glossy_albedo, surface_at
 from ...core.parallel import Workers
 from ...core.sampling.vectors import dot, largest
 from ...receivers import CameraPoints
@@ -26,7 +26,7 @@ def ray_counts(scene: Scene, points: CameraPoints, point: np.ndarray, n_rays: in
         hits = seen.hits
         surface = surface_at(scene, hits.triangle, hits.u, hits.v, hits.back(seen.direction))
         albedo = largest(glossy_albedo(surface, np.abs(dot(seen.normal, seen.direction))))
-        albedo += largest(np.maximum(surface.glass_reflection, surface.glass_transmission))
+        albedo += largest(glass_albedo(surface))
         counts[part] = np.ceil(n_rays * np.minimum(albedo, 1) * largest(points.tint[point[part]]))
     return np.maximum(counts, least)
 

@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from ...core.sampling.vectors import dot, rows
-from ...scene import Scene
-from ...tracing import Hits, LightTracer, RayKind
+from ...scene import RayKind, Scene
+from ...tracing import Hits, TransparencyTracer
 from .lenses import Lens, Perspective
 
 LEAST_COSINE = np.float32(1e-6)
@@ -170,7 +170,7 @@ class SeenSurface:
 _COLUMNS = ("pixel", "direction", "position", "normal", "shading_normal", "area")
 
 
-def seen_surface(scene: Scene, tracer: LightTracer, camera: Camera) -> SeenSurface:
+def seen_surface(scene: Scene, tracer: TransparencyTracer, camera: Camera) -> SeenSurface:
     """What the camera sees, by a ray through the middle of each pixel."""
     rays = camera.rays(camera.middles())
     hits = first_hits(tracer, rays)
@@ -180,7 +180,7 @@ def seen_surface(scene: Scene, tracer: LightTracer, camera: Camera) -> SeenSurfa
     return surface_seen(scene, k, hits, directions, facing_area)
 
 
-def first_hits(tracer: LightTracer, rays: CameraRays) -> Hits:
+def first_hits(tracer: TransparencyTracer, rays: CameraRays) -> Hits:
     """Where a camera's rays are stopped, within its clipping."""
     hits = Hits.none(len(rays.length))
     if len(hits.triangle) == 0:

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from ...bsdf import SMOOTH
+from ...bsdf import Lobe, is_mirror, surface_at
 from ...core.sampling.vectors import dot
+from ...emitters.lamp_hits import lamps_along
 from ...photons.scattering import NARROW_LOBES, Scattered, scatter, scatter_both_ways
-from ...scene import Scene
-from ...tracing import Hits, LightTracer, RayKind
+from ...scene import RayKind, Scene
+from ...tracing import Hits, TransparencyTracer
 from ...tracing.emission import emission_met
-from ...tracing.lamp_hits import lamps_along
 
 _MOST_FOLLOWED = 8
 """Mirrors and surfaces of glass that a sample is followed over: through four bodies of glass."""
@@ -40,7 +40,7 @@ class FollowedPaths:
         self.sample, self.share = np.arange(n), np.ones(n, np.float32)
         self.n_followed, self.lamplight = np.zeros(n, np.uint8), np.zeros_like(throughput)
 
-    def follow(self, scene: Scene, tracer: LightTracer, random: np.random.Generator) -> None:
+    def follow(self, scene: Scene, tracer: TransparencyTracer, random: np.random.Generator) -> None:
         """Send those on that met a mirror or clear glass, until they meet something else; a few are dropped."""
         k = self._at_mirrors(scene, np.flatnonzero(self.hits.hit))
         if len(k) == 0:
@@ -75,8 +75,7 @@ class FollowedPaths:
         hits, directions = self.hits.where(k), self.directions[k]
         positions, normals = hits.points(scene, directions)
         materials, material = scene.materials, scene.material_of_triangle[hits.triangle]
-        glossy = materials.f0.nonzero | materials.f90.nonzero
-        both = split & ~glossy[material]
+        both = split & ~materials.has(Lobe.GLOSSY)[material]
         one, two = np.flatnonzero(~both), np.flatnonzero(both)
         at = [(hits.where(i), positions[i], directions[i], normals[i], random) for i in (one, two)]
         parts = [scatter(scene, *at[0], NARROW_LOBES), *scatter_both_ways(scene, *at[1])]
@@ -108,7 +107,7 @@ class FollowedPaths:
         material = scene.material_of_triangle[self.hits.triangle[k]]
         k = k[(materials.glossy_or_glass & ~materials.spreads_light)[material]]
         met = self.hits.where(k)
-        return k[scene.look_up(materials.roughness, met.triangle, met.u, met.v)[:, 0] < SMOOTH]
+        return k[is_mirror(surface_at(scene, met.triangle, met.u, met.v, met.back(self.directions[k])))]
 
     def light_beyond(self, scene: Scene) -> np.ndarray:
         """What is emitted and met over more than one mirror or surface of glass, (samples, 3), W/(m² sr)."""

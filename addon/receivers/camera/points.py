@@ -4,11 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...bsdf import base_share, surface_at
+from ...bsdf import diffuse_albedo, surface_at, translucent_albedo
 from ...core.parallel import Workers
 from ...core.sampling.vectors import dot, rows
 from ...scene import Scene
-from ...tracing import LightTracer
+from ...tracing import TransparencyTracer
 from ..receivers import Receivers, View
 from .camera import Camera, SeenSurface
 from .pixel_filter import PixelFilter
@@ -93,7 +93,12 @@ class CameraPoints:
 
 
 def camera_points(
-    scene: Scene, tracer: LightTracer, camera: Camera, pixel_filter: PixelFilter, n_samples: int, workers: Workers
+    scene: Scene,
+    tracer: TransparencyTracer,
+    camera: Camera,
+    pixel_filter: PixelFilter,
+    n_samples: int,
+    workers: Workers,
 ) -> CameraPoints:
     """Trace `n_samples` through each pixel, and make points of them.
 
@@ -221,6 +226,6 @@ def diffuse_colors(scene: Scene, seen: SeenSurface) -> tuple[np.ndarray, np.ndar
         flown = rows(seen.direction, k)
         surface = surface_at(scene, met.triangle, met.u, met.v, met.back(flown))
         cosine = np.abs(dot(rows(seen.normal, k), flown))
-        diffuse[k] = surface.diffuse * base_share(surface, cosine)[:, None]
-        translucent[k] = surface.translucent
+        diffuse[k] = diffuse_albedo(surface, cosine)
+        translucent[k] = translucent_albedo(surface, cosine)
     return diffuse, translucent

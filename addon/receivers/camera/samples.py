@@ -7,7 +7,7 @@ import numpy as np
 from ...core.sampling.sequences import r2_sequence
 from ...core.sampling.vectors import rows
 from ...scene import Scene
-from ...tracing import Hits, LightTracer
+from ...tracing import Hits, TransparencyTracer
 from .camera import Camera, SeenSurface, first_hits, surface_seen
 from .paths import FollowedPaths
 from .pixel_filter import PixelFilter
@@ -49,7 +49,7 @@ class CameraSamples:
 
 def camera_samples(
     scene: Scene,
-    tracer: LightTracer,
+    tracer: TransparencyTracer,
     camera: Camera,
     pixel_filter: PixelFilter,
     n_samples: int,

@@ -10,8 +10,8 @@ from scipy.spatial import cKDTree
 from ...core.parallel import Workers
 from ...core.sampling.octahedral import decode_octahedral, encode_octahedral
 from ...core.sampling.vectors import dot
-from ...scene import Scene
-from ..protocol import RayKind, Tracer
+from ...scene import RayKind, Scene
+from ..protocol import Tracer
 from .stage import each
 
 _TURNED = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])  # axes, starting from each

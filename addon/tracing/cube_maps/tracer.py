@@ -6,8 +6,8 @@ import numpy as np
 
 from ...core.parallel import Workers, slices
 from ...core.sampling.vectors import dot
-from ...scene import Scene
-from ..protocol import Hits, RayKind, Tracer, seen_by, tree_of_each_kind
+from ...scene import RayKind, Scene, seen_by
+from ..protocol import Hits, Tracer, tree_of_each_kind
 from .box import thickened, through_box, widened
 from .cube_maps import CubeMaps
 from .fan import Fan

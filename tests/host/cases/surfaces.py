@@ -149,6 +149,15 @@ def glossy_beckmann():
     shiny_floor(shader("BsdfAnisotropic", {"Color": (0.3, 0.6, 0.9), "Roughness": 0.5}, distribution="BECKMANN"))
 
 
+@case("Glossy BSDFs of roughness 0.15 and 0.8, mixed", GROUP, effort=6)
+def glossy_mixed():
+    # A sharp red lobe and a wide blue one: the mean of their roughness would be neither.
+    def glossy_of(color, roughness):
+        return lambda tree: tree.add("BsdfAnisotropic", {"Color": color, "Roughness": roughness})
+
+    shiny_floor(mixed(lambda tree: 0.6, glossy_of((0.9, 0.4, 0.1), 0.15), glossy_of((0.1, 0.5, 0.9), 0.8)))
+
+
 @case("Metallic BSDF", GROUP, effort=6)
 def metallic():
     inputs = {"Base Color": (0.6, 0.5, 0.2), "Edge Tint": (0.9, 0.9, 0.9), "Roughness": 0.3}

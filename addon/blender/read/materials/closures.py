@@ -1,4 +1,4 @@
-"""A material's shader nodes as a weighted sum of closures, and that sum as scattering lobes."""
+"""A material's shader nodes as a weighted sum of closures, and what each of them scatters."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -8,10 +8,11 @@ from math import log
 import bpy
 import numpy as np
 
+from ....scene import Lobe
 from .expressions import constant
-from .lobes import Lobes, black
 from .node_math import dielectric_f0, ior_of_f0, mean_of_pane, saturate
 from .nodes import Place, output_node
+from .sums import ShaderSum, black, largest, white
 
 Value = Callable[[Place], np.ndarray]
 """Evaluates a socket, (h, w, 1 or 3) float32; h = w = 1 where it is constant."""
@@ -143,7 +144,8 @@ class _Leaf:
     """A closure that is being added to a sum.
 
     `layer` is the Fresnel factor by which a glossy closure lies over a diffuse one, or shares its light with a
-    refractive one where `in_glass`; it is not part of `weight`.
+    refractive one where `in_glass`; it is not part of `weight`. `reflected` is the colour of the glossy closures that
+    share a refractive one's light.
     """
 
     closure: Closure
@@ -151,6 +153,7 @@ class _Leaf:
     weight: np.ndarray
     layer: Factor | None
     in_glass: bool
+    reflected: np.ndarray | None = None
 
     def __getitem__(self, identifier: str) -> np.ndarray:
         return self.value(self.closure.shader.input(identifier))
@@ -179,8 +182,33 @@ class _Leaf:
     def keeps_energy(self) -> bool:
         return bool(self.closure.node.distribution in {"MULTI_GGX", "BECKMANN"})
 
+    def add_glossy(
+        self,
+        total: ShaderSum,
+        weight: np.ndarray,
+        f0: np.ndarray,
+        f90: np.ndarray,
+        ior: float = 0.0,
+        covers: "Place | Closure | None" = None,
+    ) -> None:
+        """Add a glossy closure with the node's facets, by Schlick's curve without `ior`; see `Term`."""
+        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy}
+        total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, **facets)
 
-def combine(closures: list[Closure], value: Value) -> Lobes:
+    def add_glass(
+        self,
+        total: ShaderSum,
+        weight: np.ndarray,
+        reflection: np.ndarray,
+        transmission: np.ndarray,
+        fresnel: bool = True,
+    ) -> None:
+        """Add a glass closure with the node's facets and index of refraction."""
+        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy, "ior": self.ior}
+        total.add(Lobe.GLASS, weight, f0=reflection, f90=transmission, fresnel=fresnel, **facets)
+
+
+def combine(closures: list[Closure], value: Value) -> ShaderSum:
     """The sum of closures.
 
     A mix of a diffuse with a glossy shader by Fresnel's curve, as materials were built before Principled, is read as
@@ -190,16 +218,23 @@ def combine(closures: list[Closure], value: Value) -> Lobes:
     over = _layers([one for one in closures if one.kind == "BSDF_GLOSSY"], inverted=False)
     coated = over & _layers([one for one in closures if _is_diffuse(one)], inverted=True)
     glass = over & _layers([one for one in closures if one.kind == "BSDF_REFRACTION"], inverted=True) - coated
-    lobes = Lobes()
+    leaves = []
     for closure in closures:
         layers = {"BSDF_GLOSSY": coated | glass, "BSDF_REFRACTION": glass}.get(closure.kind, set())
         layers = coated if _is_diffuse(closure) else layers
         layer = next((one for one in closure.factors if one.place in layers), None)
         weight = closure.weight(value, layers)
         if (weight > 0).any():
-            leaf = _Leaf(closure, value, weight, layer, layer is not None and layer.place in glass)
-            ADDERS.get(closure.kind, _add_diffuse)(leaf, lobes)
-    return lobes
+            leaves.append(_Leaf(closure, value, weight, layer, layer is not None and layer.place in glass))
+    reflected: dict[Place, np.ndarray] = {}
+    for leaf in leaves:
+        if leaf.layer and leaf.in_glass and leaf.closure.kind == "BSDF_GLOSSY":
+            reflected[leaf.layer.place] = reflected.get(leaf.layer.place, black()) + leaf.color
+    total = ShaderSum()
+    for leaf in leaves:
+        leaf = replace(leaf, reflected=reflected.get(leaf.layer.place) if leaf.layer else None)
+        ADDERS.get(leaf.closure.kind, _add_diffuse)(leaf, total)
+    return total
 
 
 def _layers(closures: list[Closure], inverted: bool) -> set[Place]:
@@ -216,110 +251,104 @@ def _is_diffuse(closure: Closure) -> bool:
     return closure.kind not in ADDERS or closure.kind == "BSDF_DIFFUSE"
 
 
-def _add_diffuse(leaf: _Leaf, lobes: Lobes) -> None:
-    lobes.diffuse = lobes.diffuse + leaf.color
+def _add_diffuse(leaf: _Leaf, total: ShaderSum) -> None:
+    total.add(Lobe.DIFFUSE, leaf.color, under=leaf.layer and leaf.layer.place)
 
 
-def _add_translucent(leaf: _Leaf, lobes: Lobes) -> None:
-    lobes.translucent = lobes.translucent + leaf.color
+def _add_translucent(leaf: _Leaf, total: ShaderSum) -> None:
+    total.add(Lobe.TRANSLUCENT, leaf.color)
 
 
-def _add_transparent(leaf: _Leaf, lobes: Lobes) -> None:
-    lobes.transparent = lobes.transparent + leaf.color
+def _add_transparent(leaf: _Leaf, total: ShaderSum) -> None:
+    total.transparent = total.transparent + leaf.color
 
 
-def _add_emission(leaf: _Leaf, lobes: Lobes, color: str = "Color", strength: str = "Strength") -> None:
+def _add_emission(leaf: _Leaf, total: ShaderSum, color: str = "Color", strength: str = "Strength") -> None:
     radiance = leaf[strength] * leaf.weight  # negative light takes light away
     if radiance.any():
-        lobes.emission = lobes.emission + radiance * leaf[color]
+        total.emission = total.emission + radiance * leaf[color]
 
 
-def _add_color(leaf: _Leaf, lobes: Lobes) -> None:
-    lobes.emission = lobes.emission + leaf.weight * leaf.value(leaf.closure.shader)
+def _add_color(leaf: _Leaf, total: ShaderSum) -> None:
+    total.emission = total.emission + leaf.weight * leaf.value(leaf.closure.shader)
 
 
-def _add_glossy(leaf: _Leaf, lobes: Lobes) -> None:
-    color = leaf.color
+def _add_glossy(leaf: _Leaf, total: ShaderSum) -> None:
     if leaf.layer is None:
-        lobes.add_glossy(color, color, leaf.roughness, 0.0, leaf.keeps_energy)
-    elif leaf.in_glass:
-        lobes.glass_reflection = lobes.glass_reflection + color
-    else:
+        leaf.add_glossy(total, leaf.color, white(), white())
+    elif not leaf.in_glass:  # what glass reflects is added with what it refracts
         ior = leaf.layer.ior(leaf.value)
-        f0 = float(dielectric_f0(np.array(ior)))
-        lobes.layer_f0 = max(lobes.layer_f0, f0)
-        lobes.add_glossy(f0 * color, color, leaf.roughness, ior, leaf.keeps_energy)
+        f0 = white() * dielectric_f0(np.array(ior, np.float32))
+        leaf.add_glossy(total, leaf.color, f0, white(), ior=ior, covers=leaf.layer.place)
 
 
-def _add_metal(leaf: _Leaf, lobes: Lobes) -> None:
+def _add_metal(leaf: _Leaf, total: ShaderSum) -> None:
     if leaf.closure.node.fresnel_type == "F82":
         f0 = saturate(leaf["Base Color"])
     else:
         n, k = leaf["IOR"], leaf["Extinction"]
         f0 = ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2)
-    white = np.ones((1, 1, 3), np.float32)
-    lobes.add_glossy(leaf.weight * f0, leaf.weight * white, leaf.roughness, 0.0, leaf.keeps_energy)
+    leaf.add_glossy(total, leaf.weight, f0, white())
 
 
-def _add_glass(leaf: _Leaf, lobes: Lobes) -> None:
-    color = leaf.color
-    lobes.add_glass(color, color, leaf.roughness, leaf.ior, True, leaf.keeps_energy)
+def _add_glass(leaf: _Leaf, total: ShaderSum) -> None:
+    leaf.add_glass(total, leaf.color, white(), white())
 
 
-def _add_refraction(leaf: _Leaf, lobes: Lobes) -> None:
-    lobes.add_glass(black(), leaf.color, leaf.roughness, leaf.ior, leaf.in_glass, leaf.keeps_energy)
+def _add_refraction(leaf: _Leaf, total: ShaderSum) -> None:
+    if leaf.reflected is None:
+        leaf.add_glass(total, leaf.color, black(), white(), fresnel=leaf.in_glass)
+    else:
+        weight = np.maximum(largest(leaf.color), largest(leaf.reflected))
+        scale = 1 / np.maximum(weight, np.float32(1e-20))
+        leaf.add_glass(total, weight, leaf.reflected * scale, leaf.color * scale)
 
 
-def _add_principled(leaf: _Leaf, lobes: Lobes) -> None:
+def _add_principled(leaf: _Leaf, total: ShaderSum) -> None:
     """Cycles' order: what alpha lets through, emission, metal, glass, and a dielectric layer over diffuse."""
     alpha = saturate(leaf["Alpha"])
-    lobes.transparent = lobes.transparent + leaf.weight * (1 - alpha)
+    total.transparent = total.transparent + leaf.weight * (1 - alpha)
     weight = leaf.weight * alpha
-    _add_emission(replace(leaf, weight=weight), lobes, "Emission Color", "Emission Strength")
+    _add_emission(replace(leaf, weight=weight), total, "Emission Color", "Emission Strength")
     base, metallic = saturate(leaf["Base Color"]), saturate(leaf["Metallic"])
     if metallic.any():
-        metal = weight * metallic
-        lobes.add_glossy(metal * base, metal, leaf.roughness, 0.0, leaf.keeps_energy)
+        leaf.add_glossy(total, weight * metallic, base, white())
     weight = weight * (1 - metallic)
     transmission = saturate(leaf["Transmission Weight"]) if weight.any() else np.zeros((1, 1, 1), np.float32)
     if transmission.any():
         add = _add_pane if leaf.is_thin else _add_principled_glass
-        add(replace(leaf, weight=weight * transmission), lobes, base)
+        add(replace(leaf, weight=weight * transmission), total, base)
     weight = weight * (1 - transmission)
     if weight.any():
-        _add_dielectric(replace(leaf, weight=weight), lobes)
-        lobes.diffuse = lobes.diffuse + weight * base
+        _add_dielectric(replace(leaf, weight=weight), total)
+        total.add(Lobe.DIFFUSE, weight * base, under=leaf.closure)
 
 
-def _add_principled_glass(leaf: _Leaf, lobes: Lobes, base: np.ndarray) -> None:
-    tint = leaf.weight * np.sqrt(base)
-    lobes.add_glass(leaf.weight, tint, leaf.roughness, leaf.ior, True, leaf.keeps_energy)
+def _add_principled_glass(leaf: _Leaf, total: ShaderSum, base: np.ndarray) -> None:
+    leaf.add_glass(total, leaf.weight, white(), np.sqrt(base))
 
 
-def _add_pane(leaf: _Leaf, lobes: Lobes, base: np.ndarray) -> None:
+def _add_pane(leaf: _Leaf, total: ShaderSum, base: np.ndarray) -> None:
     """Glass with a thin wall: mean reflection, and the rest straight through, or scattered as it is rough."""
     reflectance, way = mean_of_pane(leaf.ior)
-    mirror = leaf.weight * np.full((1, 1, 3), reflectance, np.float32)
-    lobes.add_glossy(mirror, mirror, leaf.roughness, 0.0, leaf.keeps_energy)
+    leaf.add_glossy(total, leaf.weight * np.float32(reflectance), white(), white())
     passing = leaf.weight * (1 - reflectance) * base**way
-    lobes.transparent = lobes.transparent + passing * (1 - leaf.roughness)
-    lobes.translucent = lobes.translucent + passing * leaf.roughness
+    total.transparent = total.transparent + passing * (1 - leaf.roughness)
+    total.add(Lobe.TRANSLUCENT, passing * leaf.roughness)
 
 
-def _add_dielectric(leaf: _Leaf, lobes: Lobes) -> None:
+def _add_dielectric(leaf: _Leaf, total: ShaderSum) -> None:
     """The specular layer of Principled."""
     level = np.maximum(leaf["Specular IOR Level"], 0)
     f0 = saturate(2 * level * dielectric_f0(np.maximum(leaf["IOR"], 1e-5)))
     if f0.any():
         tint = np.maximum(leaf["Specular Tint"], 0)
         eta = float(ior_of_f0(f0).mean())
-        lobes.layer_f0 = max(lobes.layer_f0, float((f0 * tint).max(axis=2).mean()))
-        lobes.add_glossy(
-            leaf.weight * saturate(f0 * tint), leaf.weight * (f0 > 0), leaf.roughness, eta, leaf.keeps_energy
-        )
+        f90 = white() * (f0 > 0)
+        leaf.add_glossy(total, leaf.weight, saturate(f0 * tint), f90, ior=eta, covers=leaf.closure)
 
 
-ADDERS: dict[str, Callable[[_Leaf, Lobes], None]] = {
+ADDERS: dict[str, Callable[[_Leaf, ShaderSum], None]] = {
     "BSDF_PRINCIPLED": _add_principled,
     "BSDF_DIFFUSE": _add_diffuse,
     "BSDF_GLOSSY": _add_glossy,
@@ -331,6 +360,6 @@ ADDERS: dict[str, Callable[[_Leaf, Lobes], None]] = {
     "EMISSION": _add_emission,
     "BACKGROUND": _add_emission,
     "COLOR": _add_color,
-    "HOLDOUT": lambda leaf, lobes: None,
+    "HOLDOUT": lambda leaf, total: None,
 }
 """How a shader node is added to the sum; any other one counts as diffuse."""

@@ -1,4 +1,4 @@
-"""Blender materials as scattering lobes with constant or textured channels."""
+"""Blender materials as closures with constant or textured channels."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 
 from ....core.progress import Progress
-from ....scene import Channel, Materials
+from ....scene import Channel, Closures, Lobe, Materials
 from ...lightmap.atlas import make_atlas
 from ...temporary import CyclesError
 from ...warn import Warnings
@@ -19,8 +19,8 @@ from .closures import Closure, combine, read_closures
 from .cycles_bake import BakeRequest, bake_values, sees_object
 from .expressions import Evaluator, UnreadableError, default_value, no_images
 from .images import ImageTable
-from .lobes import Lobe, Lobes
 from .nodes import Place, output_node, source, uses_nodes
+from .sums import ShaderSum, Term
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of
 
 READING = "Reading the scene"
@@ -28,10 +28,28 @@ READING = "Reading the scene"
 DEFAULT_GREY = 0.8
 """Cycles' albedo where there is no material."""
 
-CHANNELS = (
-    *("diffuse", "translucent", "emission", "coverage", "tint", "roughness"),
-    *("f0", "f90", "glass_reflection", "glass_transmission"),
-)
+CHANNELS = ("emission", "coverage", "tint")
+OF_CLOSURES = ("weight", "roughness", "f0", "f90")
+"""Channels of materials, and of closures."""
+
+
+@dataclass(frozen=True)
+class ChannelValues:
+    """Channels of one row: the value of each, (3,) float32, and the texture of each that has one."""
+
+    values: dict[str, np.ndarray]
+    textures: dict[str, int]
+
+    @staticmethod
+    def of(channels: dict[str, np.ndarray], images: ImageTable, extends: bool) -> "ChannelValues":
+        """Channels (h, w, 1 or 3), of which those that vary become textures."""
+        values, textures = {}, {}
+        for name, value in channels.items():
+            varies = _varies(value)
+            values[name] = np.ones(3, np.float32) if varies else np.broadcast_to(value[0, 0], 3)
+            if varies:
+                textures[name] = images.add(np.broadcast_to(value, (*value.shape[:2], 3)), extends)
+        return ChannelValues(values, textures)
 
 
 @dataclass(frozen=True)
@@ -41,53 +59,40 @@ class Surface:
     Attributes
     ----------
     name : str
-    values : dict of str to (3,) float32
-        Of each channel.
-    textures : dict of str to int
-        Of each channel that has one.
-    glossy, glass : Lobe
-        What its lobes have besides channels.
-    layer_f0 : float
-    keeps_energy : bool
+    channels : ChannelValues
+    closures : list of (Term, ChannelValues)
+        What it scatters, and the channels of that.
     coordinates : Coordinates
         Where its textures take their coordinates from.
     """
 
     name: str
-    values: dict[str, np.ndarray]
-    textures: dict[str, int]
-    glossy: Lobe
-    glass: Lobe
-    layer_f0: float
-    keeps_energy: bool
+    channels: ChannelValues
+    closures: list[tuple[Term, ChannelValues]]
     coordinates: Coordinates
 
     @staticmethod
     def of(
-        name: str, lobes: Lobes, images: ImageTable, coordinates: Coordinates | None = None, extends: bool = False
+        name: str, total: ShaderSum, images: ImageTable, coordinates: Coordinates | None = None, extends: bool = False
     ) -> "Surface":
-        """A material of some lobes; those of its channels that vary become textures."""
-        values, textures = {}, {}
-        for channel, value in lobes.channels().items():
-            varies = _varies(value)
-            values[channel] = np.ones(3, np.float32) if varies else np.broadcast_to(value[0, 0], 3)
-            if varies:
-                textures[channel] = images.add(np.broadcast_to(value, (*value.shape[:2], 3)), extends)
-        glossy, glass, either = (_heaviest(one) for one in (lobes.glossy, lobes.glass, lobes.glossy + lobes.glass))
-        where = coordinates or Coordinates()
-        return Surface(name, values, textures, glossy, glass, lobes.layer_f0, either.keeps_energy, where)
+        """A material of what its shaders add up to."""
+        closures = []
+        for term in total.closures():
+            channels = {channel: getattr(term, channel) for channel in OF_CLOSURES}
+            closures.append((term, ChannelValues.of(channels, images, extends)))
+        return Surface(
+            name, ChannelValues.of(total.channels(), images, extends), closures, coordinates or Coordinates()
+        )
+
+    @property
+    def textured(self) -> bool:
+        return any(one.textures for one in (self.channels, *(values for _, values in self.closures)))
 
 
 def _varies(picture: np.ndarray) -> bool:
     """Whether an (h, w, channels) picture is not the same all over; most show it in a few texels."""
     step = max(picture.shape[0] // 16, 1)
     return any((np.abs(part - picture[:1, :1]) > 1e-6).any() for part in (picture[::step], picture))
-
-
-def _heaviest(lobes: list[Lobe]) -> Lobe:
-    """The lobe that scatters most."""
-    nothing = np.zeros((1, 1, 1), np.float32)
-    return max(lobes, key=lambda lobe: lobe.mean_weight, default=Lobe(nothing, nothing, 0.0, True, True))
 
 
 class MaterialTable:
@@ -151,7 +156,7 @@ class MaterialTable:
     def coordinates(self, index: int) -> Coordinates | None:
         """Texture coordinates that a material reads, or None where it has no texture."""
         entry = self._entries[index]
-        return entry.coordinates if isinstance(entry, _Pending) or entry.textures else None
+        return entry.coordinates if isinstance(entry, _Pending) or entry.textured else None
 
     @property
     def readable_images(self) -> dict[int, bool]:
@@ -168,17 +173,31 @@ class MaterialTable:
         return Materials.of(
             len(rows),
             names=tuple(row.name for row in rows),
-            fresnel_ior=np.array([row.glossy.ior for row in rows], np.float32),
-            layer_f0=np.array([row.layer_f0 for row in rows], np.float32),
-            preserves_energy=np.array([row.keeps_energy for row in rows], bool),
-            glass_ior=np.array([row.glass.ior or 1.5 for row in rows], np.float32),
-            glass_fresnel=np.array([row.glass.fresnel for row in rows], bool),
+            closures=_closures(rows),
             textures=self._images.textures(),
-            **{name: _channel(rows, name) for name in CHANNELS},
+            **{name: _channel([row.channels for row in rows], name) for name in CHANNELS},
         )
 
 
-def _channel(rows: list[Surface], name: str) -> Channel:
+def _closures(rows: list[Surface]) -> Closures:
+    """The closures of materials, one after the other."""
+    start = np.cumsum([0, *(len(row.closures) for row in rows)])
+    terms = [term for row in rows for term, _ in row.closures]
+    values = [of_term for row in rows for _, of_term in row.closures]
+    layer = [term.under for term in terms]
+    first = np.repeat(start[:-1], np.diff(start))
+    return Closures(
+        start=start.astype(np.int32),
+        kind=np.array([term.kind for term in terms], np.int32),
+        ior=np.array([term.ior for term in terms], np.float32),
+        fresnel=np.array([term.fresnel for term in terms], bool),
+        preserves_energy=np.array([term.keeps_energy for term in terms], bool),
+        layer=np.where(np.array(layer, int) >= 0, first + np.array(layer, int), -1).astype(np.int32),
+        **{name: _channel(values, name) for name in OF_CLOSURES},
+    )
+
+
+def _channel(rows: list[ChannelValues], name: str) -> Channel:
     values = np.array([row.values[name] for row in rows], np.float32).reshape(-1, 3)
     return Channel(values, np.array([row.textures.get(name, -1) for row in rows], np.int32))
 
@@ -271,18 +290,16 @@ class _Reader:
             return self.made_of(combine(self.closures, lambda place: self.guess(place, read)))
         evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]), read.get)
         coordinates = grid.place(next(iter(self.pictures.values())).coordinates)
-        lobes = combine(self.closures, evaluator.value)
+        total = combine(self.closures, evaluator.value)
         if not self.readings:
             self.pictures.clear()
-        return self.made_of(lobes, coordinates, grid.extends)
+        return self.made_of(total, coordinates, grid.extends)
 
-    def made_of(self, lobes: Lobes, coordinates: Coordinates | None = None, extends: bool = False) -> Surface:
-        """The material of its lobes."""
-        if lobes.unlike:
-            self.warn("its lobes of different roughness are baked as one of their mean roughness")
-        return Surface.of(self.name, lobes, self.images, coordinates, extends)
+    def made_of(self, total: ShaderSum, coordinates: Coordinates | None = None, extends: bool = False) -> Surface:
+        """The material of what its shaders add up to."""
+        return Surface.of(self.name, total, self.images, coordinates, extends)
 
-    def without_closures(self) -> Lobes:
+    def without_closures(self) -> ShaderSum:
         """Cycles' grey without a material, its viewport colour without nodes, and black with an empty output."""
         if self.material is None:
             return _matte((DEFAULT_GREY,) * 3)
@@ -290,7 +307,7 @@ class _Reader:
             return _matte(self.material.diffuse_color[:3])
         output = output_node(self.material)
         volume_alone = output and source(output.inputs["Volume"]) and not source(output.inputs["Surface"])
-        return Lobes(transparent=np.full((1, 1, 3), float(bool(volume_alone)), np.float32))
+        return ShaderSum(transparent=np.full((1, 1, 3), float(bool(volume_alone)), np.float32))
 
     def guess(self, place: Place, read: dict[Reading, np.ndarray]) -> np.ndarray:
         """The value of a socket, or what its own field says where nodes that cannot be read make it."""
@@ -334,8 +351,8 @@ class _Reader:
             self.warn_of_guess(f"its nodes cannot be baked ({error})")
             return self.surface(request.values)
         evaluator = Evaluator(no_images, request.values.get)
-        lobes = combine(self.closures, lambda place: values[place] if place in values else evaluator.value(place))
-        return self.made_of(lobes, Coordinates(atlas=request.atlas), extends=True)
+        total = combine(self.closures, lambda place: values[place] if place in values else evaluator.value(place))
+        return self.made_of(total, Coordinates(atlas=request.atlas), extends=True)
 
 
 @dataclass(frozen=True)
@@ -356,8 +373,8 @@ class _Pending:
 _MATERIAL_INDEX = Reading("INFO", "Material Index")
 
 
-def _matte(albedo: Sequence[float]) -> Lobes:
-    return Lobes(diffuse=np.array(albedo, np.float32).reshape(1, 1, 3))
+def _matte(albedo: Sequence[float]) -> ShaderSum:
+    return ShaderSum(terms=[Term(Lobe.DIFFUSE, np.array(albedo, np.float32).reshape(1, 1, 3))])
 
 
 def _key(image: Place) -> tuple:

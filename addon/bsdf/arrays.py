@@ -1,0 +1,214 @@
+"""The mixture's functions for many points at a time: loops over its parts."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..core.compiling import kernel, kernel_array
+from ..core.sampling.vectors import rows
+from ..core.vec3 import put, row
+from ..scene import Scene
+from ..scene.arrays import SceneArrays
+from . import mixture
+from .closure import bsdf_of
+
+
+@dataclass(frozen=True)
+class Surface:
+    """n points on surfaces of a scene, seen from one of their sides.
+
+    Attributes
+    ----------
+    scene : SceneArrays
+    triangle : (n,) int32
+    u, v : (n,) float32
+        Barycentric coordinates.
+    back : (n,) bool
+        Whether the points are seen from the back.
+    """
+
+    scene: SceneArrays
+    triangle: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    back: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.triangle)
+
+    def where(self, chosen: np.ndarray) -> "Surface":
+        """The points that `chosen` (indices or a mask) selects."""
+        return Surface(self.scene, *(rows(column, chosen) for column in self._at))
+
+    @property
+    def _at(self) -> tuple[np.ndarray, ...]:
+        return self.triangle, self.u, self.v, self.back
+
+    def asked(
+        self, loop: Any, *arguments: Any, columns: tuple[int, ...] = (3,), dtype: type = np.float32
+    ) -> np.ndarray:
+        """What a kernel writes for the points, (n, *columns)."""
+        out: np.ndarray = np.empty((len(self), *columns), dtype)
+        loop(self.scene, *self._at, *arguments, out)
+        return out
+
+
+def surface_at(scene: Scene, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, back: np.ndarray) -> Surface:
+    """The surface at barycentric coordinates (u, v) of triangles, (n,) each, seen from the back where `back` is."""
+    f = np.float32
+    at = (kernel_array(triangle, np.int32), kernel_array(u, f), kernel_array(v, f), kernel_array(back, np.bool_))
+    return Surface(scene.arrays, *at)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Scattered directions, see `mixture.Sample`.
+
+    Attributes
+    ----------
+    wi, weight : (n, 3) float32
+    lobe : (n,) uint8
+    specular : (n,) bool
+    rough : (n,) bool
+    """
+
+    wi: np.ndarray
+    weight: np.ndarray
+    lobe: np.ndarray
+    specular: np.ndarray
+    rough: np.ndarray
+
+
+def sample_bsdf(
+    surface: Surface, wo: np.ndarray, u: np.ndarray, lobes: int = mixture.ALL_LOBES, from_light: bool = False
+) -> Samples:
+    """One direction for each point, see `mixture.sample_bsdf`; wo and u are (n, 3) float32."""
+    n, f = len(surface), np.float32
+    out: Any = (*np.empty((2, n, 3), f), np.empty(n, np.uint8), *np.empty((2, n), bool))
+    arguments = (*surface._at, kernel_array(wo, f), kernel_array(u, f), lobes, from_light, *out)
+    _sample(surface.scene, *arguments)
+    return Samples(*out)
+
+
+def evaluate_glossy(surface: Surface, wo: np.ndarray, wi: np.ndarray) -> np.ndarray:
+    """The f of the rough glossy lobes, 1/sr, (n, 3), of local directions (n, 3); wo is the viewing side."""
+    return surface.asked(_evaluate_glossy, kernel_array(wo, np.float32), kernel_array(wi, np.float32))
+
+
+def evaluate_broad(surface: Surface, wo: np.ndarray, wi: np.ndarray) -> np.ndarray:
+    """As `evaluate_glossy`, and 0 where it is left to photons."""
+    return surface.asked(_evaluate_broad, kernel_array(wo, np.float32), kernel_array(wi, np.float32))
+
+
+def pdf_glossy(surface: Surface, wo: np.ndarray, wi: np.ndarray) -> np.ndarray:
+    """Density of wi by solid angle when the rough glossy lobes are sampled from wo, (n,)."""
+    return surface.asked(_pdf_glossy, kernel_array(wo, np.float32), kernel_array(wi, np.float32), columns=())
+
+
+def diffuse_albedo(surface: Surface, cos: np.ndarray) -> np.ndarray:
+    """What layers leave of the diffuse albedo of points seen at cosines (n,), (n, 3)."""
+    return surface.asked(_diffuse_albedo, kernel_array(cos, np.float32))
+
+
+def translucent_albedo(surface: Surface, cos: np.ndarray) -> np.ndarray:
+    """What layers leave of the translucent albedo, (n, 3)."""
+    return surface.asked(_translucent_albedo, kernel_array(cos, np.float32))
+
+
+def glossy_albedo(surface: Surface, cos: np.ndarray) -> np.ndarray:
+    """What the glossy lobes reflect in all, (n, 3)."""
+    return surface.asked(_glossy_albedo, kernel_array(cos, np.float32))
+
+
+def glass_albedo(surface: Surface) -> np.ndarray:
+    """What glass reflects or transmits, whichever is more, (n, 3)."""
+    return surface.asked(_glass_albedo)
+
+
+def base_transmittance(surface: Surface, cos: np.ndarray) -> np.ndarray:
+    """Share of what the Lambertian lobes would scatter that layers leave to them, (n, 3)."""
+    return surface.asked(_base_transmittance, kernel_array(cos, np.float32))
+
+
+def reflects_highlights(surface: Surface) -> np.ndarray:
+    """Whether a glossy lobe is rough enough for shadow rays to find light by it, (n,) bool."""
+    return surface.asked(_reflects_highlights, columns=(), dtype=np.bool_)
+
+
+def is_mirror(surface: Surface) -> np.ndarray:
+    """Whether light is scattered by smooth gloss or glass alone, (n,) bool."""
+    return surface.asked(_is_mirror, columns=(), dtype=np.bool_)
+
+
+@kernel
+def _sample(scene, triangle, u, v, back, wo, numbers, lobes, from_light, wi, weight, lobe, specular, rough):
+    for i in range(len(triangle)):
+        bsdf, (a, b, c) = bsdf_of(scene, triangle[i], u[i], v[i], back[i]), row(numbers, i)
+        sample = mixture.sample_bsdf(scene, bsdf, row(wo, i), a, b, c, lobes, from_light)
+        put(wi, i, sample.wi)
+        put(weight, i, sample.weight)
+        lobe[i], specular[i], rough[i] = sample.lobe, sample.specular, sample.rough
+
+
+@kernel
+def _evaluate_glossy(scene, triangle, u, v, back, wo, wi, out):
+    for i in range(len(triangle)):
+        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
+        put(out, i, mixture.evaluate_glossy(scene, bsdf, row(wo, i), row(wi, i)))
+
+
+@kernel
+def _evaluate_broad(scene, triangle, u, v, back, wo, wi, out):
+    for i in range(len(triangle)):
+        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
+        put(out, i, mixture.evaluate_broad(scene, bsdf, row(wo, i), row(wi, i)))
+
+
+@kernel
+def _pdf_glossy(scene, triangle, u, v, back, wo, wi, out):
+    for i in range(len(triangle)):
+        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
+        out[i] = mixture.pdf_glossy(scene, bsdf, row(wo, i), row(wi, i))
+
+
+@kernel
+def _diffuse_albedo(scene, triangle, u, v, back, cos, out):
+    for i in range(len(triangle)):
+        put(out, i, mixture.diffuse_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
+
+
+@kernel
+def _translucent_albedo(scene, triangle, u, v, back, cos, out):
+    for i in range(len(triangle)):
+        put(out, i, mixture.translucent_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
+
+
+@kernel
+def _glossy_albedo(scene, triangle, u, v, back, cos, out):
+    for i in range(len(triangle)):
+        put(out, i, mixture.glossy_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
+
+
+@kernel
+def _glass_albedo(scene, triangle, u, v, back, out):
+    for i in range(len(triangle)):
+        put(out, i, mixture.glass_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i])))
+
+
+@kernel
+def _base_transmittance(scene, triangle, u, v, back, cos, out):
+    for i in range(len(triangle)):
+        put(out, i, mixture.base_transmittance(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
+
+
+@kernel
+def _reflects_highlights(scene, triangle, u, v, back, out):
+    for i in range(len(triangle)):
+        out[i] = mixture.reflects_highlights(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]))
+
+
+@kernel
+def _is_mirror(scene, triangle, u, v, back, out):
+    for i in range(len(triangle)):
+        out[i] = mixture.is_mirror(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]))

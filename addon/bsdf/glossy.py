@@ -1,0 +1,134 @@
+"""Reflection by GGX facets with their Fresnel curve: metal, gloss, and a dielectric layer over other closures."""
+
+import numpy as np
+
+from ..core.compiling import part
+from ..core.vec3 import BLACK, ONE, WHITE, ZERO, dot, largest, minus, mul, normalized, plus, times
+from .albedo_tables import (
+    GRAZING,
+    GRAZING_OF_FACETS,
+    WHITE_AVERAGE,
+    curve_coordinate,
+    interpolate_1,
+    interpolate_2,
+    interpolate_3,
+    multiple_scattering,
+    multiple_scattering_of,
+)
+from .albedo_tables import WHITE as WHITE_ALBEDO
+from .closure import alpha_of
+from .fresnel import average_grazing_share, grazing_share
+from .microfacets import MIN_COS, distribution, masked, reflect, unshadowed, visible_normal
+
+SMOOTH = np.float32(0.1)
+"""Roughness below which a glossy lobe is a mirror to those who look for lamps: only photons find them there."""
+
+PEAK = np.float32(1)
+"""Value of a glossy lobe, 1/sr, from which on light is left to photons in any case: three times what white paper has.
+
+Few rays meet such highlights, and they are bright: in a room with sunlit metal and lacquer a bound of 10 leaves little
+more of the light to rays, and most of their variance comes from that.
+"""
+
+_FOUR = np.float32(4)
+
+
+@part
+def albedo(closure, cos):
+    """Directional albedo, of light that leaves (or comes) at `cos` to the normal."""
+    white = interpolate_2(WHITE_ALBEDO, closure.roughness, cos)
+    grazing = interpolate_3(GRAZING, curve_coordinate(closure.ior), closure.roughness, cos)
+    single = plus(times(closure.f0, white - grazing), times(closure.f90, grazing))
+    return mul(closure.weight, mul(single, _scale(closure, white)))
+
+
+@part
+def transmittance(closure, cos):
+    """Share of the light that a layer leaves to what it covers: 1 − its albedo, seen at `cos`.
+
+    As Cycles has it, its albedo is that of its facets, with the largest component of f0, times what multiple scattering
+    makes of the white lobe's albedo where energy is preserved; where it is not, what the facets shadow is taken from
+    what is covered as well.
+    """
+    f0, f90 = largest(closure.f0), largest(closure.f90)
+    if f90 <= ZERO:
+        return ONE
+    grazing = interpolate_3(GRAZING_OF_FACETS, curve_coordinate(closure.ior), closure.roughness, cos)
+    reflected = f0 + (f90 - f0) * grazing
+    if closure.preserves_energy:
+        white = interpolate_2(WHITE_ALBEDO, closure.roughness, cos)
+        average = f0 + (f90 - f0) * average_grazing_share(closure.ior)
+        of_white = interpolate_1(WHITE_AVERAGE, closure.roughness)
+        reflected *= white * multiple_scattering(average, white, of_white)
+    return min(max(ONE - reflected, ZERO), ONE)
+
+
+@part
+def sample(closure, wo, u, v, from_light):
+    """A direction by the visible normals, and f |cos| over its density, of which only F G₂/G₁ is left.
+
+    Heitz 2018, equation 19.
+    """
+    alpha = alpha_of(closure)
+    h = visible_normal(wo, alpha, u, v)
+    cos = dot(wo, h)
+    wi = reflect(wo, h, cos)
+    if wi[2] <= ZERO:
+        return wi, BLACK
+    view = wi[2] if from_light else wo[2]
+    scale = _scale(closure, interpolate_2(WHITE_ALBEDO, closure.roughness, view))
+    share = unshadowed(wo[2], wi[2], alpha)
+    return wi, times(mul(closure.weight, mul(_fresnel(closure, cos), scale)), share)
+
+
+@part
+def evaluate(closure, wo, wi):
+    """The lobe's f in 1/sr, without the cosine; wo is the viewing side. 0 where it is smooth.
+
+    Walter et al. 2007, equation 20.
+    """
+    if closure.roughness < SMOOTH or wo[2] <= ZERO or wi[2] <= ZERO:
+        return BLACK
+    h, alpha = normalized(plus(wo, wi)), alpha_of(closure)
+    cos_o, cos_i = max(wo[2], MIN_COS), max(wi[2], MIN_COS)
+    shadowing = (masked(cos_o, alpha) + masked(cos_i, alpha) - ONE) * (_FOUR * cos_o * cos_i)
+    scale = _scale(closure, interpolate_2(WHITE_ALBEDO, closure.roughness, cos_o))
+    f = mul(closure.weight, mul(_fresnel(closure, dot(wo, h)), scale))
+    return times(f, distribution(h, alpha) / shadowing)
+
+
+@part
+def pdf(closure, wo, wi):
+    """Density of wi by solid angle when sampled from wo; 0 where it is smooth.
+
+    Some samples are shadowed by the surface, so that it integrates to less than 1.
+    """
+    if closure.roughness < SMOOTH or wo[2] <= ZERO or wi[2] <= ZERO:
+        return ZERO
+    h, alpha, cos = normalized(plus(wo, wi)), alpha_of(closure), max(wo[2], MIN_COS)
+    return distribution(h, alpha) / (_FOUR * cos * masked(cos, alpha))
+
+
+@part
+def is_specular(closure, view, light):
+    """Whether lamplight from `light` to `view` is left to photons, as it is for mirrors and for the peaks of gloss.
+
+    The rest is for shadow rays: each way of the light is found once, by those who find it better.
+    """
+    return closure.roughness < SMOOTH or largest(evaluate(closure, view, light)) >= PEAK
+
+
+@part
+def _fresnel(closure, cos):
+    """Reflectance of facets at `cos` to their normal."""
+    return plus(closure.f0, times(minus(closure.f90, closure.f0), grazing_share(cos, closure.ior)))
+
+
+@part
+def _scale(closure, white):
+    """What multiple scattering multiplies the lobe by; 1 where energy is not preserved."""
+    if not closure.preserves_energy:
+        return WHITE
+    share = average_grazing_share(closure.ior)
+    average = plus(closure.f0, times(minus(closure.f90, closure.f0), share))
+    return multiple_scattering_of(average, white, interpolate_1(WHITE_AVERAGE, closure.roughness))

@@ -1,0 +1,263 @@
+"""The sum of a point's closures: sampled, evaluated and weighed against each other, inside kernels.
+
+A lobe's own file has its formulas; the functions here say which file a kind of closure means.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..core.compiling import part
+from ..core.vec3 import BLACK, ONE, ZERO, largest, mean, mul, plus, times
+from ..scene.closures import Lobe
+from ..scene.hit import weight_of_kind
+from . import diffuse, glass, glossy, translucent
+from .closure import Bsdf, bsdf_at, closure_at, is_nothing
+
+DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in Lobe)
+
+ALL_LOBES = (1 << len(Lobe)) - 1
+SPECULAR_LOBES = 1 << GLOSSY | 1 << GLASS
+"""Sets of lobes as bits; the second those that a radiance cache, which knows no directions, does not answer for."""
+
+_TINY, _BELOW_ONE = np.float32(1e-7), np.float32(1 - 2**-24)
+_UP = ZERO, ZERO, ONE
+
+__all__ = ["ALL_LOBES", "SPECULAR_LOBES", "Bsdf", "Sample", "bsdf_at", "sample_bsdf"]
+
+
+class Sample(NamedTuple):
+    """A scattered direction.
+
+    weight : f |cos wi| / (density of wi · probability of its closure); 0 where nothing is scattered.
+    lobe : kind of the closure that scattered.
+    specular : whether lamplight that takes this way is left to photons; `evaluate_broad` has the rest.
+    rough : whether a glossy closure scattered that is no mirror, one of those that `pdf_glossy` is of.
+    """
+
+    wi: tuple
+    weight: tuple
+    lobe: np.int32
+    specular: bool
+    rough: bool
+
+
+@part
+def sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light):
+    """One direction, of one closure, chosen by what each scatters of light from wo.
+
+    wo is where the light came from, or with `from_light` false the viewing side; the three numbers are in [0, 1).
+    `lobes` are those that may be chosen.
+    """
+    chosen, inverse, choice = choose_closure(scene, bsdf, wo, choice, lobes, from_light)
+    if chosen < 0:
+        return Sample(_UP, BLACK, np.int32(_first_of(lobes)), False, False)
+    closure = closure_at(scene, bsdf, chosen)
+    wi, weight = _sample(closure, wo, choice, u, v, from_light)
+    view, light = (wi, wo) if from_light else (wo, wi)
+    weight = times(weight, transmittance_to(scene, bsdf, closure, abs(view[2])) * inverse)
+    rough = closure.kind == GLOSSY and closure.roughness >= glossy.SMOOTH
+    return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), rough)
+
+
+@part
+def choose_closure(scene, bsdf, wo, choice, lobes, from_light):
+    """A closure by what each scatters: which, −1 for none; 1 over its probability; and the choice, fresh again."""
+    total, share, chosen = ZERO, ONE, np.int32(-1)
+    for k in range(bsdf.first, bsdf.last):  # one after the other takes its share of the choice
+        if not lobes >> scene.materials.closures.kind[k] & 1:
+            continue
+        scattered = _expected(scene, bsdf, closure_at(scene, bsdf, k), wo[2], from_light)
+        if scattered <= ZERO:
+            continue
+        total += scattered
+        bound = scattered / total
+        if choice < bound:
+            share, chosen, choice = scattered, np.int32(k), choice / bound
+        else:
+            choice = (choice - bound) / max(ONE - bound, _TINY)
+        choice = min(choice, _BELOW_ONE)
+    return chosen, total / share, choice
+
+
+@part
+def _first_of(lobes):
+    """The first of a set of lobes."""
+    for kind in range(4):
+        if lobes >> kind & 1:
+            return kind
+    return 0
+
+
+@part
+def _expected(scene, bsdf, closure, cos, from_light):
+    """What a closure scatters of light from a direction, about; above 0 wherever it scatters any."""
+    if is_nothing(closure.weight):
+        return ZERO
+    # What layers leave of a photon is not known before its direction is
+    left = ONE if from_light else transmittance_to(scene, bsdf, closure, cos)
+    if closure.kind == GLOSSY:
+        return mean(glossy.albedo(closure, cos)) * left
+    if closure.kind == GLASS:
+        return glass.albedo(closure, cos, from_light) * left
+    return mean(closure.weight) * left
+
+
+@part
+def _sample(closure, wo, choice, u, v, from_light):
+    """A direction of one closure and its weight."""
+    if closure.kind == DIFFUSE:
+        return diffuse.sample(closure, u, v)
+    if closure.kind == TRANSLUCENT:
+        return translucent.sample(closure, u, v)
+    if closure.kind == GLOSSY:
+        return glossy.sample(closure, wo, u, v, from_light)
+    return glass.sample(closure, wo, choice, u, v, from_light)
+
+
+@part
+def _is_specular(closure, view, light):
+    """Whether lamplight from `light` to `view` over a closure is left to photons: by glass, and by peaks of gloss."""
+    return closure.kind == GLASS or (closure.kind == GLOSSY and glossy.is_specular(closure, view, light))
+
+
+@part
+def transmittance_to(scene, bsdf, closure, cos):
+    """Share of the light that the layers over a closure leave to it, seen at `cos` to the normal."""
+    left, layer = ONE, closure.layer
+    while layer >= 0:
+        over = closure_at(scene, bsdf, layer)
+        left *= glossy.transmittance(over, cos)
+        layer = over.layer
+    return left
+
+
+@part
+def evaluate_broad(scene, bsdf, wo, wi):
+    """What shadow rays ask for of the glossy lobes: f in 1/sr without the cosine, and 0 where it is left to photons."""
+    f = BLACK
+    for k in range(bsdf.first, bsdf.last):
+        if scene.materials.closures.kind[k] == GLOSSY:
+            closure = closure_at(scene, bsdf, k)
+            of_one = glossy.evaluate(closure, wo, wi)
+            if largest(of_one) < glossy.PEAK:
+                f = plus(f, times(of_one, transmittance_to(scene, bsdf, closure, wo[2])))
+    return f
+
+
+@part
+def evaluate_glossy(scene, bsdf, wo, wi):
+    """The f of all rough glossy lobes in 1/sr, without the cosine; wo is the viewing side."""
+    f = BLACK
+    for k in range(bsdf.first, bsdf.last):
+        if scene.materials.closures.kind[k] == GLOSSY:
+            closure = closure_at(scene, bsdf, k)
+            left = transmittance_to(scene, bsdf, closure, wo[2])
+            f = plus(f, times(glossy.evaluate(closure, wo, wi), left))
+    return f
+
+
+@part
+def pdf_glossy(scene, bsdf, wo, wi):
+    """Density of wi by solid angle when a path's rough glossy lobes are sampled from wo."""
+    total = density = ZERO
+    for k in range(bsdf.first, bsdf.last):
+        if scene.materials.closures.kind[k] == GLOSSY:
+            closure = closure_at(scene, bsdf, k)
+            if closure.roughness >= glossy.SMOOTH:
+                share = _expected(scene, bsdf, closure, wo[2], False)
+                total += share
+                density += share * glossy.pdf(closure, wo, wi)
+    return density / total if total > ZERO else ZERO
+
+
+@part
+def total_weight(scene, bsdf, kind):
+    """Sum of the weights of closures of one kind: albedo or transmission, before what layers take."""
+    return weight_of_kind(scene, kind, bsdf.triangle, bsdf.u, bsdf.v)
+
+
+@part
+def _broad_albedo(scene, bsdf, kind, cos):
+    total = BLACK
+    for k in range(bsdf.first, bsdf.last):
+        if scene.materials.closures.kind[k] == kind:
+            closure = closure_at(scene, bsdf, k)
+            total = plus(total, times(closure.weight, transmittance_to(scene, bsdf, closure, cos)))
+    return total
+
+
+@part
+def diffuse_albedo(scene, bsdf, cos):
+    """What a surface seen at `cos` reflects diffusely, with what layers leave of it."""
+    return _broad_albedo(scene, bsdf, DIFFUSE, cos)
+
+
+@part
+def translucent_albedo(scene, bsdf, cos):
+    """What a surface seen at `cos` transmits diffusely, with what layers leave of it."""
+    return _broad_albedo(scene, bsdf, TRANSLUCENT, cos)
+
+
+@part
+def glossy_albedo(scene, bsdf, cos):
+    """What the glossy lobes of a surface seen at `cos` reflect in all."""
+    total = BLACK
+    for k in range(bsdf.first, bsdf.last):
+        if scene.materials.closures.kind[k] == GLOSSY:
+            closure = closure_at(scene, bsdf, k)
+            left = transmittance_to(scene, bsdf, closure, cos)
+            total = plus(total, times(glossy.albedo(closure, cos), left))
+    return total
+
+
+@part
+def glass_albedo(scene, bsdf):
+    """What glass reflects or transmits of a colour, whichever is more."""
+    total = BLACK
+    for k in range(bsdf.first, bsdf.last):
+        if scene.materials.closures.kind[k] == GLASS:
+            closure = closure_at(scene, bsdf, k)
+            more = (
+                max(closure.f0[0], closure.f90[0]),
+                max(closure.f0[1], closure.f90[1]),
+                max(closure.f0[2], closure.f90[2]),
+            )
+            total = plus(total, mul(closure.weight, more))
+    return total
+
+
+@part
+def base_transmittance(scene, bsdf, cos):
+    """Share of what the Lambertian lobes would scatter that layers leave to them, seen at `cos`; 1 without any."""
+    whole = left = BLACK
+    for k in range(bsdf.first, bsdf.last):
+        if scene.materials.closures.kind[k] < GLOSSY:
+            closure = closure_at(scene, bsdf, k)
+            whole = plus(whole, closure.weight)
+            left = plus(left, times(closure.weight, transmittance_to(scene, bsdf, closure, cos)))
+    return _ratio(left[0], whole[0]), _ratio(left[1], whole[1]), _ratio(left[2], whole[2])
+
+
+@part
+def _ratio(a, b):
+    return a / b if b > ZERO else ONE
+
+
+@part
+def reflects_highlights(scene, bsdf):
+    """Whether a glossy lobe is rough enough for shadow rays to find light by it."""
+    for k in range(bsdf.first, bsdf.last):
+        if scene.materials.closures.kind[k] == GLOSSY and closure_at(scene, bsdf, k).roughness >= glossy.SMOOTH:
+            return True
+    return False
+
+
+@part
+def is_mirror(scene, bsdf):
+    """Whether light is scattered by smooth gloss or glass alone."""
+    for k in range(bsdf.first, bsdf.last):
+        closure = closure_at(scene, bsdf, k)
+        if closure.kind < GLOSSY or closure.roughness >= glossy.SMOOTH:
+            return False
+    return bsdf.last > bsdf.first

@@ -1,0 +1,131 @@
+"""What becomes of a ray where it meets a surface: one new direction, or of glass both, inside kernels."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..core.compiling import part
+from ..core.vec3 import BLACK, ONE, ZERO, dot, negative, times, to_local, to_world
+from ..scene import RayKind
+from ..scene.hit import off_surface, shading_normal
+from . import glass
+from .closure import bsdf_at, closure_at, is_nothing
+from .mixture import GLASS, GLOSSY, choose_closure, sample_bsdf, transmittance_to
+
+_DIFFUSE_RAY, _GLOSSY_RAY, _TRANSMITTED_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY), int(RayKind.TRANSMITTED)
+_FACING, _LEAST_COS = np.float32(1e-3), np.float32(1e-6)
+_MAX_CORRECTION = np.float32(16)
+"""Beyond it light grazes the facet, where very few photons meet it."""
+
+
+class Scattered(NamedTuple):
+    """Where a ray goes on.
+
+    Attributes
+    ----------
+    alive : bool
+        Whether anything is scattered; otherwise the weight is black.
+    origin, direction : triples
+        Off the surface, on the side that the direction leaves to.
+    weight : triple
+        What the surface leaves of the light, over the probability of going on like this.
+    lobe : int32
+        `Lobe` that scattered.
+    kind : int32
+        `RayKind` of the new ray.
+    specular : bool
+        Whether those who gather leave to photons what the lobe does to lamplight on this way.
+    rough : bool
+        Whether a glossy closure scattered that is no mirror.
+    """
+
+    alive: bool
+    origin: tuple
+    direction: tuple
+    weight: tuple
+    lobe: np.int32
+    kind: np.int32
+    specular: bool
+    rough: bool
+
+
+@part
+def scatter(scene, hit, direction, choice, u, v, lobes, from_light):
+    """One new direction for a ray that met a surface, by what its material does.
+
+    Parameters
+    ----------
+    direction : triple
+        Along which the ray flew.
+    choice, u, v : float32 in [0, 1)
+    lobes : int
+        Those that may be chosen, as `ALL_LOBES`.
+    from_light : bool
+        Whether the ray is a photon; otherwise it comes from where light is wanted.
+    """
+    shading = shading_normal(scene, hit)
+    axis = facing(shading, hit.normal, direction)
+    bsdf, wo = bsdf_at(scene, hit), to_local(negative(direction), axis)
+    sample = sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light)
+    weight = sample.weight
+    if sample.lobe < GLOSSY:
+        axis = shading
+        if from_light:
+            axis = hit.normal
+            weight = times(weight, shading_normal_correction(shading, hit.normal, direction))
+    return _gone_on(scene, hit, axis, sample.wi, weight, sample.lobe, sample.specular, sample.rough)
+
+
+@part
+def scatter_both_ways(scene, hit, direction, choice, u, v):
+    """What glass reflects of a path from a view, and what it lets through: a `Scattered` each."""
+    axis = facing(shading_normal(scene, hit), hit.normal, direction)
+    bsdf, wo = bsdf_at(scene, hit), to_local(negative(direction), axis)
+    chosen, inverse, _ = choose_closure(scene, bsdf, wo, choice, 1 << GLASS, False)
+    if chosen < 0:
+        nothing = _gone_on(scene, hit, axis, (ZERO, ZERO, ONE), BLACK, np.int32(GLASS), True, False)
+        return nothing, nothing
+    closure = closure_at(scene, bsdf, chosen)
+    facet = glass.facet_of(closure, wo, u, v)
+    up, reflected = glass.scatter(closure, wo, facet, True, False)
+    down, refracted = glass.scatter(closure, wo, facet, False, False)
+    factor = transmittance_to(scene, bsdf, closure, wo[2]) * inverse
+    reflected, refracted = times(reflected, factor), times(refracted, factor)
+    return (
+        _gone_on(scene, hit, axis, up, reflected, np.int32(GLASS), True, False),
+        _gone_on(scene, hit, axis, down, refracted, np.int32(GLASS), True, False),
+    )
+
+
+@part
+def _gone_on(scene, hit, axis, wi, weight, lobe, specular, rough):
+    """A local direction around an axis in the world; none where the axis sends it to the wrong side of the facet."""
+    onward = to_world(wi, axis)
+    side = ONE if dot(onward, hit.normal) > ZERO else -ONE
+    alive = side * wi[2] > ZERO and not is_nothing(weight)
+    if not alive:
+        weight = BLACK
+    kind = _DIFFUSE_RAY
+    if lobe == GLOSSY:
+        kind = _GLOSSY_RAY
+    elif lobe == GLASS:
+        kind = _TRANSMITTED_RAY
+    origin = off_surface(scene, hit, side)
+    return Scattered(alive, origin, onward, weight, lobe, np.int32(kind), specular, rough)
+
+
+@part
+def facing(shading, normal, direction):
+    """The shading normal, or the geometric one where that does not face the ray: no lobe is seen from behind."""
+    return shading if dot(shading, direction) < -_FACING else normal
+
+
+@part
+def shading_normal_correction(shading, normal, direction):
+    """What the power of a photon is multiplied by where a smooth surface scatters it broadly, (N·ω)⁺ / |n·ω|.
+
+    Photons arrive in proportion to the cosine at the geometric normal n, but light is reflected in proportion to that
+    at the shading normal N (Veach 1997, 5.3.2).
+    """
+    cosine = max(abs(dot(normal, direction)), _LEAST_COS)
+    return min(max(-dot(shading, direction), ZERO) / cosine, _MAX_CORRECTION)

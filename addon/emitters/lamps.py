@@ -1,0 +1,143 @@
+"""Lamps as kernels take them: points of any lamp as a position samples them, and what any lamp shows along a ray.
+
+Each kind's formulas are in its own file. Lamps that have a size are seen in mirrors and through glass, and block no
+light, as Cycles 4.5 and 5.2 show them: discs that face who looks, spheres, the front of area lamps, suns behind
+everything.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..core.compiling import kernel_array, part
+from ..core.vec3 import BLACK, ZERO, dot, plus, row, times
+from ..scene import LightKind, Lights, RayKind
+from .area import meet_area, sample_area, spread_columns
+from .point import meet_point, sample_point
+from .spot import meet_spot, sample_spot
+from .sun import meet_sun, sample_sun
+
+_POINT, _SPOT, _SUN = int(LightKind.POINT), int(LightKind.SPOT), int(LightKind.SUN)
+_TRANSMITTED = int(RayKind.TRANSMITTED)
+_INFINITY = np.float32(np.inf)
+
+
+class LampArrays(NamedTuple):
+    """The l lamps of a scene: the columns of `Lights`, and what follows from them.
+
+    Attributes
+    ----------
+    cos_half : (l,) float64
+        Cosine of half of `angle`.
+    tan_spread, spread_gap, sin2_spread : (l,) float32
+        Of area lamps, see `area`.
+    has_size : (l,) bool
+        Rays can meet the lamp.
+    illuminates : (l, o) bool
+        (0, 0) where every lamp lights all.
+    """
+
+    kind: np.ndarray
+    emission: np.ndarray
+    position: np.ndarray
+    axis_x: np.ndarray
+    axis_y: np.ndarray
+    direction: np.ndarray
+    size: np.ndarray
+    radius: np.ndarray
+    sphere: np.ndarray
+    blend: np.ndarray
+    stretch: np.ndarray
+    seen_in_gloss: np.ndarray
+    seen_through_glass: np.ndarray
+    cos_half: np.ndarray
+    tan_spread: np.ndarray
+    spread_gap: np.ndarray
+    sin2_spread: np.ndarray
+    has_size: np.ndarray
+    illuminates: np.ndarray
+
+
+def lamp_arrays(lights: Lights) -> LampArrays:
+    """The arrays of a scene's lamps."""
+    f, b = np.float32, np.bool_
+    dtypes = {"kind": np.int32, "sphere": b, "seen_in_gloss": b, "seen_through_glass": b}
+    columns = {name: kernel_array(getattr(lights, name), dtypes.get(name, f)) for name in LampArrays._fields[:13]}
+    linked = np.zeros((0, 0), b) if lights.illuminates is None else lights.illuminates
+    return LampArrays(
+        **columns,
+        cos_half=np.cos(lights.angle.astype(np.float64) / 2),
+        **spread_columns(lights.spread),
+        has_size=kernel_array(has_size(lights), b),
+        illuminates=kernel_array(linked, b),
+    )
+
+
+def has_size(lights: Lights) -> np.ndarray:
+    """Which lamps rays can meet, (l,) bool."""
+    return (lights.radius > 0) | (lights.size > 0).all(axis=1) | ((lights.kind == LightKind.SUN) & (lights.angle > 0))
+
+
+@part
+def sample_lamp(lamps, lamp, position, normal, u, v, far):
+    """A point of a lamp, and the irradiance from it over the density that it is drawn with: its mean is the lamp's.
+
+    `far` is how far away suns are, m.
+    """
+    kind = lamps.kind[lamp]
+    if kind == _POINT:
+        target, way, share = sample_point(lamps, lamp, position, u, v)
+    elif kind == _SPOT:
+        target, way, share = sample_spot(lamps, lamp, position, u, v)
+    elif kind == _SUN:
+        target, way, share = sample_sun(lamps, lamp, position, u, v, far)
+    else:
+        target, way, share = sample_area(lamps, lamp, position, u, v)
+    return target, times(row(lamps.emission, lamp), share * max(dot(way, normal), ZERO))
+
+
+@part
+def meet_lamp(lamps, lamp, origin, direction):
+    """Where a ray meets a lamp: the distance (infinite where it misses), the radiance, and the density.
+
+    The density, 1/sr, is that with which a point of the lamp lies in the ray's direction, if points are drawn evenly
+    from what is seen of it; infinite where it is missed.
+    """
+    kind, met = lamps.kind[lamp], False
+    distance = share = density = _INFINITY
+    if not lamps.has_size[lamp]:
+        return _INFINITY, BLACK, _INFINITY
+    if kind == _POINT:
+        met, distance, share, density = meet_point(lamps, lamp, origin, direction)
+    elif kind == _SPOT:
+        met, distance, share, density = meet_spot(lamps, lamp, origin, direction)
+    elif kind == _SUN:
+        met, distance, share, density = meet_sun(lamps, lamp, direction)
+    else:
+        met, distance, share, density = meet_area(lamps, lamp, origin, direction)
+    if not met:
+        return _INFINITY, BLACK, _INFINITY
+    return distance, times(row(lamps.emission, lamp), share), density
+
+
+@part
+def radiance_of_lamps(lamps, origin, direction, distance, kind, object_, least_density):
+    """Radiance of all lamps that a ray meets before a distance, W/(m² sr).
+
+    Lamps may be hidden from glossy and transmitted rays (`RayKind`), and from the object (−1: none) that the ray starts
+    from. Lamps whose density (`meet_lamp`) is not below `least_density` are left out.
+    """
+    radiance = BLACK
+    for lamp in range(len(lamps.kind)):
+        seen = lamps.seen_through_glass[lamp] if kind == _TRANSMITTED else lamps.seen_in_gloss[lamp]
+        if seen and lamps.has_size[lamp] and lights_object(lamps, lamp, object_):
+            away, light, density = meet_lamp(lamps, lamp, origin, direction)
+            if away < distance and density < least_density:
+                radiance = plus(radiance, light)
+    return radiance
+
+
+@part
+def lights_object(lamps, lamp, object_):
+    """Whether a lamp lights an object of the scene; what is no object (−1) is lit by all."""
+    return len(lamps.illuminates) == 0 or object_ < 0 or lamps.illuminates[lamp, object_]

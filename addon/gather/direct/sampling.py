@@ -1,0 +1,154 @@
+"""One light of many at a point: candidates of all emitters, resampled, and what is left to rays.
+
+For each point M candidates are drawn from sources: lamps by what they would give around there, meshes and the world by
+power. One of them is kept in proportion to the irradiance that it would give unshadowed, and one shadow ray decides
+(resampled importance sampling: Talbot et al. 2005). With candidates y drawn with density p, and w(y) = f(y)/p(y), the
+kept one gives f(y)/p(y) · (Σw/M) / w(y), whose mean is ∫f.
+
+Close to an emissive mesh f/p has no bound, and where the world is dark f/p is large. There a cosine-weighted ray finds
+them instead: each direction is sampled by the way that finds it more often, by the densities cos θ/π and p (the maximum
+heuristic: Veach 1997, 9.2.4). What is left to such rays is called their own.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...core.compiling import part
+from ...core.sampling.path_numbers import two_numbers
+from ...core.vec3 import BLACK, ONE, ZERO, along, dot, mean, row, times
+from ...emitters.lamps import LampArrays, lights_object, sample_lamp
+from ...emitters.mesh import MeshArrays, mesh_density, sample_mesh
+from ...emitters.world import WorldArrays, sample_world, world_pdf, world_radiance
+from ...scene.arrays import SceneArrays
+from ...scene.hit import emitted
+from .lamp_choice import LampGrid, choose_lamp
+
+MAX_CANDIDATES = 4
+N_PAIRS = 1 + 2 * MAX_CANDIDATES
+"""Pairs of a path's numbers that `sample_emitters` uses up."""
+
+_PER_PI, _TINY, _BELOW_ONE = np.float32(1 / np.pi), np.float32(1e-30), np.float32(1 - 2**-24)
+
+
+class DirectArrays(NamedTuple):
+    """All that direct light comes from.
+
+    Attributes
+    ----------
+    lamp_chance, mesh_chance, world_chance : float32
+        With which a candidate is a lamp's, an emissive mesh's or the world's.
+    n_candidates : int
+    far : float32, m
+        How far away suns and the world are.
+    """
+
+    scene: SceneArrays
+    lamps: LampArrays
+    mesh: MeshArrays
+    world: WorldArrays
+    grid: LampGrid
+    lamp_chance: np.float32
+    mesh_chance: np.float32
+    world_chance: np.float32
+    n_candidates: int
+    far: np.float32
+
+
+@part
+def sample_emitters(direct, position, normal, object_, rays_own, key, path, i):
+    """A point of an emitter, and the irradiance that it stands for if nothing is between.
+
+    Parameters
+    ----------
+    position, normal : triples
+        A point off its surface, m, and the unit normal of the side that is lit.
+    object_ : int
+        That the point is on, for lamps that do not light all; −1: they light all.
+    rays_own : bool
+        Leave out what a cosine-weighted ray finds more often; `met_radiance` says what that is.
+    i : int
+        The first of `N_PAIRS` pairs of the path's numbers.
+
+    Returns
+    -------
+    target, irradiance : triples, m and W/m²
+    lamp : int
+        From the number of lamps on: emissive meshes, and the world.
+    lit : bool
+    """
+    start, choice = two_numbers(key, path, i)
+    total = kept = ZERO
+    target, light, lamp = position, BLACK, np.int64(len(direct.lamps.kind))
+    for j in range(direct.n_candidates):
+        place = min((np.float32(j) + start) / np.float32(direct.n_candidates), _BELOW_ONE)
+        at, given, of = _candidate(direct, position, normal, object_, rays_own, place, key, path, i + 1 + 2 * j)
+        weight = mean((abs(given[0]), abs(given[1]), abs(given[2])))  # lamps may take light away
+        if weight > ZERO:
+            total += weight
+            share = weight / total
+            if choice < share:
+                target, light, lamp, kept, choice = at, given, of, weight, choice / share
+            else:
+                choice = (choice - share) / (ONE - share)
+    if total <= ZERO:
+        return target, BLACK, lamp, False
+    return target, times(light, total / (np.float32(direct.n_candidates) * kept)), lamp, True
+
+
+@part
+def _candidate(direct, position, normal, object_, rays_own, place, key, path, i):
+    """A point of an emitter that a number chooses, the irradiance from it over its density, and which emitter it is."""
+    u, v = two_numbers(key, path, i)
+    by_lamps, n_lamps = direct.lamp_chance, np.int64(len(direct.lamps.kind))
+    if place < by_lamps or (direct.mesh_chance == ZERO and direct.world_chance == ZERO):
+        lamp, chance = choose_lamp(direct.grid, position, min(place / by_lamps, _BELOW_ONE))
+        if not lights_object(direct.lamps, lamp, object_):
+            return position, BLACK, lamp
+        target, light = sample_lamp(direct.lamps, lamp, position, normal, u, v, direct.far)
+        return target, times(light, ONE / max(chance * by_lamps, _TINY)), lamp
+    if place < by_lamps + direct.mesh_chance or direct.world_chance == ZERO:
+        of, chance = n_lamps, direct.mesh_chance
+        w, _ = two_numbers(key, path, i + 1)
+        target, way, light, density = sample_mesh(direct.scene, direct.mesh, position, w, u, v)
+    else:
+        of, chance, way = n_lamps + 1, direct.world_chance, sample_world(direct.world, u, v)
+        density, target = world_pdf(direct.world, way), along(position, direct.far, way)
+        light = times(world_radiance(direct.world, way), ONE / max(density, _TINY))
+    cosine = dot(way, normal)
+    if cosine <= ZERO or (rays_own and cosine * _PER_PI > chance * density):
+        return target, BLACK, of
+    return target, times(light, cosine / chance), of
+
+
+@part
+def met_radiance(direct, triangle, distance, u, v, direction, normal):
+    """Radiance that a cosine-weighted ray meets and that is its own: of emissive triangles, and of the world.
+
+    A constant world is all the rays'. What see-through surfaces on the way leave of it is for the caller to apply.
+
+    Parameters
+    ----------
+    triangle, distance, u, v
+        Where the ray ends; −1 where it meets no triangle.
+    direction, normal : triples
+        Of the ray, and of the surface that it starts from.
+    """
+    cosine = dot(direction, normal)
+    if triangle < 0:
+        if direct.world.height > 0 and cosine * _PER_PI <= direct.world_chance * world_pdf(direct.world, direction):
+            return BLACK
+        return world_radiance(direct.world, direction)
+    if direct.mesh_chance == ZERO or direct.mesh.density[triangle] <= ZERO:
+        return BLACK
+    facing = abs(dot(direction, row(direct.scene.normals, triangle)))
+    if cosine * _PER_PI <= direct.mesh_chance * mesh_density(direct.mesh, triangle, distance, facing):
+        return BLACK
+    # Rays stop in proportion to the coverage, so that it must not weigh what they meet
+    return emitted(direct.scene, triangle, u, v)
+
+
+@part
+def unsampled_sky(direct):
+    """Radiance of a constant world; none of one that is a picture, whose light is sampled."""
+    return direct.world.color if direct.world.height == 0 else BLACK

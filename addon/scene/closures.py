@@ -1,0 +1,150 @@
+"""What a material's scattering is made of: closures, each a way to scatter light with a weight and parameters."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from .textures import Channel
+
+
+class Lobe(IntEnum):
+    """A way to scatter light: the kind of a closure."""
+
+    DIFFUSE = 0
+    TRANSLUCENT = 1
+    GLOSSY = 2
+    GLASS = 3
+
+
+@dataclass(frozen=True)
+class Closures:
+    """The c closures of m materials, those of material i in rows `start[i]` to `start[i + 1]`; they add up.
+
+    Attributes
+    ----------
+    start : (m + 1,) int32
+    kind : (c,) int32
+        `Lobe`.
+    weight : Channel
+        What it is multiplied by. Of Lambertian closures that is the albedo, before what `layer` takes.
+    roughness : Channel, scalar in [0, 1]
+        Of a glossy or a glass closure; GGX's α is its square.
+    f0, f90 : Channel
+        Of a glossy closure the reflectance at normal and at grazing incidence; between them it follows `ior`. Of a
+        glass closure the colour of what is reflected, and of what is transmitted.
+    ior : (c,) float32
+        Of a glossy closure the index of refraction whose Fresnel curve takes f0 to f90, 0 for Schlick's. Of a glass
+        closure that inside over that outside, in front of the surface.
+    fresnel : (c,) bool
+        Of a glass closure, whether Fresnel's equations share the light between reflection and transmission; otherwise
+        all is transmitted.
+    preserves_energy : (c,) bool
+        Whether a rough closure gives back what scatters more than once between its facets.
+    layer : (c,) int32
+        The glossy closure that lies over this one and takes its albedo from it, −1 for none.
+    """
+
+    start: np.ndarray
+    kind: np.ndarray
+    weight: Channel
+    roughness: Channel
+    f0: Channel
+    f90: Channel
+    ior: np.ndarray
+    fresnel: np.ndarray
+    preserves_energy: np.ndarray
+    layer: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+    @cached_property
+    def material(self) -> np.ndarray:
+        """The material of each, (c,) int64."""
+        return np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
+
+    def count(self, kind: Lobe) -> np.ndarray:
+        """How many closures of a kind each material has, (m,) int64."""
+        return np.bincount(self.material[self.kind == kind], minlength=len(self.start) - 1)
+
+    def where(self, chosen: np.ndarray) -> "Closures":
+        """Those that a mask (c,) chooses; without a layer where that is not chosen."""
+        index = np.append(np.where(chosen, np.cumsum(chosen) - 1, -1), -1)
+        ends = np.concatenate([[0], np.cumsum(chosen)])
+        columns = {name: getattr(self, name)[chosen] for name in ("kind", "ior", "fresnel", "preserves_energy")}
+        channels = {name: getattr(self, name).where(chosen) for name in ("weight", "roughness", "f0", "f90")}
+        layer = index[self.layer[chosen]].astype(np.int32)
+        return Closures(start=ends[self.start].astype(np.int32), layer=layer, **columns, **channels)
+
+
+def closures_of_lobes(
+    m: int,
+    diffuse: Channel | None = None,
+    translucent: Channel | None = None,
+    f0: Channel | None = None,
+    f90: Channel | None = None,
+    roughness: Channel | None = None,
+    fresnel_ior: np.ndarray | None = None,
+    layer_f0: np.ndarray | None = None,
+    preserves_energy: np.ndarray | None = None,
+    glass_reflection: Channel | None = None,
+    glass_transmission: Channel | None = None,
+    glass_ior: np.ndarray | None = None,
+    glass_fresnel: np.ndarray | None = None,
+) -> Closures:
+    """Closures of m materials with at most one of each kind; what is black is left out.
+
+    Parameters
+    ----------
+    diffuse, translucent : Channel
+        Albedos of reflection and transmission; black.
+    f0, f90, fresnel_ior
+        Of the glossy closure, which lies over the diffuse one where `layer_f0` (m,) is above 0; black, by Schlick.
+    roughness, preserves_energy
+        Of the glossy and the glass closure; 1 and true.
+    glass_reflection, glass_transmission, glass_ior, glass_fresnel
+        Of the glass closure; black, 1.5 and true.
+    """
+    none, one = Channel.constant(np.zeros(m)), Channel.constant(np.ones(m))
+    no, zero = np.zeros(m, bool), np.zeros(m, np.float32)
+    diffuse, translucent, f0, f90 = diffuse or none, translucent or none, f0 or none, f90 or none
+    glass_reflection, glass_transmission = glass_reflection or none, glass_transmission or none
+    roughness = roughness or one
+    fresnel_ior, layer_f0 = zero if fresnel_ior is None else fresnel_ior, zero if layer_f0 is None else layer_f0
+    preserves_energy = ~no if preserves_energy is None else preserves_energy
+    glass_ior = np.full(m, 1.5, np.float32) if glass_ior is None else glass_ior
+    glass_fresnel = ~no if glass_fresnel is None else glass_fresnel
+    has_gloss, has_glass = f0.nonzero | f90.nonzero, glass_reflection.nonzero | glass_transmission.nonzero
+    lobes: Any = (
+        (diffuse.nonzero, diffuse, none, none, zero, no),
+        (translucent.nonzero, translucent, none, none, zero, no),
+        (has_gloss, one, f0, f90, fresnel_ior, no),
+        (has_glass, one, glass_reflection, glass_transmission, glass_ior, glass_fresnel),
+    )
+    material = np.concatenate([np.flatnonzero(has) for has, *_ in lobes])
+    kind = np.repeat(np.arange(len(lobes)), [int(has.sum()) for has, *_ in lobes])
+    order = np.argsort(material, kind="stable")
+    row = kind[order] * m + material[order]  # of the lobes, one after the other
+    material, kind = material[order], kind[order]
+    index_of_glossy = np.full(m, -1)
+    index_of_glossy[material[kind == Lobe.GLOSSY]] = np.flatnonzero(kind == Lobe.GLOSSY)
+    layered = (kind == Lobe.DIFFUSE) & (layer_f0[material] > 0)
+
+    def column(i: int) -> Channel:
+        return Channel.join([lobe[i] for lobe in lobes]).where(row)
+
+    return Closures(
+        start=np.searchsorted(material, np.arange(m + 1)).astype(np.int32),
+        kind=kind.astype(np.int32),
+        weight=column(1),
+        roughness=roughness.where(material),
+        f0=column(2),
+        f90=column(3),
+        ior=np.concatenate([lobe[4] for lobe in lobes])[row].astype(np.float32),
+        fresnel=np.concatenate([lobe[5] for lobe in lobes])[row],
+        preserves_energy=preserves_energy[material],
+        layer=np.where(layered, index_of_glossy[material], -1).astype(np.int32),
+    )
