@@ -7,7 +7,7 @@ of the spread: what a grid of slats lets through, scaled to keep the power, ∫ 
 import numpy as np
 
 from ..core.compiling import part
-from ..core.sampling.warps import PI, TWO_PI, cosine_hemisphere, uniform_cone, uniform_disk
+from ..core.sampling.warps import PI, TWO_PI, at_versine, cosine_hemisphere, uniform_disk
 from ..core.vec3 import ONE, ZERO, along, direction_to, dot, minus, plus, row, times, to_world
 from ..scene import LightKind, Lights
 from .aiming.discs import Discs, cone_to_whole
@@ -53,7 +53,7 @@ def emit_area(emitters, source, u):
     if emitters.aims[source]:
         versine, to_scene = cone_to_ball(emitters.discs.whole, emitters.discs.whole_radius, origin, ZERO)
         direction, per_density = (
-            to_world(uniform_cone(u[0], u[1], 1.0 - versine), to_scene),
+            to_world(at_versine(u[0] * versine, u[1]), to_scene),
             np.float32(TWO_PI * versine),
         )
     else:
@@ -71,7 +71,9 @@ def emit_area(emitters, source, u):
 def sample_area(lamps, lamp, position, u, v):
     """As `sample_point`: points uniform by area, E = L A cos θ cos θ' / d²."""
     centre, axis, area = row(lamps.position, lamp), row(lamps.direction, lamp), area_of(lamps, lamp)
-    height = max(dot(minus(position, centre), axis), ZERO)
+    height = dot(minus(position, centre), axis)
+    if height <= ZERO:
+        return position, axis, ZERO
     radius = lamps.tan_spread[lamp] * height if lamps.tan_spread[lamp] < _INFINITY else _INFINITY
     if PI * radius * radius < area:
         # Little of the lamp shines at this position: points of that part

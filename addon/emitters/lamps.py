@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import kernel_array, part
-from ..core.vec3 import BLACK, ZERO, dot, plus, row, times
+from ..core.vec3 import BLACK, ZERO, dot, minus, plus, row, times
 from ..scene import LightKind, Lights, RayKind
 from .area import meet_area, sample_area, spread_columns
 from .point import meet_point, sample_point
@@ -27,8 +27,10 @@ class LampArrays(NamedTuple):
 
     Attributes
     ----------
-    cos_half : (l,) float64
-        Cosine of half of `angle`.
+    versine : (l,) float32
+        1 − cos of half of `angle`, with all the digits of narrow cones.
+    reach : (l,) float32, m
+        Radius of a ball around the lamp; of suns, the sine of half of `angle`.
     tan_spread, spread_gap, sin2_spread : (l,) float32
         Of area lamps, see `area`.
     has_size : (l,) bool
@@ -50,7 +52,8 @@ class LampArrays(NamedTuple):
     stretch: np.ndarray
     seen_in_gloss: np.ndarray
     seen_through_glass: np.ndarray
-    cos_half: np.ndarray
+    versine: np.ndarray
+    reach: np.ndarray
     tan_spread: np.ndarray
     spread_gap: np.ndarray
     sin2_spread: np.ndarray
@@ -64,9 +67,12 @@ def lamp_arrays(lights: Lights) -> LampArrays:
     dtypes = {"kind": np.int32, "sphere": b, "seen_in_gloss": b, "seen_through_glass": b}
     columns = {name: kernel_array(getattr(lights, name), dtypes.get(name, f)) for name in LampArrays._fields[:13]}
     linked = np.zeros((0, 0), b) if lights.illuminates is None else lights.illuminates
+    half, is_sun = lights.angle.astype(np.float64) / 2, lights.kind == LightKind.SUN
+    reach = np.where(is_sun, np.sin(half), lights.radius + np.linalg.norm(lights.size, axis=1) / 2)
     return LampArrays(
         **columns,
-        cos_half=np.cos(lights.angle.astype(np.float64) / 2),
+        versine=(2 * np.sin(half / 2) ** 2).astype(f),
+        reach=reach.astype(f),
         **spread_columns(lights.spread),
         has_size=kernel_array(has_size(lights), b),
         illuminates=kernel_array(linked, b),
@@ -85,6 +91,8 @@ def sample_lamp(lamps, lamp, position, normal, u, v, far):
     `far` is how far away suns are, m.
     """
     kind = lamps.kind[lamp]
+    if _below_horizon(lamps, lamp, position, normal):
+        return position, BLACK
     if kind == _POINT:
         target, way, share = sample_point(lamps, lamp, position, u, v)
     elif kind == _SPOT:
@@ -94,6 +102,14 @@ def sample_lamp(lamps, lamp, position, normal, u, v, far):
     else:
         target, way, share = sample_area(lamps, lamp, position, u, v)
     return target, times(row(lamps.emission, lamp), share * max(dot(way, normal), ZERO))
+
+
+@part
+def _below_horizon(lamps, lamp, position, normal):
+    """Whether a lamp lies behind the surface of a position, as about half of all do."""
+    if lamps.kind[lamp] == _SUN:
+        return dot(row(lamps.direction, lamp), normal) >= lamps.reach[lamp]
+    return dot(minus(row(lamps.position, lamp), position), normal) <= -lamps.reach[lamp]
 
 
 @part

@@ -7,7 +7,7 @@ The disc is exact for lamps that are spheres, and how Cycles' lamps with soft fa
 import numpy as np
 
 from ..core.compiling import part
-from ..core.sampling.warps import PI, TWO_PI, uniform_cone, uniform_disk
+from ..core.sampling.warps import PI, TWO_PI, at_versine, uniform_disk
 from ..core.vec3 import ONE, TWO, ZERO, along, direction_to, dot, minus, row, times, to_world
 from ..scene import Lights
 from .aiming.discs import Discs, cone_to_whole
@@ -29,7 +29,7 @@ def point_row(lights: Lights, lamp: int, discs: Discs, versine: float = 2.0) -> 
 def emit_point(emitters, source, u):
     """A direction evenly from the cone, then a place on the disc that faces it: origin, direction and flux."""
     lamps, lamp = emitters.lamps, emitters.lamp[source]
-    direction = to_world(uniform_cone(u[0], u[1], 1.0 - emitters.versine[source]), row(emitters.axis, source))
+    direction = to_world(at_versine(u[0] * emitters.versine[source], u[1]), row(emitters.axis, source))
     per_density = np.float32(TWO_PI * emitters.versine[source])
     aimed, _ = halved(emitters.balls, source, u[4])
     at, reach = row(lamps.position, lamp), lamps.radius[lamp]
@@ -69,16 +69,13 @@ def sample_ball(lamps, lamp, position, u, v):
         way, distance = direction_to(position, target)
         return target, way, -dot(way, axis) / (distance * distance), True
     axis, away = direction_to(position, centre)
-    d, r = np.float64(away), np.float64(radius)
-    outside, sine2 = d > r, r * r / (d * d)
-    versine = sine2 / (1.0 + np.sqrt(1.0 - sine2)) if outside else 2.0
-    local = uniform_cone(u, v, 1.0 - versine)
-    z = np.float64(local[2])
-    half2 = r * r - d * d * (1.0 - z * z)
-    chord = np.sqrt(half2) if half2 > 0.0 else 0.0
+    outside, sine2 = away > radius, radius * radius / (away * away)
+    versine = sine2 / (ONE + np.sqrt(ONE - sine2)) if outside else TWO
+    local = at_versine(u * versine, v)
+    chord = np.sqrt(max(radius * radius - away * away * (local[0] * local[0] + local[1] * local[1]), ZERO))
     way = to_world(local, axis)
-    target = along(position, np.float32(d * z - chord if outside else d * z + chord), way)
-    return target, way, np.float32(2.0 * versine / (r * r)), outside
+    target = along(position, away * local[2] - (chord if outside else -chord), way)
+    return target, way, TWO * versine / (radius * radius), outside
 
 
 @part

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from .mesh import MeshArrays, mesh_arrays
 from .row import MESH, WORLD, SourceRow
 from .world import WorldArrays, world_arrays
 
-_N_FOR_POWER = 1 << 14
+_N_FOR_POWER = 1 << 13
 """Photons by which the power is told that lamps send to the scene, and spots into their cones."""
 
 
@@ -119,9 +120,13 @@ class Source:
         vars(self).update(vars(source))
 
     def _measured_power(self) -> np.ndarray:
-        u = sobol(N_DIMENSIONS, 0).random(_N_FOR_POWER).astype(np.float32)
-        power: np.ndarray = self.emit(u).flux.mean(axis=0, dtype=np.float64)
+        power: np.ndarray = self.emit(_points_for_power()).flux.mean(axis=0, dtype=np.float64)
         return power
+
+
+@cache
+def _points_for_power() -> np.ndarray:
+    return sobol(N_DIMENSIONS, 0).random(_N_FOR_POWER).astype(np.float32)
 
 
 def emitters_of(sources: Sequence[Source]) -> Emitters:

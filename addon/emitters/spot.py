@@ -8,7 +8,7 @@ s((cos θ − c) / (b(1 − c))), s(t) = t²(3 − 2t), as in Cycles. In a cone 
 import numpy as np
 
 from ..core.compiling import kernel, part
-from ..core.sampling.warps import TWO_PI, uniform_cone
+from ..core.sampling.warps import TWO_PI, at_versine
 from ..core.vec3 import ONE, TWO, ZERO, dot, length, negative, plus, put, row, times, to_world
 from ..scene import Lights
 from .aiming.discs import Discs
@@ -32,7 +32,7 @@ def emit_spot(emitters, source, u):
     ab / |(ax, by, z)|³.
     """
     lamps, lamp = emitters.lamps, emitters.lamp[source]
-    local = uniform_cone(u[0], u[1], 1.0 - emitters.versine[source])
+    local = at_versine(u[0] * emitters.versine[source], u[1])
     per_density = np.float32(TWO_PI * emitters.versine[source])
     if emitters.aims[source]:
         direction = to_world(local, row(emitters.axis, source))
@@ -55,8 +55,8 @@ def spot_falloff(lamps, lamp, direction):
     x = dot(row(lamps.axis_x, lamp), direction) / lamps.stretch[lamp, 0]
     y = dot(row(lamps.axis_y, lamp), direction) / lamps.stretch[lamp, 1]
     z = dot(row(lamps.direction, lamp), direction)
-    cosine, c = z / np.sqrt(max(x * x + y * y + z * z, _TINIEST)), np.float32(lamps.cos_half[lamp])
-    t = min(max((cosine - c) / max(lamps.blend[lamp] * (ONE - c), _LEAST_BLEND), ZERO), ONE)
+    cosine, versine = z / np.sqrt(max(x * x + y * y + z * z, _TINIEST)), lamps.versine[lamp]
+    t = min(max((cosine - (ONE - versine)) / max(lamps.blend[lamp] * versine, _LEAST_BLEND), ZERO), ONE)
     return t * t * (_THREE - TWO * t)
 
 

@@ -7,7 +7,7 @@ which is E · 2/(1 + cos(α/2)).
 import numpy as np
 
 from ..core.compiling import part
-from ..core.sampling.warps import PI, TWO_PI, uniform_cone
+from ..core.sampling.warps import PI, TWO_PI, at_versine
 from ..core.vec3 import ONE, TWO, ZERO, along, dot, minus, negative, row, times, to_world
 from ..scene import Lights
 from .aiming.discs import Discs, through_discs
@@ -31,7 +31,7 @@ def sun_row(lights: Lights, lamp: int, discs: Discs) -> SourceRow:
 def emit_sun(emitters, source, u):
     """A direction uniform over the disc, a place by the nested discs."""
     lamps, lamp = emitters.lamps, emitters.lamp[source]
-    direction = to_world(uniform_cone(u[0], u[1], 1.0 - emitters.versine[source]), row(emitters.axis, source))
+    direction = to_world(at_versine(u[0] * emitters.versine[source], u[1]), row(emitters.axis, source))
     origin, area = through_discs(emitters, source, direction, u)
     return origin, direction, times(row(lamps.emission, lamp), _beam(lamps, lamp) * area)
 
@@ -39,18 +39,15 @@ def emit_sun(emitters, source, u):
 @part
 def sample_sun(lamps, lamp, position, u, v, far):
     """As `sample_point`: directions uniform over the disc."""
-    local = uniform_cone(u, v, lamps.cos_half[lamp])
-    way = negative(to_world(local, row(lamps.direction, lamp)))
+    way = negative(to_world(at_versine(u * lamps.versine[lamp], v), row(lamps.direction, lamp)))
     return along(position, far, way), way, _beam(lamps, lamp)
 
 
 @part
 def meet_sun(lamps, lamp, direction):
     """As `meet_point`."""
-    axis, cos_half = row(lamps.direction, lamp), lamps.cos_half[lamp]
-    versine = max(np.float32(1.0 - cos_half), _TINY)
-    sin2 = max(np.float32(1.0 - cos_half * cos_half), _TINY)
-    cosine = -dot(direction, axis)
+    axis, versine = row(lamps.direction, lamp), max(lamps.versine[lamp], _TINY)
+    sin2, cosine = versine * (TWO - versine), -dot(direction, axis)
     aside = minus(direction, times(axis, -cosine))
     return dot(aside, aside) < sin2 and cosine > ZERO, _BEHIND_ALL, ONE / (PI * sin2), ONE / (TWO_PI * versine)
 
@@ -58,4 +55,4 @@ def meet_sun(lamps, lamp, direction):
 @part
 def _beam(lamps, lamp):
     """Share of a sun's emission in its beams across their own directions."""
-    return TWO / (ONE + np.float32(lamps.cos_half[lamp]))
+    return TWO / (TWO - lamps.versine[lamp])

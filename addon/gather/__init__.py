@@ -10,7 +10,7 @@ from .irradiance_cache import FinalGather, SampleBudget
 from .light_volume import Cascade
 from .light_volume.glossy_light import glossy_radiance
 from .mid_air import OpenBacks
-from .photon_splatting import OF_SCATTERED, photon_volume_gloss, photon_volume_irradiance, scatter_light
+from .photon_splatting import OF_SCATTERED, splat_gloss, splat_irradiance, splat_photons
 from .photon_splatting.upsampling import upsampled
 from .radiance_cache.build import Survey, build_radiance_cache, survey_surfaces
 from .radiance_cache.radiance_cache import RadianceCache
@@ -44,13 +44,13 @@ __all__ = [
     "direct_slope",
     "gather_probes",
     "glossy_radiance",
-    "photon_volume_gloss",
-    "photon_volume_irradiance",
     "reflected_direct",
     "reflected_highlights",
-    "scatter_light",
     "screen_irradiance",
     "search_radius",
+    "splat_gloss",
+    "splat_irradiance",
+    "splat_photons",
     "survey_surfaces",
     "thinned_density",
     "upsampled",

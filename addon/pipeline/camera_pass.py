@@ -8,10 +8,10 @@ from ..core.parallel import Workers
 from ..gather import (
     Irradiance,
     camera_gloss,
-    photon_volume_gloss,
-    photon_volume_irradiance,
     reflected_direct,
     reflected_highlights,
+    splat_gloss,
+    splat_irradiance,
 )
 from ..output.camera import CameraPass
 from ..photons import PathKind
@@ -23,7 +23,7 @@ _LEAST_ALBEDO = np.float32(1e-3)
 """Below which light that falls on a surface is not to be had by division from what it reflects."""
 
 _OF_GLOSS, _OF_CAUSTICS = (0.0, 0.3), (0.3, 0.4)
-"""Parts of the stages in which photon volumes are scattered; what is gathered by them has the rest."""
+"""Parts of the stages in which photons are splatted; what is gathered by them has the rest."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def _caustics(points: CameraPoints, solution: Solution, workers: Workers) -> tup
     radiance = np.zeros((len(points), 3), np.float32)
     if len(focused) and len(k):
         seen, tracer = points.seen.where(k), solution.tracer.surfaces
-        irradiance, of_irradiance = photon_volume_irradiance(points.camera, seen, focused, workers, tracer=tracer)
+        irradiance, of_irradiance = splat_irradiance(points.camera, seen, focused, workers, tracer=tracer)
         radiance[k] = points.front[k] * irradiance / np.float32(np.pi)
         stderr[k] = points.front[k].mean(axis=1) * of_irradiance / np.float32(np.pi)
     return points.picture(radiance), points.picture(stderr[:, None])[..., 0]
@@ -126,7 +126,7 @@ def _gloss(
     photons = solution.photons.where(solution.photons.kind != PathKind.DIRECT)
     camera, seen, surfaces = points.camera, points.seen, solution.tracer.surfaces
     step, part = settings.subsample, workers.part(*_OF_GLOSS)
-    radiance, stderr = photon_volume_gloss(scene, camera, seen, photons, part, step, surfaces)
+    radiance, stderr = splat_gloss(scene, camera, seen, photons, part, step, surfaces)
     return points.tint * radiance, points.picture((points.tint.mean(axis=1) * stderr)[:, None])[..., 0]
 
 

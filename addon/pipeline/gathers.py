@@ -19,15 +19,15 @@ from ..gather import (
     SampleBudget,
     direct_irradiance,
     direct_slope,
-    photon_volume_irradiance,
     search_radius,
+    splat_irradiance,
     thinned_density,
 )
 from ..photons import PathKind, Photons
 from .solution import Solution
 
 _LEAST_EXTENT = 1e-3  # m, of the receivers: a lone one has none
-_OF_VOLUMES = 0.4  # of the stages of photon volumes, that come before them: gloss and caustics
+_OF_SPLATTING = 0.4  # of the stages of photon splatting, that come before them: gloss and caustics
 _CAUSTIC_SHARE = 4  # caustics are sharp: their estimate takes as many times fewer photons
 
 
@@ -65,7 +65,7 @@ def _gathered(solution: Solution) -> tuple[Estimate, dict[str, int]]:
     if solution.settings.gather == "light_volume":
         return _by_light_volume(solution)
     if solution.settings.gather == "photon_volumes":
-        return _by_photon_volumes(solution)
+        return _by_splatting(solution)
     return _by_density(solution)
 
 
@@ -84,13 +84,13 @@ def _by_light_volume(solution: Solution) -> tuple[Estimate, dict[str, int]]:
     return _sum(Estimate(irradiance, stderr), counts, caustics_of(solution))
 
 
-def _by_photon_volumes(solution: Solution) -> tuple[Estimate, dict[str, int]]:
+def _by_splatting(solution: Solution) -> tuple[Estimate, dict[str, int]]:
     """Photons light the pixels around them; what is seen in mirrors gathers caustics as other receivers do."""
     view = solution.receivers.view
     assert view is not None
     scattered, surfaces = solution.photons.where(solution.photons.kind == PathKind.INDIRECT), solution.tracer.surfaces
-    n, workers = solution.settings.subsample, solution.workers.part(_OF_VOLUMES, 1.0)
-    light = photon_volume_irradiance(view.camera, view.seen, scattered, workers, n, surfaces, OF_SCATTERED)
+    n, workers = solution.settings.subsample, solution.workers.part(_OF_SPLATTING, 1.0)
+    light = splat_irradiance(view.camera, view.seen, scattered, workers, n, surfaces, OF_SCATTERED)
     return _sum(Estimate(*light), {}, caustics_of(solution))
 
 

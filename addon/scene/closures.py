@@ -29,7 +29,8 @@ class Closures:
     kind : (c,) int32
         `Lobe`.
     weight : Channel
-        What it is multiplied by. Of Lambertian closures that is the albedo, before what `layer` takes.
+        What it is multiplied by. Of Lambertian closures that is the albedo, before what `layer` takes. A rough one's
+        own colour is in f0 and f90, since light that scatters more than once between facets takes it each time.
     roughness : Channel, scalar in [0, 1]
         Of a glossy or a glass closure; GGX's α is its square.
     f0, f90 : Channel

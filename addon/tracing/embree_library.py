@@ -15,6 +15,7 @@ import numpy as np
 
 from ..core.compiling import jit
 from ..core.errors import BakeError
+from ..core.zips import unusable_library
 
 _P, _U, _SIZE = ctypes.c_void_p, ctypes.c_uint, ctypes.c_size_t
 _TRIANGLES, _INDEX, _VERTEX, _UINT3, _FLOAT3 = 0, 0, 1, 0x5003, 0x9003
@@ -48,7 +49,7 @@ def _library() -> Any:
     except OSError:
         library = None
     if library is None:
-        raise BakeError("Embree, which traces rays, is missing: install Photon Bake's zip for this platform.")
+        raise BakeError(unusable_library("embreex", "it has no Embree in it that can be loaded"))
     if jit():
         import llvmlite.binding  # here, as Blender's start should not wait for it
 

@@ -69,6 +69,7 @@ def closest_hit(tracing, room, origin, direction, kind):
 def stopped(tracing, room, origin, direction, kind, triangle, distance, u, v):
     """Where a ray is stopped whose first hit is known; see `closest_hit`."""
     tint, scene, materials = WHITE, tracing.scene, tracing.scene.materials
+    kind = np.int64(kind)  # for other types all parts would be compiled anew
     if tracing.see_through:
         first = triangle
         for step in range(_MAX_SURFACES):
@@ -164,30 +165,37 @@ def _mixed(mixed, value):
     return mixed ^ (mixed >> _16)
 
 
-@kernel
-def _closest_hits(tracing, room, origins, directions, kind, triangle, distance, u, v, tint):
-    for i in range(len(origins)):
-        origin, direction = row(origins, i), row(directions, i)
-        triangle[i], distance[i], u[i], v[i], color = closest_hit(tracing, room, origin, direction, kind[i])
+@part
+def _write(tracing, hits, i, stop):
+    """Write where a ray is stopped (`closest_hit`) into the i-th of `Hits`."""
+    triangle, distance, u, v, normal, tint = hits
+    triangle[i], distance[i], u[i], v[i], color = stop
+    if stop[0] >= 0:
+        put(normal, i, row(tracing.scene.normals, stop[0]))
+    if len(tint):
         put(tint, i, color)
 
 
 @kernel
-def _stops(tracing, room, origins, directions, kind, triangle, distance, u, v, tint):
+def _closest_hits(tracing, room, origins, directions, kind, hits):
     for i in range(len(origins)):
-        first = triangle[i], distance[i], u[i], v[i]
+        stop = closest_hit(tracing, room, row(origins, i), row(directions, i), kind[i])
+        _write(tracing, hits, i, stop)
+
+
+@kernel
+def _stops(tracing, room, origins, directions, kind, hits):
+    for i in range(len(origins)):
+        first = hits[0][i], hits[1][i], hits[2][i], hits[3][i]
         stop = stopped(tracing, room, row(origins, i), row(directions, i), kind[i], *first)
-        triangle[i], distance[i], u[i], v[i], color = stop
-        put(tint, i, color)
+        _write(tracing, hits, i, stop)
 
 
 @kernel
-def _beyond(tracing, room, directions, kind, triangle, distance, u, v, tint):
+def _beyond(tracing, room, directions, hits):
     for i in range(len(directions)):
-        passed = triangle[i], distance[i], u[i], v[i]
-        stop = beyond(tracing, room, row(directions, i), kind, passed)
-        triangle[i], distance[i], u[i], v[i], color = stop
-        put(tint, i, color)
+        passed = hits[0][i], hits[1][i], hits[2][i], hits[3][i]
+        _write(tracing, hits, i, beyond(tracing, room, row(directions, i), _DIFFUSE, passed))
 
 
 @kernel
@@ -257,35 +265,29 @@ class TransparencyTracer:
         """Where each ray (n, 3) is stopped; `kind` is one for all or (n,) of `RayKind`."""
         kinds = np.full(len(origins), kind, np.uint8)
         rays = kernel_array(origins, np.float32), kernel_array(directions, np.float32), kinds
+        hits = self._empty_hits(len(origins))
         if self._first_hits is None:
-            hits = _empty_hits(len(origins))
-            _closest_hits(self.arrays, new_ray(), *rays, *_columns(hits))
+            _closest_hits(self.arrays, new_ray(), *rays, _columns(hits))
         else:
-            hits = self._first(origins, directions, kinds)
-            _stops(self.arrays, new_ray(), *rays, *_columns(hits))
-        return self._finished(hits)
-
-    def _first(self, origins: np.ndarray, directions: np.ndarray, kinds: np.ndarray) -> Hits:
-        """First hits by the other tracer, whose kinds of rays are traced one after the other."""
-        assert self._first_hits is not None
-        hits = _empty_hits(len(origins))
-        for kind in np.unique(kinds):
-            k = np.flatnonzero(kinds == kind)
-            hits.put(k, self._first_hits.closest_hit(origins[k], directions[k], kind=RayKind(kind)))
+            for one in np.unique(kinds):
+                k = np.flatnonzero(kinds == one)
+                hits.put(k, self._first_hits.closest_hit(origins[k], directions[k], kind=RayKind(one)))
+            _stops(self.arrays, new_ray(), *rays, _columns(hits))
         return hits
 
     def beyond(self, directions: np.ndarray, passed: Hits) -> Hits:
         """Where diffuse rays are stopped after they passed surfaces that stop others, with the whole distance."""
-        hits = passed.with_tint()
-        _beyond(self.arrays, new_ray(), kernel_array(directions, np.float32), _DIFFUSE, *_columns(hits))
-        return self._finished(hits)
+        hits = self._empty_hits(len(directions))
+        hits.put(np.arange(len(directions)), replace(passed, tint=None))
+        _beyond(self.arrays, new_ray(), kernel_array(directions, np.float32), _columns(hits))
+        return hits
 
-    def _finished(self, hits: Hits) -> Hits:
-        """Hits with the normals of their triangles, and with a tint only if there may be one."""
-        met = np.flatnonzero(hits.hit)
-        hits.normal[met] = self._scene.normals[hits.triangle[met]]
+    def _empty_hits(self, n: int) -> Hits:
+        """Hits to be written, with a tint only if there may be one."""
         tints = self.arrays.see_through or self.arrays.coincident.any
-        return hits if tints else replace(hits, tint=None)
+        distance, u, v = np.empty((3, n), np.float32)
+        tint = np.empty((n, 3), np.float32) if tints else None
+        return Hits(np.empty(n, np.int32), distance, u, v, np.zeros((n, 3), np.float32), tint)
 
     @property
     def flush_emitters(self) -> list[tuple[str, str]]:
@@ -324,10 +326,9 @@ class TransparencyTracer:
         return passes
 
 
-def _empty_hits(n: int) -> Hits:
-    return replace(Hits.none(n), tint=np.ones((n, 3), np.float32))
+_NO_TINT = np.empty((0, 3), np.float32)
 
 
-def _columns(hits: Hits) -> tuple[np.ndarray | None, ...]:
-    """What kernels write of hits."""
-    return hits.triangle, hits.distance, hits.u, hits.v, hits.tint
+def _columns(hits: Hits) -> tuple[np.ndarray, ...]:
+    """What kernels write of hits; the tint is empty where there is none."""
+    return hits.triangle, hits.distance, hits.u, hits.v, hits.normal, _NO_TINT if hits.tint is None else hits.tint

@@ -40,7 +40,7 @@ STAGE_SHARES: dict[Gather, dict[str, float]] = {
         "Reading the scene": 1,
         "Tracing photons": 4,
         "Measuring photons": 1,
-        "Scattering photons": 6,
+        "Splatting photons": 6,
         "Looking for edges": 1,
         "Upsampling": 1,
         "Adding direct light": 1,

@@ -18,7 +18,7 @@ from flicker import flicker_table
 from light_volume import material, side_by_side
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.emitters import light_sources, region_of
-from photon_bake.addon.gather import photon_volume_irradiance
+from photon_bake.addon.gather import splat_irradiance
 from photon_bake.addon.photons import PathKind, trace_photons
 from photon_bake.addon.receivers import diffuse_colors, seen_surface
 from photon_bake.addon.tracing import TransparencyTracer
@@ -89,7 +89,7 @@ class Bench:
     def light(self, photons):
         """Irradiance of the floor's pixels and its error, and the seconds that it took."""
         start = perf_counter()
-        irradiance, stderr = photon_volume_irradiance(self.camera, self.floor, photons, Workers())
+        irradiance, stderr = splat_irradiance(self.camera, self.floor, photons, Workers())
         return irradiance.mean(axis=1), stderr, perf_counter() - start
 
 
@@ -122,7 +122,7 @@ def picture(bench, to):
     """Write Cycles' picture with our caustics added, and what Cycles makes of its own in the same time."""
     start = perf_counter()
     photons, _ = bench.caustic(N_STORED[-1])
-    irradiance, _ = photon_volume_irradiance(bench.camera, bench.seen, photons, Workers())
+    irradiance, _ = splat_irradiance(bench.camera, bench.seen, photons, Workers())
     albedo, _ = diffuse_colors(bench.scene, bench.seen)
     added = np.zeros((bench.camera.n_pixels, 3), np.float32)
     added[bench.seen.pixel] = albedo * irradiance / np.pi

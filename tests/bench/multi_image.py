@@ -23,11 +23,13 @@ from photon_bake.addon.tracing import Hits, TransparencyTracer
 from photon_bake.addon.tracing.cube_maps import LightRays, MultiImageTracer, Tally, lit_region
 from photon_bake.addon.tracing.cube_maps.box import through_box
 from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.tests.cube_map_methods.fan import Fan
+from photon_bake.tests.cube_map_methods.plane import Plane
 
 N_RAYS = N_PHOTONS = 100_000
 N_PHOTONS_OF_ROOM = 3_000_000  # of which few come in through the windows
 ALONE = Workers(n_threads=1)
-METHODS = ("plane", "fan", "crossing")
+METHODS = {"plane": Plane, "fan": Fan, "crossing": None}
 PLACES = ("regular", "placed by surfaces", "placed by light")
 RIGHT = (0.01, 0.02, 0.05)
 PICTURED = ("cornell", "classroom")
@@ -59,7 +61,7 @@ class Case:
             n_maps,
             size,
             placement="regular" if places == "regular" else "placed",
-            method=method,
+            method=METHODS[method],
             workers=ALONE,
             light=self.light if places == "placed by light" else None,
         )

@@ -1,117 +1,40 @@
-"""Measures what the engine's rays cost against Embree's own time for the same rays, and what the rest goes to.
+"""Measures what the engine's rays cost against Embree's own time for the same rays.
 
     python tests/bench/run.py --only rays [--scene NAME]
 
 Photons are a guided million. Gather rays are a million that records send, with the look-up in the cache and what comes
-of it: near hits, gloss, shadow rays. Embree's time is that of its own calls alone, made again with the same arrays. Of
-one thread it is the processor's time that counts, of all cores the clock's. A scene with gloss or glass is measured a
-second time without, which tells what these cost.
+of it: near hits, gloss, shadow rays. The tracer's are a million first hits and a million shadow rays with nothing else,
+once more with surfaces that let half of the light through. Embree's time is that of its own calls alone, made again
+with the same rays. Of one thread it is the processor's time that counts, of all cores the clock's. A scene with gloss
+or glass is measured a second time without, which tells what these cost.
 """
 
 import os
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from time import perf_counter, process_time
 from unittest import mock
 
 import numpy as np
 from figures import load, table
-from photon_bake.addon.bsdf import Surface, base_transmittance, glossy_albedo, surface_at
 from photon_bake.addon.core import parallel
-from photon_bake.addon.core.parallel import Turns, Workers
-from photon_bake.addon.core.sampling.octahedral import encode_octahedral
-from photon_bake.addon.core.sampling.streams import sobol_chunks
+from photon_bake.addon.core.parallel import Turns, Workers, slices
+from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere, to_world
 from photon_bake.addon.emitters import Sphere, light_sources, region_of
-from photon_bake.addon.gather import DirectLight, GatherRays, RadianceCache, build_radiance_cache, survey_surfaces
-from photon_bake.addon.gather.direct.ray_directions import gather_directions
+from photon_bake.addon.gather import DirectLight, GatherRays, build_radiance_cache, survey_surfaces
 from photon_bake.addon.gather.irradiance_cache.records import RecordMaker
-from photon_bake.addon.gather.rays.gather_rays import _Paths
-from photon_bake.addon.photons import GuidedSource, Photons, guide_sources, pilots_for, trace_photons
-from photon_bake.addon.photons.scattering import facing, local_axes, scatter
+from photon_bake.addon.photons import guide_sources, pilots_for, trace_photons
 from photon_bake.addon.receivers import Receivers
-from photon_bake.addon.scene import Lobe, Scene
+from photon_bake.addon.scene import Channel, Lobe, Scene
 from photon_bake.addon.settings.bake import BakeSettings
-from photon_bake.addon.tracing import Hits, TransparencyTracer, embree
-from photon_bake.addon.tracing.embree import EmbreeTracer, intersect_all, new_ray, occluded_all
-from section_clock import section_shares
+from photon_bake.addon.tracing import EmbreeTracer, TransparencyTracer
+from ray_recorder import recorded
 
 N_RECORDS, N_RAYS = 8192, 128  # a record of medium quality sends so many rays at first
 N_TIMES = 3
+N_PLAIN_RAYS, CHUNK, LIFT = 1 << 20, 1 << 14, np.float32(1e-4)
 
 RATES_HEAD = ["Scene", "Rays of", "Rays", "Shadow rays among them", "Ours, M/s", "Embree, M/s", "Ours over Embree"]
 RATES_HEAD += ["Ours on all cores, M/s", "Embree on all cores, M/s", "Ours over Embree on all cores"]
-
-
-class Recorder:
-    """Embree's loops over rays, keeping what they are asked for, to be asked for again."""
-
-    def __init__(self, calls):
-        self._calls = calls
-
-    def closest_hits(self, *arguments):
-        self._keep(Call(intersect_all, arguments))
-
-    def shadow_rays(self, *arguments):
-        self._keep(Call(occluded_all, arguments))
-
-    def _keep(self, call):
-        self._calls.append(call)
-        call.run()
-
-
-@dataclass(frozen=True)
-class Call:
-    """Rays that Embree was asked for at once: the loop over them, and its arguments."""
-
-    loop: object
-    arguments: tuple
-
-    def run(self):
-        tree, _, *rays = self.arguments
-        self.loop(tree, new_ray(), *rays)
-
-    @property
-    def n_rays(self):
-        return len(self.arguments[2])
-
-    @property
-    def n_shadow_rays(self):
-        return self.n_rays if self.loop is occluded_all else 0
-
-
-# What time goes to; functions that only glossy and glass surfaces need are "Gloss", wherever they are called
-SECTIONS = {
-    "Embree": [Recorder.closest_hits],
-    "Embree, shadow rays": [Recorder.shadow_rays],
-    "Around Embree": [TransparencyTracer.closest_hit, TransparencyTracer.visibility, Hits.points],
-    "Where rays start": [GuidedSource.emit, sobol_chunks, gather_directions],
-    "Look-ups": [RadianceCache.look_up],
-    "Near hits": [GatherRays._add_diffuse],
-    "Lamps": [DirectLight.sample, DirectLight.met, DirectLight.unsampled_sky],
-    "Gloss": [
-        GatherRays._add_glossy,
-        GatherRays._surface,
-        surface_at,
-        base_transmittance,
-        glossy_albedo,
-        facing,
-        local_axes,
-    ],
-    "Scattering": [scatter],
-    "Choosing rows": [Hits.where, Hits.put, Photons.where, Surface.where, _Paths.where, _Paths.at],
-    "Storing": [encode_octahedral, Photons.join],
-}
-SHARES_HEAD = ["Scene", "Rays of", *SECTIONS, "Rest"]
-
-
-@contextmanager
-def recorded():
-    """The calls of Embree meanwhile."""
-    recorder = Recorder(calls := [])
-    loops = {"intersect_all": recorder.closest_hits, "occluded_all": recorder.shadow_rays}
-    with mock.patch.multiple(embree, **loops):
-        yield calls
 
 
 @dataclass(frozen=True)
@@ -163,24 +86,23 @@ def spread(receivers, n):
 
 
 def measure(work):
-    """Cells of `RATES_HEAD` and of `SHARES_HEAD` for rays that ``work(workers)`` sends."""
+    """Cells of `RATES_HEAD` for rays that ``work(workers)`` sends."""
     in_order = mock.patch.object(parallel, "ordered_map", lambda function, items, n_threads: map(function, items))
-    with in_order, recorded() as calls:
-        shares = section_shares(lambda: work(Workers(n_threads=1)), SECTIONS)
-    n, n_shadow = sum(call.n_rays for call in calls), sum(call.n_shadow_rays for call in calls)
-    rates = []
+    with in_order:
+        rays = recorded(lambda: work(Workers(n_threads=1)))
+    n, rates = len(rays.rows), []
     for n_threads, clock in ((1, process_time), (os.cpu_count(), perf_counter)):
-        ours, embree = least_seconds(work, calls, n_threads, clock)
+        ours, embree = least_seconds(work, rays, n_threads, clock)
         rates += [f"{n / ours / 1e6:.2f}", f"{n / embree / 1e6:.2f}", f"{ours / embree:.2f}"]
-    return [f"{n:,}", f"{n_shadow:,}", *rates], [f"{share:.0%}" for share in shares.values()]
+    return [f"{n:,}", f"{rays.n_shadow_rays:,}", *rates]
 
 
-def least_seconds(work, calls, n_threads, clock):
+def least_seconds(work, rays, n_threads, clock):
     """Ours and Embree's alone, the least of several tries that take turns, as other work comes and goes."""
     tries = []
     for _ in range(N_TIMES):
         ours = seconds(lambda: work(Workers(n_threads=n_threads)), clock)
-        tries.append((ours, seconds(lambda: replay(calls, n_threads), clock)))
+        tries.append((ours, seconds(lambda: rays.replay(n_threads), clock)))
     return map(min, zip(*tries, strict=True))
 
 
@@ -188,12 +110,6 @@ def seconds(function, clock):
     start = clock()
     function()
     return clock() - start
-
-
-def replay(calls, n_threads):
-    """Embree's part of the work alone."""
-    with ThreadPoolExecutor(n_threads) as pool:
-        list(pool.map(Call.run, calls))
 
 
 def matte(scene):
@@ -212,17 +128,42 @@ def variants(scenes):
             yield f"{name}, matte", matte(scene), receivers
 
 
+def half_open(scene):
+    """The scene with surfaces that let half of the light through."""
+    half = Channel.constant(np.full(len(scene.materials), 0.5))
+    return replace(scene, materials=replace(scene.materials, coverage=half))
+
+
+def plain_rays(scene, receivers):
+    """What sends a million rays from receivers through a scene, and as many to points that they see or do not."""
+    tracer, random = TransparencyTracer(scene, EmbreeTracer(scene)), np.random.default_rng(1)
+    at, to = (random.integers(0, len(receivers), N_PLAIN_RAYS) for _ in range(2))
+    normals, origins = receivers.normal[at], receivers.position[at] + LIFT * receivers.normal[at]
+    targets = receivers.position[to] + LIFT * receivers.normal[to]
+    directions = to_world(sample_cosine_hemisphere(random.random((len(at), 2), np.float32)), normals)
+
+    def closest(workers):
+        for _ in workers.map(lambda k: tracer.closest_hit(origins[k], directions[k]), slices(len(at), CHUNK)):
+            pass
+
+    def visible(workers):
+        for _ in workers.map(lambda k: tracer.visibility(origins[k], targets[k]), slices(len(at), CHUNK)):
+            pass
+
+    return closest, visible
+
+
 def tables(scenes, options):
     """Markdown tables."""
     chosen = {name: path for name, path in scenes.items() if name in (options.scene or scenes)}
-    rates, shares = [], []
+    rates = []
     for name, scene, receivers in variants(chosen):
         engine = Engine.of(scene, receivers)
         for what, work in (("photons", engine.trace), ("gather", engine.gather)):
-            rate, share = measure(work)
-            rates.append([name, what, *rate])
-            shares.append([name, what, *share])
-    return [
-        table("Rays against Embree's own time for the same rays, one thread and all cores", RATES_HEAD, rates),
-        table("What bounds it: where one thread's time goes", SHARES_HEAD, shares),
-    ]
+            rates.append([name, what, *measure(work)])
+        for kind, surfaces in (("", scene), (", half see-through", half_open(scene))):
+            closest, visible = plain_rays(surfaces, receivers)
+            rates.append([name + kind, "the tracer: first hits", *measure(closest)])
+            rates.append([name + kind, "the tracer: visibility", *measure(visible)])
+    title = "Rays against Embree's own time for the same rays, one thread and all cores"
+    return [table(title, RATES_HEAD, rates)]

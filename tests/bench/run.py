@@ -24,6 +24,7 @@ import bpy
 import camera_pass
 import caustics
 import contacts
+import direct_rates
 import eevee
 import equal_error
 import estimates
@@ -141,6 +142,7 @@ def extraction_tables(*_):
 PARTS = {
     "speed": equal_error.tables,
     "rays": ray_rates.tables,
+    "direct": direct_rates.tables,
     "window": responsiveness.tables,
     "error": error_tables,
     "scenes": scene_tables,

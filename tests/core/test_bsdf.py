@@ -177,6 +177,7 @@ def gauss_legendre(edges, n):
 # Fresnel and Snell
 
 
+@pytest.mark.plain
 def test_fresnel_at_normal_brewster_and_critical_angles():
     ior = np.float32(1.5)
     assert fresnel_dielectric(np.float32(1), ior) == pytest.approx(0.04, rel=1e-5)
@@ -199,6 +200,7 @@ def test_grazing_shares_go_from_0_to_1_and_average_as_they_should(ior):
     assert _average_grazing_share(np.float32(ior)) == pytest.approx((2 * share * cos).mean(), abs=0.01)
 
 
+@pytest.mark.plain
 @pytest.mark.parametrize("ior", [1.5, 1 / 1.5, 1.0])
 def test_refraction_obeys_snell(ior):
     wo, h = sample_cosine_hemisphere(numbers(2, 1000)[:, :2]), direction(0.9, 1)[0]
@@ -280,6 +282,7 @@ def test_lobes_are_chosen_by_what_they_scatter():
         assert np.allclose(only.weight.mean(axis=0), part, rtol=0.01)
 
 
+@pytest.mark.plain
 def test_nothing_is_scattered_by_nothing():
     sample = sample_bsdf(surface(9), direction(0.5, 9), numbers(n=16)[:9])
     assert (sample.weight == 0).all() and np.allclose(np.linalg.norm(sample.wi, axis=1), 1)
@@ -423,6 +426,7 @@ def _flip(d):
     return d * np.float32([-1, 1, 1])
 
 
+@pytest.mark.plain
 def test_what_is_left_to_photons():
     kinds = {"diffuse": False, "translucent": False, "f0": True, "glass_transmission": True}
     for name, expected in kinds.items():
@@ -449,6 +453,7 @@ def test_shadow_rays_and_photons_share_gloss_by_its_value(from_light):
 # Surfaces of a scene
 
 
+@pytest.mark.plain
 def test_surface_at_reads_the_materials():
     colors = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]], np.float32)
     materials = Materials.of(
@@ -560,6 +565,7 @@ def test_layers_lie_over_layers_and_over_what_they_cover_alone():
     np.testing.assert_allclose(albedo_of(many, 0.6), (diffuse_albedo(s, cos) + gloss)[0], atol=3e-3)
 
 
+@pytest.mark.plain
 def test_closures_that_are_chosen_keep_their_layers():
     several = closures(SHARP, {"kind": Lobe.DIFFUSE, "layer": 2}, DULL, {"kind": Lobe.DIFFUSE, "layer": 0})
     some = several.where(np.array([False, True, True, True]))
@@ -567,6 +573,7 @@ def test_closures_that_are_chosen_keep_their_layers():
     assert some.start.tolist() == [0, 3] and some.count(Lobe.DIFFUSE).tolist() == [2]
 
 
+@pytest.mark.plain
 def test_mirrors_and_highlights():
     kinds = [surface(1, roughness=r, **c) for r in (0.05, 0.5) for c in ({"f0": 0.5}, {"glass_transmission": 0.5})]
     kinds += [surface(1, roughness=0.05, f0=0.5, diffuse=0.5), surface(1)]

@@ -1,4 +1,4 @@
-"""The camera's pass from a solve: closed forms, by rays and by photon volumes."""
+"""The camera's pass from a solve: closed forms, by rays and by photon splatting."""
 
 from types import SimpleNamespace
 
@@ -38,7 +38,7 @@ def pass_of(scene, camera, gather, n_samples=4, n_threads=0, **settings):
     return camera_pass(points, solution.irradiance(), beside)
 
 
-def test_furnace_of_photon_volumes():
+def test_furnace_of_photon_splatting():
     """Walls of radiance 1 and albedo ρ = ½ make E/π = ρ/(1 − ρ) = 1 of indirect light, as even as its error says."""
     passes = panorama(scene_of(*box(), albedo=0.5, emission=1.0), "photon_volumes", n_photons=200_000)
     light, said = passes.indirect_diffuse[..., 1], passes.error / passes.albedo[..., 1]
@@ -102,7 +102,7 @@ def test_pixels_between_those_that_are_lit_are_as_bright():
     assert np.sqrt(np.mean((fourth.error - every.error) ** 2)) < 0.2 * every.error.mean()
 
 
-def test_mirrors_show_what_photon_volumes_light():
+def test_mirrors_show_what_splats_light():
     """A wall seen in a mirror is as bright as the same wall seen straight; caustics on it are there, too."""
     plate = plane(0.5)[0][:, [2, 0, 1]] + [0.5, 0, 0], plane(0.5)[1]
     scene = scene_of(*merge(box(), plate), material=[0] * 12 + [1] * 2, lights=lit_box().lights)
@@ -125,14 +125,14 @@ def test_same_seed_same_pass_whatever_the_threads():
         assert np.array_equal(getattr(one, name), getattr(three, name)), name
 
 
-def test_photon_volumes_are_refused_without_a_camera():
+def test_photon_splatting_is_refused_without_a_camera():
     scene = lit_box(diffuse=0.5)
     with pytest.raises(BakeError, match="bake to Camera alone, or choose another Gather"):
         bake(scene, receivers_in_box(2), settings_for("draft", gather="photon_volumes"), EmbreeTracer(scene))
 
 
 def test_leaves_are_lit_from_both_sides():
-    """A plate across the box that lets half of the light through: by rays and by photon volumes alike."""
+    """A plate across the box that lets half of the light through: by rays and by photon splatting alike."""
     plate = plane(0.3)[0][:, [2, 0, 1]] + [0.5, 0, 0], plane(0.3)[1]
     scene = scene_of(*merge(box(), plate), material=[0] * 12 + [1] * 2, lights=lit_box().lights)
     diffuse, translucent = (Channel.constant(np.float32([[v] * 3 for v in column])) for column in ((0.5, 0), (0, 0.5)))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.emitters import Sphere, light_sources
-from photon_bake.addon.gather import photon_volume_irradiance
+from photon_bake.addon.gather import splat_irradiance
 from photon_bake.addon.photons import PathKind, trace_photons
 from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.receivers import Camera, seen_surface
@@ -96,7 +96,7 @@ def test_glass_ball_s_caustic_has_its_power():
 
     camera = Camera.perspective(np.float32([0, 0, 0.15]), DOWN, 2 * float(np.arctan(0.2 / 0.15)), 160, 160)
     seen = seen_surface(scene, tracer, camera)
-    irradiance, _ = photon_volume_irradiance(camera, seen, caustic, Workers())
+    irradiance, _ = splat_irradiance(camera, seen, caustic, Workers())
     near = np.linalg.norm(seen.position[:, :2], axis=1) < 0.15
     power = (irradiance[near, 0] * seen.area[near]).sum(dtype=np.float64)
     assert power == pytest.approx(ball_power(0.5, 0.15), rel=0.03)
@@ -138,7 +138,7 @@ def test_cardioid_is_sharp():
     tracer, caustic = traced(scene, 400_000)
     camera = Camera.perspective(np.float32([0, 0, 2]), DOWN, 2 * float(np.arctan(RADIUS / 2)), 200, 200)
     seen = seen_surface(scene, tracer, camera)
-    irradiance, _ = photon_volume_irradiance(camera, seen, caustic, Workers())
+    irradiance, _ = splat_irradiance(camera, seen, caustic, Workers())
     x, y = seen.position[:, 0], seen.position[:, 1]
     inside = (np.abs(y) < 0.006) & (np.abs(x) < RADIUS * 0.95)
     order = np.argsort(x[inside])

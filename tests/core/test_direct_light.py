@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
+from photon_bake.addon.core.sampling.path_numbers import path_key
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.emitters.area import areas_of
@@ -264,6 +265,15 @@ def test_many_lamps_add_up():
 def test_point_in_the_lamp_is_finite():
     value, _ = irradiance((0, 0, 2), UP, lamp(LightKind.POINT, 7.0, position=(0, 0, 2)), n=100)
     assert np.isfinite(value)
+
+
+def test_estimates_do_not_depend_on_chunks():
+    lights = lamp(LightKind.RECTANGLE, 2.0, position=(0, 0, 1), size=(1, 1))
+    direct = direct_of(scene_of(*plane(2.0), lights=lights, world=0.3))
+    at = receivers_at(np.random.default_rng(1).uniform(-1, 1, (300, 3)) * [1, 1, 0] + [0, 0, 1e-3], UP)
+    whole = direct.mean_irradiance(at.position, at.normal, None, 4, path_key(1, 2))
+    part = direct.mean_irradiance(at.position[200:], at.normal[200:], None, 4, path_key(1, 2), first=200)
+    assert np.array_equal(whole[200:], part)
 
 
 def test_receivers_get_the_same_for_any_threads():

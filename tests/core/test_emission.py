@@ -8,6 +8,7 @@ from photon_bake.addon.core.sampling.streams import sobol_chunks, stream
 from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.emitters.emission import N_DIMENSIONS
 from photon_bake.addon.emitters.mesh import emissive_triangles, radiance_of
+from photon_bake.addon.emitters.source import emitted as emitted_by
 from photon_bake.addon.gather import DirectLight
 from photon_bake.addon.scene import Channel, LightKind, Lights, Textures, World
 from photon_bake.addon.tracing import TransparencyTracer
@@ -251,6 +252,21 @@ def test_lamps_without_power_are_no_sources():
 
 def test_a_lamp_without_power_is_no_source():
     assert light_sources(scene_of(*plane(), lights=lamp(LightKind.POINT, 0.0)), WHOLE) == []
+
+
+def test_sources_of_all_kinds_share_a_batch():
+    """Photons of many sources emitted together are those that each emits alone."""
+    kinds = [lamp(kind, 3.0, size=(1, 0.5), angle=0.5, position=(0, 0, 1 + kind)) for kind in LightKind]
+    mesh = merge(plane(2.0), plane(0.5, z=1))
+    lit = {"albedo": [0.5, 0.5], "emission": [0, 8.0], "material": [0, 0, 1, 1], "world": 0.5}
+    sources = light_sources(scene_of(*mesh, lights=Lights.join(kinds), **lit), WHOLE)
+    assert len(sources) == len(LightKind) + 2
+    u, number = stream(5).random((700, N_DIMENSIONS), dtype=np.float32), np.arange(700, dtype=np.int32) % 7
+    together = emitted_by(sources, number, u)
+    for k, source in enumerate(sources):
+        alone = source.emit(u[number == k])
+        for name in ("origins", "directions", "flux", "objects"):
+            assert np.array_equal(getattr(together, name)[number == k], getattr(alone, name))
 
 
 def test_emission_does_not_depend_on_how_it_is_chunked():

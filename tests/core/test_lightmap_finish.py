@@ -7,6 +7,7 @@ import pytest
 from photon_bake.addon.core.errors import BakeError
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.output.lightmap import FinishOptions, finish_lightmaps
+from photon_bake.addon.output.lightmap.conjugate_gradients import scaled, solve
 from photon_bake.addon.output.lightmap.denoise import denoised
 from photon_bake.addon.output.lightmap.dilation import dilated
 from photon_bake.addon.output.lightmap.oidn import _passes
@@ -17,6 +18,7 @@ from photon_bake.addon.receivers.lightmap.seams import seams_of
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, scene_of
 from photon_bake.tests.core.unwrapped import look_up, mesh_of, points_on, unwrapped_box, unwrapped_plane
+from scipy.sparse import csr_array, random_array
 
 needs_oidn = pytest.mark.skipif(not has_oidn(), reason="without the pyoidn wheel")
 CLEAN = FinishOptions(denoiser="none")
@@ -263,3 +265,18 @@ def test_a_missing_denoiser_is_said(monkeypatch):
     assert denoised([], "auto", Workers()) == []
     with pytest.raises(BakeError, match="choose our own denoiser"):
         denoised([], "oidn", Workers())
+
+
+def test_conjugate_gradients_solve_what_elimination_does():
+    """Of a random system, three right sides at once, one of which is solved from the start."""
+    random = np.random.default_rng(0)
+    factor = random_array((80, 50), density=0.1, random_state=random)
+    whole = (factor.T @ factor).toarray() + np.eye(50)
+    matrix, scale = scaled(csr_array(whole))
+    right, start = random.normal(size=(50, 3)).astype(np.float32), np.zeros((50, 3), np.float32)
+    truth = np.linalg.solve(whole, right / scale[:, None])
+    start[:, 1] = truth[:, 1] / scale
+    steps = []
+    found = solve(matrix, right, start, 1e-5, 100, lambda: steps.append(1)) * scale[:, None]
+    assert found == pytest.approx(truth, abs=1e-4 * np.abs(truth).max())
+    assert 0 < len(steps) < 40

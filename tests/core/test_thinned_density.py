@@ -11,7 +11,7 @@ from photon_bake.addon.receivers import Receivers
 from photon_bake.addon.tracing import Hits, TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import plane, scene_of
-from photon_bake.tests.core.test_photon_volumes import photons_at
+from photon_bake.tests.core.test_photon_splatting import photons_at
 
 UP = np.array([0, 0, 1], np.float32)
 HALF, K = 2.0, 50

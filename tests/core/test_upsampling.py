@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
-from photon_bake.addon.gather import photon_volume_irradiance, upsampled
+from photon_bake.addon.gather import splat_irradiance, upsampled
 from photon_bake.tests.core.scenes import merge, plane, scene_of
-from photon_bake.tests.core.test_photon_volumes import evenly, photons_at, seen_from, view_of_plane
+from photon_bake.tests.core.test_photon_splatting import evenly, photons_at, seen_from, view_of_plane
 
 
 class Counted:
@@ -57,7 +57,7 @@ def test_nothing_is_mixed_between_walls_at_an_angle():
 def test_photons_are_scattered_to_few_pixels():
     camera, seen = view_of_plane()
     photons = photons_at(evenly(100_000, 2), 16.0)
-    full, _ = photon_volume_irradiance(camera, seen, photons, Workers())
-    coarse, stderr = photon_volume_irradiance(camera, seen, photons, Workers(), step=3)
+    full, _ = splat_irradiance(camera, seen, photons, Workers())
+    coarse, stderr = splat_irradiance(camera, seen, photons, Workers(), step=3)
     assert coarse.mean() == pytest.approx(full.mean(), rel=0.01)
     assert np.sqrt(np.mean((coarse - full) ** 2)) < 0.5 * np.sqrt(np.mean(stderr**2))

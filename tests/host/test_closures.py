@@ -369,7 +369,8 @@ def test_two_roughnesses_stay_two_closures():
     show(mixed(tree, sharp, dull))
     warnings = []
     closures = read(material, warnings).closures
-    np.testing.assert_allclose(closures.weight.value[:, 0], [0.45, 0.15], atol=1e-6)
+    np.testing.assert_allclose(closures.weight.value[:, 0], 0.5, atol=1e-6)
+    np.testing.assert_allclose(closures.f0.value[:, 0], [0.9, 0.3], atol=1e-6)
     np.testing.assert_allclose(closures.roughness.value[:, 0], [0.1, 0.5], atol=1e-6)
     assert closures.kind.tolist() == [Lobe.GLOSSY] * 2 and not warnings
 

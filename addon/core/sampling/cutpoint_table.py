@@ -50,10 +50,16 @@ def drawn_cell(table, row, u):
 
 
 @part
+def chance_of(table, row, cell):
+    """The chance of a cell of a row."""
+    k = row * table.n_cells + cell
+    return table.cumulative[k] - (table.cumulative[k - 1] if cell > 0 else np.float64(row))
+
+
+@part
 def drawn_place(table, row, u):
     """As `drawn_cell`, and where in its cell the number lies, float64 in [0, 1)."""
     cell = drawn_cell(table, row, u)
-    k = row * table.n_cells + cell
-    low = table.cumulative[k - 1] if cell > 0 else np.float64(row)
-    within = (np.float64(row) + np.float64(u) - low) / max(table.cumulative[k] - low, 1e-300)
+    above, chance = table.cumulative[row * table.n_cells + cell], chance_of(table, row, cell)
+    within = (np.float64(row) + np.float64(u) - (above - chance)) / max(chance, 1e-300)
     return cell, min(max(within, 0.0), 1.0 - 1e-7)

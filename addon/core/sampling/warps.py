@@ -37,7 +37,7 @@ def uniform_sphere(u, v):
 @part
 def uniform_cone(u, v, cos_max):
     """A direction uniform by solid angle within the angle arccos(`cos_max`, float64) of +z; see `pdf_uniform_cone`."""
-    return _at_versine(u * (1.0 - cos_max), v)
+    return at_versine(u * (1.0 - cos_max), v)
 
 
 @part
@@ -45,7 +45,7 @@ def versine_octaves(u, v, narrow):
     """A direction around +z, about as many in each octave of the versine 1 − cos θ above `narrow`; see
     `pdf_versine_octaves`.
     """
-    return _at_versine(narrow * np.expm1(u * np.log1p(TWO / narrow)), v)
+    return at_versine(narrow * np.expm1(u * np.log1p(TWO / narrow)), v)
 
 
 @part
@@ -77,8 +77,8 @@ def _around(z, v):
 
 
 @part
-def _at_versine(versine, v):
-    """A direction by 1 − cos θ, which keeps the precision of narrow cones."""
+def at_versine(versine, v):
+    """A direction around +z by its azimuth 2πv and by 1 − cos θ, which keeps the precision of narrow cones."""
     x, y = _polar(np.float32(np.sqrt(max(versine * (TWO - versine), ZERO))), v)
     return x, y, np.float32(ONE - versine)
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core.compiling import kernel, kernel_array, part
-from ...core.sampling.warps import uniform_cone, uniform_disk
+from ...core.sampling.warps import at_versine, uniform_disk
 from ...core.vec3 import ONE, TWO, ZERO, dot, length, minus, narrow, plus, put, row, times, to_world, wide
 
 _NARROWEST = 2.0**-41  # versine: nothing is so far away that its cone has no solid angle
@@ -67,7 +67,7 @@ def redirected(balls, source, aimed, u, v, origin, reach, direction, per_density
     if aimed:
         ball, within = _chosen(first, last, u)
         versine, axis = cone_to_ball(row(balls.centre, ball), balls.radius[ball], origin, reach)
-        direction = to_world(uniform_cone(within, v, 1.0 - versine), axis)
+        direction = to_world(at_versine(within * versine, v), axis)
     density = 0.0
     for ball in range(first, last):
         versine, axis = cone_to_ball(row(balls.centre, ball), balls.radius[ball], origin, reach)

@@ -9,10 +9,13 @@ measure which share of the disc is surface.
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ...core import vec3
+from ...core.compiling import kernel, kernel_array, part
 from ...core.parallel import Workers
 from ...core.sampling.streams import below_one, sobol
 from ...core.sampling.vectors import dot, rows
 from ...core.sampling.warps import frame, sample_uniform_disk
+from ...core.vec3 import mean, minus, plus, put, row, times
 from ...emitters import Sphere
 from ...photons import Photons
 from ...receivers import Receivers
@@ -108,12 +111,27 @@ class PhotonDensity:
         share[lit], blocked = surface_share(tracer, rows(x, lit), rows(normals, lit), r[lit])
         behind = lit[blocked]
         within[behind] = _seen(tracer, photons.position, x[behind], normals[behind], within[behind], r[behind])
-        power = np.where((within >= 0)[..., None], rows(photons.power, within), 0)
         area = np.maximum(np.pi * r**2 * share, np.float32(1e-30))  # where photons lie on the very receiver
-        brightness = (power[..., 0] + power[..., 1] + power[..., 2]) / 3
-        squares = np.einsum("nk,nk->n", brightness, brightness)
-        slope = None if flight is None else slope_of_photons(power, rows(flight, within), normals, area)
-        return Estimate(np.einsum("nki->ni", power) / area[:, None], np.sqrt(squares) / area, slope), r
+        irradiance, stderr = np.empty((len(x), 3), np.float32), np.empty(len(x), np.float32)
+        sum_photons(within, photons.power, area, irradiance, stderr)
+        slope = None
+        if flight is not None:
+            power = np.where((within >= 0)[..., None], rows(photons.power, within), 0)
+            slope = slope_of_photons(power, rows(flight, within), normals, area)
+        return Estimate(irradiance, stderr, slope), r
+
+
+@kernel
+def sum_photons(within, power, area, irradiance, stderr):
+    """Σ Φ over areas (n,), of the photons (n, k) that are `within`, −1 for none; and √(Σ Φ²), of means over colours."""
+    for r in range(len(within)):
+        total, squares = vec3.BLACK, vec3.ZERO
+        for j in range(within.shape[1]):
+            if within[r, j] >= 0:
+                phi = row(power, within[r, j])
+                total, squares = plus(total, phi), squares + mean(phi) * mean(phi)
+        put(irradiance, r, times(total, vec3.ONE / area[r]))
+        stderr[r] = np.sqrt(squares) / area[r]
 
 
 def slope_of_photons(power: np.ndarray, flight: np.ndarray, normals: np.ndarray, area: np.ndarray) -> np.ndarray:
@@ -153,22 +171,49 @@ def _nearest_in_slice(
     """The k − 1 nearest photons in each receiver's slice, (n, k') int, −1 for none; and the radius (n,) float32."""
     n_asked = min(_OVERSEARCH * k, tree.n)
     distance, index = tree.query(x, k=n_asked, distance_upper_bound=r_max)
-    distance, index = distance.reshape(len(x), n_asked).astype(np.float32), index.reshape(len(x), n_asked)
-    found = index < tree.n
-    index[~found] = 0
-    # How far the sphere was looked through: to the last photon found, or all the way
-    looked = np.where(found[:, -1], distance[:, -1], np.float32(r_max))
-    height = np.abs(np.einsum("nki,ni->nk", rows(positions, index) - x[:, None], normals))
-    same_side = np.einsum("nki,ni->nk", rows(photon_normals, index), normals) > SAME_SIDE
-    rank = np.cumsum(found & same_side, axis=1)
-    r = np.where(rank[:, -1] >= k, np.take_along_axis(distance, _first(rank >= k), 1)[:, 0], looked)
-    in_slice = found & same_side & (distance < r[:, None]) & (height <= SLICE * r[:, None])
-    return np.where(in_slice, index, -1), r
+    distance, index = distance.reshape(len(x), n_asked), index.reshape(len(x), n_asked)
+    radius = np.empty(len(x), np.float32)
+    at, normals = kernel_array(x, np.float32), kernel_array(normals, np.float32)
+    choose_photons(distance, index, positions, photon_normals, at, normals, k, r_max, radius)
+    return index, radius
 
 
-def _first(true: np.ndarray) -> np.ndarray:
-    """Column of the first True of each row, (n, 1)."""
-    return true.argmax(axis=1)[:, None]
+@kernel
+def choose_photons(distance, index, positions, photon_normals, x, normals, k, r_max, radius):
+    """Find the radius around each receiver, and put −1 in the place of photons that are not in its slice.
+
+    Parameters
+    ----------
+    distance, index : (n, m) float64 and int64
+        Of the photons nearest to each receiver, rising; an index too large: none more.
+    radius : (n,) float32, m
+        Becomes the k-th distance on the receiver's side; how far was looked where there are fewer.
+    """
+    for r in range(len(x)):
+        centre, normal = row(x, r), row(normals, r)
+        radius[r] = _radius(distance[r], index[r], photon_normals, normal, k, r_max)
+        for j in range(index.shape[1]):
+            photon = index[r, j]
+            if photon >= len(positions) or np.float32(distance[r, j]) >= radius[r]:
+                index[r, j] = -1
+                continue
+            height = abs(vec3.dot(minus(row(positions, photon), centre), normal))
+            if height > SLICE * radius[r] or vec3.dot(row(photon_normals, photon), normal) <= SAME_SIDE:
+                index[r, j] = -1
+
+
+@part
+def _radius(distance, index, photon_normals, normal, k, r_max):
+    """Distance of a receiver's k-th photon on its side, or how far the sphere was looked through."""
+    rank = 0
+    for j in range(len(index)):
+        if index[j] >= len(photon_normals):
+            return np.float32(r_max)
+        if vec3.dot(row(photon_normals, index[j]), normal) > SAME_SIDE:
+            rank += 1
+            if rank == k:
+                return np.float32(distance[j])
+    return np.float32(distance[len(index) - 1])
 
 
 def points_of_discs(x: np.ndarray, normals: np.ndarray, r: np.ndarray, disc: np.ndarray | None = None) -> np.ndarray:

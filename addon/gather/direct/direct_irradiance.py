@@ -3,6 +3,7 @@
 import numpy as np
 
 from ...core.parallel import Workers
+from ...core.sampling.path_numbers import path_key
 from ...receivers import Receivers
 from ...scene import Scene
 from ..normal_gradient import slope_of_samples
@@ -11,19 +12,17 @@ from .ray_directions import gather_directions
 
 N_SAMPLES = 64
 _STAGE = "Adding direct light"
-_CHUNK = 1024  # receivers
+_CHUNK = 256  # receivers
 _AT_RECEIVERS, _AT_TURNED = 31, 32  # streams of random numbers
 
 
 def direct_irradiance(scene: Scene, direct: DirectLight, receivers: Receivers, workers: Workers) -> np.ndarray:
     """Direct irradiance of receivers, the world's among it, mean of `N_SAMPLES` estimates, (n, 3) float32, W/m²."""
-    of_receiver = _objects(scene, receivers)
+    of_receiver, key = _objects(scene, receivers), path_key(workers.seed, _AT_RECEIVERS)
 
-    def estimate(chunk: slice, random: np.random.Generator) -> np.ndarray:
-        positions, normals, objects = (
-            np.repeat(of[chunk], N_SAMPLES, 0) for of in (receivers.position, receivers.normal, of_receiver)
-        )
-        return direct.irradiance_with_sky(positions, normals, objects, random).reshape(-1, N_SAMPLES, 3).mean(axis=1)
+    def estimate(chunk: slice, _: np.random.Generator) -> np.ndarray:
+        at = receivers.position[chunk], receivers.normal[chunk], of_receiver[chunk]
+        return direct.mean_irradiance(*at, N_SAMPLES, key, chunk.start)
 
     irradiance = np.zeros((len(receivers), 3), np.float32)
     for chunk, value in workers.chunks(_STAGE, len(receivers), _CHUNK, estimate, (_AT_RECEIVERS,)):
@@ -36,17 +35,17 @@ def direct_slope(
 ) -> np.ndarray:
     """How the direct irradiance (n, 3) of receivers changes with their normals, (n, 3, 3) float32, W/m².
 
-    By its definition (`turned_normals`), from an estimate of the irradiance for each of `N_SAMPLES` turned normals.
+    By its definition (`normal_gradient`), from an estimate of the irradiance for each of `N_SAMPLES` turned normals.
     """
-    of_receiver = _objects(scene, receivers)
+    of_receiver, key = _objects(scene, receivers), path_key(workers.seed, _AT_TURNED)
 
     def estimate(chunk: slice, random: np.random.Generator) -> np.ndarray:
         positions, normals, objects = (
             np.repeat(of[chunk], N_SAMPLES, 0) for of in (receivers.position, receivers.normal, of_receiver)
         )
         turned = gather_directions(normals, N_SAMPLES, random)
-        change = direct.irradiance_with_sky(positions, turned, objects, random).reshape(-1, N_SAMPLES, 3)
-        change -= irradiance[chunk, None]
+        change = direct.mean_irradiance(positions, turned, objects, 1, key, N_SAMPLES * chunk.start)
+        change = change.reshape(-1, N_SAMPLES, 3) - irradiance[chunk, None]
         return slope_of_samples(change, turned.reshape(-1, N_SAMPLES, 3), receivers.normal[chunk])
 
     slope = np.zeros((len(receivers), 3, 3), np.float32)

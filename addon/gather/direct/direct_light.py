@@ -5,17 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.compiling import kernel, kernel_array
-from ...core.sampling.vectors import rows
-from ...core.sampling.warps import sample_cosine_hemisphere, to_world
-from ...core.vec3 import BLACK, direction_to, put, row
+from ...core.vec3 import BLACK, ONE, direction_to, mul, plus, put, row, times
 from ...emitters import Source
 from ...emitters.aiming.regions import Sphere
 from ...emitters.row import MESH, WORLD
 from ...emitters.source import Surroundings
 from ...scene import Scene
 from ...tracing import Hits, TransparencyTracer
+from ...tracing.embree import new_ray
 from .lamp_choice import lamp_grid
 from .sampling import MAX_CANDIDATES, DirectArrays, met_radiance, sample_emitters, unsampled_sky
+from .visible import direct_light, visible_share
 
 
 @dataclass(frozen=True)
@@ -51,10 +51,11 @@ class DirectLight:
     ----------
     arrays : DirectArrays
         What kernels take.
+    tracer : TransparencyTracer
     """
 
     def __init__(self, scene: Scene, tracer: TransparencyTracer, sources: list[Source]) -> None:
-        self._scene, self._tracer = scene, tracer
+        self.tracer = tracer
         of = sources[0].surroundings if sources else Surroundings.of(scene, Sphere(np.zeros(3, np.float32), 0.0))
         # After the lamps come all emissive triangles, and the world
         power, n_lamps = np.zeros(len(scene.lights) + 2), len(scene.lights)
@@ -64,38 +65,67 @@ class DirectLight:
         lit = power > 0
         # Half by power, half evenly: a weak lamp close by must not be missed.
         chance = power / power.sum() / 2 + lit / lit.sum() / 2 if lit.any() else power
-        n_candidates = 0 if not lit.any() else 1 if lit.sum() == 1 and lit[:-2].any() else MAX_CANDIDATES
         lamps, mesh, world = (np.float32(c) for c in (chance[:-2].sum(), chance[-2], chance[-1]))
-        grid, far = lamp_grid(scene, lit[:-2]), np.float32(2 * scene.diagonal)
         self.arrays = DirectArrays(
-            scene.arrays, of.lamps, of.mesh, of.world, grid, lamps, mesh, world, n_candidates, far
+            scene.arrays,
+            of.lamps,
+            of.mesh,
+            of.world,
+            lamp_grid(scene, lit[:-2]),
+            lamps,
+            mesh,
+            world,
+            0 if not lit.any() else 1 if lit.sum() == 1 and lit[:-2].any() else MAX_CANDIDATES,
+            np.float32(2 * scene.diagonal),
+            *_blockers(scene),
         )
-        self._rays_own_some = bool(lit[-2:].any())
 
     def irradiance(
-        self, positions: np.ndarray, normals: np.ndarray, objects: np.ndarray | None, random: np.random.Generator
+        self,
+        positions: np.ndarray,
+        normals: np.ndarray,
+        objects: np.ndarray | None,
+        random: np.random.Generator,
+        with_sky: bool = False,
     ) -> np.ndarray:
-        """One estimate of the direct irradiance at each point, without a constant world, (n, 3) float32, W/m².
+        """One estimate of the direct irradiance at each point, (n, 3) float32, W/m².
 
         Parameters
         ----------
         positions, normals, objects
             As for `sample`.
+        with_sky : bool
+            With a constant world.
         """
-        result = self.sample(positions, normals, objects, random).irradiance
-        if self._rays_own_some:
-            hits, directions = self._rays(positions, normals, random)
-            met = self.met(hits, directions, normals) - self.unsampled_sky(hits, directions)
-            result += np.float32(np.pi) * hits.tinted(met)
-        return result
+        return self.mean_irradiance(positions, normals, objects, 1, _key(random), with_sky=with_sky)
 
     def irradiance_with_sky(
         self, positions: np.ndarray, normals: np.ndarray, objects: np.ndarray | None, random: np.random.Generator
     ) -> np.ndarray:
         """One estimate of all direct irradiance at each point, (n, 3) float32, W/m²; see `irradiance`."""
-        hits, directions = self._rays(positions, normals, random)
-        own = np.float32(np.pi) * hits.tinted(self.met(hits, directions, normals))
-        return self.sample(positions, normals, objects, random).irradiance + own
+        return self.irradiance(positions, normals, objects, random, with_sky=True)
+
+    def mean_irradiance(
+        self,
+        positions: np.ndarray,
+        normals: np.ndarray,
+        objects: np.ndarray | None,
+        n_samples: int,
+        key: np.uint64,
+        first: int = 0,
+        with_sky: bool = True,
+    ) -> np.ndarray:
+        """Mean of some estimates of the direct irradiance at each point, (n, 3) float32, W/m².
+
+        Parameters
+        ----------
+        key, first
+            Of the random numbers (`path_key`), and the number of the first point among those that share the key.
+        """
+        irradiance = np.empty((len(positions), 3), np.float32)
+        at, how = _points(positions, normals, objects), (n_samples, with_sky, key, first)
+        _light_many(self.arrays, self.tracer.arrays, new_ray(), *at, *how, irradiance)
+        return irradiance
 
     def sample(
         self,
@@ -117,28 +147,14 @@ class DirectLight:
             Leave out what a cosine-weighted ray finds more often. The caller sends one from each point, and adds what
             `met` says of it.
         """
-        n, key = len(positions), random.integers(1 << 64, dtype=np.uint64, endpoint=False)
-        targets, irradiance, towards = np.empty((3, n, 3), np.float32)
-        found, objects = (
-            Incident(irradiance, towards, np.empty(n, np.int64)),
-            np.full(n, -1) if objects is None else objects,
-        )
-        at = kernel_array(positions, np.float32), kernel_array(normals, np.float32), kernel_array(objects, np.int64)
-        _sample_many(self.arrays, *at, rays_own, key, targets, irradiance, towards, found.source)
-        lit = np.flatnonzero(irradiance.any(axis=1))
-        passes = self._visibility(rows(positions, lit), rows(targets, lit), towards[lit], found.source[lit])
-        irradiance[lit] *= passes
-        return found
+        irradiance, towards = np.empty((2, len(positions), 3), np.float32)
+        source, at = np.empty(len(positions), np.int64), _points(positions, normals, objects)
+        to = irradiance, towards, source
+        _sample_many(self.arrays, self.tracer.arrays, new_ray(), *at, rays_own, _key(random), *to)
+        return Incident(*to)
 
     def met(self, hits: Hits, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Radiance that cosine-weighted rays meet and that is their own, (n, 3) float32: of emissive triangles, and of
-        the world, a constant one's among it. What see-through surfaces leave of it is for the caller to apply.
-
-        Parameters
-        ----------
-        directions, normals : (n, 3) float32
-            Of the rays, and of the surfaces that they start from.
-        """
+        """`met_radiance` of rays that start from surfaces with `normals` (n, 3), (n, 3) float32."""
         radiance = np.empty((len(directions), 3), np.float32)
         ways = kernel_array(directions, np.float32), kernel_array(normals, np.float32)
         distance, u, v = (kernel_array(of, np.float32) for of in (hits.distance, hits.u, hits.v))
@@ -151,44 +167,49 @@ class DirectLight:
         _look_at_sky(self.arrays, kernel_array(hits.triangle, np.int32), radiance)
         return radiance
 
-    def _rays(self, positions: np.ndarray, normals: np.ndarray, random: np.random.Generator) -> tuple[Hits, np.ndarray]:
-        """What a cosine-weighted ray from each point meets, and its direction."""
-        u = random.random((len(positions), 2), dtype=np.float32)
-        directions = to_world(sample_cosine_hemisphere(u), normals)
-        return self._tracer.closest_hit(positions, directions), directions
 
-    def _visibility(
-        self, positions: np.ndarray, targets: np.ndarray, directions: np.ndarray, source: np.ndarray
-    ) -> np.ndarray:
-        """Share of the light of sources that reaches positions from targets, (n, 3) or (n, 1) float32."""
-        blocked_by = self._scene.lights.blocked_by
-        if blocked_by is None:
-            return self._tracer.visibility(positions, targets)
-        objects = self._scene.objects
-        linked = np.append(~(blocked_by | ~objects.casts_shadow).all(axis=1), [False, False])
-        passes = np.ones((len(positions), 3), np.float32)
-        k = np.flatnonzero(~linked[source])
-        passes[k] = self._tracer.visibility(rows(positions, k), rows(targets, k))
-        for lamp in np.unique(source[linked[source]]):
-            if not (blocked_by[lamp] & objects.casts_shadow).any():
-                continue
-            k = np.flatnonzero(source == lamp)
-            near = np.linalg.norm(targets[k] - positions[k], axis=1) * np.float32(1 - 1e-4)
-            passes[k] = self._tracer.transmittance(positions[k], directions[k], near, blocks=blocked_by[lamp])
-        return passes
+def _blockers(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
+    """`has_blockers` and `blockers` of `DirectArrays`."""
+    blocked_by, casts_shadow = scene.lights.blocked_by, scene.objects.casts_shadow
+    if blocked_by is None:
+        return np.zeros(0, np.bool_), np.zeros((0, 0), np.bool_)
+    return (casts_shadow & ~blocked_by).any(axis=1), kernel_array(blocked_by, np.bool_)
+
+
+def _points(
+    positions: np.ndarray, normals: np.ndarray, objects: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points as kernels take them."""
+    objects = np.full(len(positions), -1, np.int32) if objects is None else kernel_array(objects, np.int32)
+    return kernel_array(positions, np.float32), kernel_array(normals, np.float32), objects
+
+
+def _key(random: np.random.Generator) -> np.uint64:
+    """The key of paths that have numbers of their own."""
+    return np.uint64(random.integers(1 << 64, dtype=np.uint64, endpoint=False))
 
 
 @kernel
-def _sample_many(direct, positions, normals, objects, rays_own, key, targets, irradiance, directions, sources):
+def _light_many(direct, tracing, room, positions, normals, objects, n_samples, with_sky, key, first, irradiance):
     for k in range(len(positions)):
-        position = row(positions, k)
-        target, light, sources[k], _ = sample_emitters(
-            direct, position, row(normals, k), objects[k], rays_own, key, k, 0
-        )
+        position, normal, total = row(positions, k), row(normals, k), BLACK
+        for path in range((first + k) * n_samples, (first + k + 1) * n_samples):
+            light = direct_light(direct, tracing, room, position, normal, objects[k], key, path, 0, with_sky)
+            total = plus(total, light)
+        put(irradiance, k, times(total, ONE / np.float32(n_samples)))
+
+
+@kernel
+def _sample_many(direct, tracing, room, positions, normals, objects, rays_own, key, irradiance, towards, sources):
+    for k in range(len(positions)):
+        position, normal = row(positions, k), row(normals, k)
+        target, light, lamp, lit = sample_emitters(direct, position, normal, objects[k], rays_own, key, k, 0)
+        if lit:
+            light = mul(light, visible_share(direct, tracing, room, lamp, position, target))
         way, _ = direction_to(position, target)
-        put(targets, k, target)
         put(irradiance, k, light)
-        put(directions, k, way)
+        put(towards, k, way)
+        sources[k] = lamp
 
 
 @kernel

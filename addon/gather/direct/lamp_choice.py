@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...core.compiling import part
-from ...core.sampling.cutpoint_table import CutpointTable, cutpoint_table, drawn_cell
+from ...core.sampling.cutpoint_table import CutpointTable, chance_of, cutpoint_table, drawn_cell
 from ...core.vec3 import minus
 from ...emitters.area import areas_of
 from ...scene import LightKind, Scene
@@ -26,14 +26,12 @@ class LampGrid(NamedTuple):
     per_side : int
     table : CutpointTable
         A row for each cell, of all lamps.
-    chance : (cells, l) float32
     """
 
     low: tuple
     cell: tuple
     per_side: int
     table: CutpointTable
-    chance: np.ndarray
 
 
 def lamp_grid(scene: Scene, lit: np.ndarray) -> LampGrid:
@@ -48,19 +46,24 @@ def lamp_grid(scene: Scene, lit: np.ndarray) -> LampGrid:
     chance = (1 - _EVEN) * give / np.maximum(give.sum(axis=1, keepdims=True), 1e-300)
     chance += lit * (1 - chance.sum(axis=1, keepdims=True)) / max(lit.sum(), 1)
     corner, size = (tuple(np.float32(x) for x in triple) for triple in (low, cell))
-    return LampGrid(corner, size, per_side, cutpoint_table(np.cumsum(chance, axis=1)), chance.astype(np.float32))
+    return LampGrid(corner, size, per_side, cutpoint_table(np.cumsum(chance, axis=1)))
 
 
 @part
-def choose_lamp(grid, position, u):
-    """A lamp for a position and a number in [0, 1), and its chance."""
+def cell_of(grid, position):
+    """The cell of a position; of one outside of the grid, the nearest."""
     place, n = minus(position, grid.low), grid.per_side
     x = min(max(np.int64(place[0] / grid.cell[0]), 0), n - 1)
     y = min(max(np.int64(place[1] / grid.cell[1]), 0), n - 1)
     z = min(max(np.int64(place[2] / grid.cell[2]), 0), n - 1)
-    cell = (x * n + y) * n + z
+    return (x * n + y) * n + z
+
+
+@part
+def choose_lamp(grid, cell, u):
+    """A lamp for a cell and a number in [0, 1), and its chance."""
     lamp = drawn_cell(grid.table, cell, u)
-    return lamp, grid.chance[cell, lamp]
+    return lamp, np.float32(chance_of(grid.table, cell, lamp))
 
 
 def _irradiance(scene: Scene, positions: np.ndarray, least: float) -> np.ndarray:

@@ -22,7 +22,7 @@ from ...emitters.mesh import MeshArrays, mesh_density, sample_mesh
 from ...emitters.world import WorldArrays, sample_world, world_pdf, world_radiance
 from ...scene.arrays import SceneArrays
 from ...scene.hit import emitted
-from .lamp_choice import LampGrid, choose_lamp
+from .lamp_choice import LampGrid, cell_of, choose_lamp
 
 MAX_CANDIDATES = 4
 N_PAIRS = 1 + 2 * MAX_CANDIDATES
@@ -41,6 +41,10 @@ class DirectArrays(NamedTuple):
     n_candidates : int
     far : float32, m
         How far away suns and the world are.
+    has_blockers : (l,) bool
+        Lamps whose light some objects do not keep away that cast shadows; (0,) where all lamps have the same blockers.
+    blockers : (l, o) bool
+        What keeps the light of those lamps away.
     """
 
     scene: SceneArrays
@@ -53,6 +57,8 @@ class DirectArrays(NamedTuple):
     world_chance: np.float32
     n_candidates: int
     far: np.float32
+    has_blockers: np.ndarray
+    blockers: np.ndarray
 
 
 @part
@@ -80,9 +86,10 @@ def sample_emitters(direct, position, normal, object_, rays_own, key, path, i):
     start, choice = two_numbers(key, path, i)
     total = kept = ZERO
     target, light, lamp = position, BLACK, np.int64(len(direct.lamps.kind))
+    cell = cell_of(direct.grid, position)
     for j in range(direct.n_candidates):
         place = min((np.float32(j) + start) / np.float32(direct.n_candidates), _BELOW_ONE)
-        at, given, of = _candidate(direct, position, normal, object_, rays_own, place, key, path, i + 1 + 2 * j)
+        at, given, of = _candidate(direct, cell, position, normal, object_, rays_own, place, key, path, i + 1 + 2 * j)
         weight = mean((abs(given[0]), abs(given[1]), abs(given[2])))  # lamps may take light away
         if weight > ZERO:
             total += weight
@@ -97,12 +104,12 @@ def sample_emitters(direct, position, normal, object_, rays_own, key, path, i):
 
 
 @part
-def _candidate(direct, position, normal, object_, rays_own, place, key, path, i):
+def _candidate(direct, cell, position, normal, object_, rays_own, place, key, path, i):
     """A point of an emitter that a number chooses, the irradiance from it over its density, and which emitter it is."""
     u, v = two_numbers(key, path, i)
     by_lamps, n_lamps = direct.lamp_chance, np.int64(len(direct.lamps.kind))
     if place < by_lamps or (direct.mesh_chance == ZERO and direct.world_chance == ZERO):
-        lamp, chance = choose_lamp(direct.grid, position, min(place / by_lamps, _BELOW_ONE))
+        lamp, chance = choose_lamp(direct.grid, cell, min(place / by_lamps, _BELOW_ONE))
         if not lights_object(direct.lamps, lamp, object_):
             return position, BLACK, lamp
         target, light = sample_lamp(direct.lamps, lamp, position, normal, u, v, direct.far)

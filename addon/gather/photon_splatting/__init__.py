@@ -1,17 +1,17 @@
-"""Photon volumes: each photon lights the points around it, after section 5 of McGuire and Luebke."""
+"""Photon splatting: each photon lights the points around it, after section 5 of McGuire and Luebke."""
 
-from .gloss import photon_volume_gloss
-from .photon_splatting import photon_volume_irradiance
+from .gloss import splat_gloss
+from .photon_splatting import splat_irradiance
 from .radius import OF_SCATTERED, neighbour_radius, path_density_radius
-from .splat import Points, Scattered, scatter_light
+from .splat import LitPoints, Splatted, splat_photons
 
 __all__ = [
     "OF_SCATTERED",
-    "Points",
-    "Scattered",
+    "LitPoints",
+    "Splatted",
     "neighbour_radius",
     "path_density_radius",
-    "photon_volume_gloss",
-    "photon_volume_irradiance",
-    "scatter_light",
+    "splat_gloss",
+    "splat_irradiance",
+    "splat_photons",
 ]

@@ -18,20 +18,20 @@ _CHUNK = 1 << 13  # points
 _EDGES = 83  # stream of random numbers
 
 
-def share_of_volumes(
+def share_of_splats(
     tracer: Tracer, seen: SeenSurface, to_edge: np.ndarray, radius: np.ndarray, workers: Workers
 ) -> np.ndarray:
     """Share s = ∫κ dA over the surface around each point, (p,) float32, at least an eighth.
 
     Divided by s, even light is even to the edge. Short rays find it for points closer to an edge in the picture than
-    volumes are large.
+    splats are large.
 
     Parameters
     ----------
     to_edge : (p,) float32, m
         From `distance_to_edge`.
     radius : (p,) float32, m
-        Of the volumes that light each point; 0: none.
+        Of the splats that light each point; 0: none.
     """
     near = np.flatnonzero(to_edge <= radius * (radius > 0))
     u = below_one(sobol(2, 0).random(_N_RAYS))

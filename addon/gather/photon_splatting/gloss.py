@@ -11,7 +11,7 @@ from ...receivers import Camera, SeenSurface
 from ...receivers.camera.camera import LEAST_COSINE
 from ...scene import Scene
 from ...tracing import Tracer
-from .photon_splatting import volume_light
+from .photon_splatting import splat_light
 from .radius import OF_SCATTERED
 from .splat import Response
 
@@ -19,7 +19,7 @@ _LEAST_ALBEDO = np.float32(1e-6)  # to divide by
 _CHUNK = 1 << 16  # points
 
 
-def photon_volume_gloss(
+def splat_gloss(
     scene: Scene,
     camera: Camera,
     seen: SeenSurface,
@@ -36,7 +36,7 @@ def photon_volume_gloss(
     Parameters
     ----------
     step, tracer
-        As for `photon_volume_irradiance`. What is interpolated is the radiance over the lobe's albedo, so that
+        As for `splat_irradiance`. What is interpolated is the radiance over the lobe's albedo, so that
         textures of gloss are as sharp as without.
 
     Returns
@@ -61,7 +61,7 @@ def photon_volume_gloss(
         return reflect
 
     radiance, stderr = np.zeros((len(seen), 3), np.float32), np.zeros(len(seen), np.float32)
-    found = volume_light(camera, at, photons, response, workers, step, tracer, OF_SCATTERED)
+    found = splat_light(camera, at, photons, response, workers, step, tracer, OF_SCATTERED)
     radiance[rough], stderr[rough] = found[:, :3] * albedo, found[:, 3] * albedo.mean(axis=1)
     return radiance, stderr
 

@@ -12,13 +12,13 @@ from ...photons.scattering import shading_ratio
 from ...receivers import Camera, SeenSurface
 from ...receivers.camera.camera import LEAST_COSINE
 from ...tracing import Tracer
-from .edges import distance_to_edge, share_of_volumes
+from .edges import distance_to_edge, share_of_splats
 from .radius import OF_CAUSTICS, neighbour_radius, path_density_radius
-from .splat import Points, Response, scatter_light
+from .splat import LitPoints, Response, splat_photons
 from .upsampling import upsampled
 
 
-def photon_volume_irradiance(
+def splat_irradiance(
     camera: Camera,
     seen: SeenSurface,
     photons: Photons,
@@ -29,16 +29,16 @@ def photon_volume_irradiance(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Irradiance of the surfaces that a camera sees, from the photons around them.
 
-    With more photons volumes shrink to the size of pixels, and the noise vanishes: it converges to what pixels show.
+    With more photons splats shrink to the size of pixels, and the noise vanishes: it converges to what pixels show.
 
     Parameters
     ----------
     step : int
         Photons light one of `step`² pixels, and the others take their light from those (`upsampled`).
     tracer : Tracer, optional
-        Tells where surfaces end; without it, it is too dark there (`share_of_volumes`).
+        Tells where surfaces end; without it, it is too dark there (`share_of_splats`).
     fineness : float
-        Of the light, for the radii (`n_in_volume`).
+        Of the light, for the radii (`n_in_splat`).
 
     Returns
     -------
@@ -50,11 +50,11 @@ def photon_volume_irradiance(
     def smooth_shading(k: np.ndarray) -> Response | None:
         return _smooth_shading(seen.where(k), photons)
 
-    found = volume_light(camera, seen, photons, smooth_shading, workers, step, tracer, fineness)
+    found = splat_light(camera, seen, photons, smooth_shading, workers, step, tracer, fineness)
     return found[:, :3], found[:, 3]
 
 
-def volume_light(
+def splat_light(
     camera: Camera,
     seen: SeenSurface,
     photons: Photons,
@@ -71,26 +71,26 @@ def volume_light(
     response : callable
         From indices of points to what these points make of photons.
     step, tracer, fineness
-        As for `photon_volume_irradiance`.
+        As for `splat_irradiance`.
     """
     if len(seen) == 0 or len(photons) == 0:
         return np.zeros((len(seen), 4), np.float32)
-    radius = volume_radius(camera, seen, photons, workers, fineness)
+    radius = splat_radius(camera, seen, photons, workers, fineness)
     to_edge = distance_to_edge(camera, seen) if tracer else None
 
     def light(k: np.ndarray) -> np.ndarray:
         part = seen.where(k)
-        found = scatter_light(Points(part.position, part.normal), photons, radius, workers, response(k))
+        found = splat_photons(LitPoints(part.position, part.normal), photons, radius, workers, response(k))
         values = np.column_stack([found.light, found.stderr])
         if tracer is not None and to_edge is not None:
-            values /= share_of_volumes(tracer, part, to_edge[k], found.radius, workers)[:, None]
+            values /= share_of_splats(tracer, part, to_edge[k], found.radius, workers)[:, None]
         return values
 
     return upsampled(camera, seen, step, light, workers)
 
 
-def volume_radius(camera: Camera, seen: SeenSurface, photons: Photons, workers: Workers, fineness: float) -> np.ndarray:
-    """Radii of photon volumes, (p,) float32, m: by the photons' density, and no smaller than pixels.
+def splat_radius(camera: Camera, seen: SeenSurface, photons: Photons, workers: Workers, fineness: float) -> np.ndarray:
+    """Radii of splats, (p,) float32, m: by the photons' density, and no smaller than pixels.
 
     A pixel of side a covers a by a/cos θ of a surface, the area A = a²/cos θ. Volumes hold the middle of one if they
     are as large as half its diagonal; 1/√2 of it, √(A (cos θ + 1/cos θ)/2), makes what they bring more even.

@@ -1,67 +1,88 @@
-"""Points sorted into rows, so that those in a box are a few runs of them."""
+"""LitPoints sorted into rows, so that those in a box are a few runs of them."""
+
+from typing import NamedTuple
 
 import numpy as np
 
-from ...core.ranges import unrolled
+from ...core.compiling import kernel, part
+from ...core.vec3 import minus, mul, row
 
 _BITS = 20  # of a point's place along each axis
 _STEPS = 1 << _BITS
 
 
-class PointRows:
-    """Points in rows along x, which are `side` high and wide (or more, of scenes that are very large for it).
-
-    Parameters
-    ----------
-    points : (n, 3) float32, m
-        At least one.
-    side : float, m
+class PointRows(NamedTuple):
+    """LitPoints in rows along x, which are `side` high and wide (or more, of scenes that are very large for it).
 
     Attributes
     ----------
-    order : (n,) int64
-        The points, sorted by row, then along x.
+    low, per_metre : triples of float32
+        Lowest corner, m; steps a metre along each axis.
+    last : triple of int
+        Last step along each axis.
+    keys : (n,) int64
+        Of the points, in order: row by row, then along x.
     """
 
-    def __init__(self, points: np.ndarray, side: float) -> None:
-        self._low = points.min(axis=0).astype(np.float64)
-        extent = np.maximum(points.max(axis=0) - self._low, 1e-30)
-        self._per_metre = np.minimum(np.array([np.inf, 1 / side, 1 / side]), (_STEPS - 1) / extent)
-        self._last = (extent * self._per_metre).astype(np.int64)
-        keys = self._key(*self._steps(points).T)
-        self.order = np.argsort(keys, kind="stable")
-        self._keys = keys[self.order]
-
-    def along(self, points: np.ndarray) -> np.ndarray:
-        """Indices that bring other points (m, 3) into the same order, (m,) int64."""
-        return np.argsort(self._key(*self._steps(points).T), kind="stable")
-
-    def runs(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Where the points in boxes may be.
-
-        Parameters
-        ----------
-        low, high : (b, 3) float32, m
-            Corners of the boxes.
-
-        Returns
-        -------
-        box, start, stop : (r,) int64
-            Points `start` to `stop` of `order` lie in the box, or beside it in the same row.
-        """
-        (x0, y0, z0), (x1, y1, z1) = self._steps(low).T, self._steps(high).T
-        box, k = unrolled((y1 - y0 + 1) * (z1 - z0 + 1))
-        z, y = np.divmod(k, (y1 - y0 + 1)[box])
-        row = self._key(np.int64(0), y0[box] + y, z0[box] + z)
-        start, stop = np.searchsorted(self._keys, row + x0[box]), np.searchsorted(self._keys, row + x1[box] + 1)
-        some = np.flatnonzero(stop > start)
-        return box[some], start[some], stop[some]
-
-    def _steps(self, points: np.ndarray) -> np.ndarray:
-        """How many steps along x, and which row, (n, 3) int64; what lies outside goes to the border."""
-        steps = np.clip((points - self._low) * self._per_metre, 0, self._last)
-        return steps.astype(np.int64)
+    low: tuple[np.float32, ...]
+    per_metre: tuple[np.float32, ...]
+    last: tuple[int, ...]
+    keys: np.ndarray
 
     @staticmethod
-    def _key(x: np.ndarray | np.int64, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        return (z << 2 * _BITS) + (y << _BITS) + x
+    def of(points: np.ndarray, side: float) -> "tuple[PointRows, np.ndarray]":
+        """Rows of at least one point (n, 3) float32, and the points' order, (n,) int64."""
+        low = points.min(axis=0)
+        extent = np.maximum(points.max(axis=0).astype(np.float64) - low, 1e-30)
+        per_metre = np.minimum(np.array([np.inf, 1 / side, 1 / side]), (_STEPS - 1) / extent)
+        last = (extent * per_metre).astype(np.int64)
+        unsorted = PointRows(
+            tuple(low), tuple(per_metre.astype(np.float32)), tuple(last.tolist()), np.empty(len(points), np.int64)
+        )
+        order = unsorted.along(points)
+        _find_keys(unsorted, points[order], unsorted.keys)
+        return unsorted, order
+
+    def along(self, points: np.ndarray) -> np.ndarray:
+        """Indices that bring points (m, 3) float32 into the same order, (m,) int64."""
+        keys = np.empty(len(points), np.int64)
+        _find_keys(self, points, keys)
+        return np.argsort(keys, kind="stable")
+
+
+@part
+def steps(rows, point):
+    """How many steps along x, and which row along y and z, a point is; what lies outside goes to the border."""
+    x, y, z = mul(minus(point, rows.low), rows.per_metre)
+    last = rows.last
+    return _clipped(x, last[0]), _clipped(y, last[1]), _clipped(z, last[2])
+
+
+@part
+def _clipped(x, last):
+    return np.int64(min(max(x, np.float32(0)), np.float32(last)))
+
+
+@part
+def key(x, y, z):
+    """Number of a step along a row."""
+    return (z << 2 * _BITS) + (y << _BITS) + x
+
+
+@part
+def first_from(keys, wanted, start, stop):
+    """The first of the sorted keys from `start` to `stop` that is no less than the wanted one."""
+    while start < stop:
+        middle = (start + stop) >> 1
+        if keys[middle] < wanted:
+            start = middle + 1
+        else:
+            stop = middle
+    return start
+
+
+@kernel
+def _find_keys(rows, points, keys):
+    for k in range(len(points)):
+        x, y, z = steps(rows, row(points, k))
+        keys[k] = key(x, y, z)

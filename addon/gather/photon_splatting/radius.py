@@ -1,4 +1,4 @@
-"""How large photon volumes are: as the density of photons says, which makes them shrink as photons get more."""
+"""How large splats are: as the density of photons says, which makes them shrink as photons get more."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -17,7 +17,7 @@ _CHUNK = 1 << 14  # photons
 _RADIUS = 81  # stream of random numbers
 
 
-def n_in_volume(n: int, fineness: float = OF_CAUSTICS) -> float:
+def n_in_splat(n: int, fineness: float = OF_CAUSTICS) -> float:
     """How many photons of n to have in a volume, so that noise and blur make the least error: k = (96π²)^⅓ (nℓ²/A)^⅔.
 
     With λ photons a square metre and Epanechnikov's kernel of radius r, an estimate of an irradiance E has the relative
@@ -43,7 +43,7 @@ def path_density_radius(photons: Photons, area: float, n: int, fineness: float =
         N, the photons there.
     """
     density = np.clip(photons.path_density, _LEAST_PATH_DENSITY, 1)
-    return np.sqrt(np.float32(n_in_volume(n, fineness) * area / (np.pi * LOW_DENSITY * max(n, 1))) / density)
+    return np.sqrt(np.float32(n_in_splat(n, fineness) * area / (np.pi * LOW_DENSITY * max(n, 1))) / density)
 
 
 def neighbour_radius(
@@ -51,13 +51,13 @@ def neighbour_radius(
 ) -> np.ndarray:
     """Distance to about the k-th nearest photon around each, at most `largest` (p,), (p,) float32, m.
 
-    So volumes are small in a bright caustic, and large beside it (the variable kernels of Breiman, Meisel and Purcell
+    So splats are small in a bright caustic, and large beside it (the variable kernels of Breiman, Meisel and Purcell
     1977). Of a random m-th of the photons, the (k/m)-th nearest is as far away, and found sooner; a photon takes what
     the one of the sample that is nearest to it has found.
     """
     n = len(photons)
     chances = PathNumbers(workers.seed, _RADIUS).of(photons.path).random(n)  # alike from frame to frame
-    sample = photons.position[chances < np.float32(_NEIGHBOURS / n_in_volume(n, fineness))]
+    sample = photons.position[chances < np.float32(_NEIGHBOURS / n_in_splat(n, fineness))]
     if len(sample) <= _NEIGHBOURS:
         return largest.astype(np.float32)
     tree, farthest = cKDTree(sample, balanced_tree=False), float(largest.max())

@@ -1,27 +1,30 @@
-"""Photons light the points within their volumes: Eq. 1 to 3 of McGuire and Luebke, for many pairs at a time.
+"""Photons light the points within their splats: Eq. 1 to 3 of McGuire and Luebke, for many pairs at a time.
 
-A photon volume is an ellipsoid around the photon, of radius r along the surface and `SLICE` r along its normal. Within
-it the photon's power is spread by Epanechnikov's kernel κ = 2/(πr²) (1 − t²), t being 0 in its middle and 1 on its
-hull. Over the tangent plane ∫κ dA = 2/r² ∫ (1 − ρ²/r²) 2ρ dρ = 1: what a photon brings is what surfaces get.
+A splat is the bounding volume of what a photon lights: an ellipsoid around it, of radius r along the surface and
+`SLICE` r along its normal. Within it the photon's power is spread by Epanechnikov's kernel κ = 2/(πr²) (1 − t²), t
+being 0 in its middle and 1 on its hull. Over the tangent plane ∫κ dA = 2/r² ∫ (1 − ρ²/r²) 2ρ dρ = 1: what a photon
+brings is what surfaces get.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
+from ...core.compiling import kernel, part
 from ...core.parallel import Workers
-from ...core.ranges import unrolled
-from ...core.sampling.vectors import dot
+from ...core.vec3 import ONE, dot, mean, minus, mul, plus, row, times
 from ...photons import Photons
 from ..density.density import SAME_SIDE, SLICE
-from .point_rows import PointRows
+from .point_rows import PointRows, first_from, key, steps
 
 _FOLD = 4.0  # radii that differ less share their rows of points
 _ROWS_A_RADIUS = 4  # of the largest of them
-_CHUNK, _PAIRS = 1 << 13, 1 << 20  # photons, and pairs of photons and points, at a time
+_CHUNK, _PAIRS = 1 << 13, 1 << 19  # photons, and pairs of photons and points, at a time
 _BYTES_A_PHOTON = 100 * (_PAIRS // _CHUNK)  # working arrays of the pairs
+_FLATNESS = ONE / SLICE**2 - ONE
+_PEAK = np.float32(2 / np.pi)
 
 _SCATTERING = 82  # stream of random numbers
 
@@ -30,7 +33,7 @@ Response = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True)
-class Points:
+class LitPoints:
     """The n points of surfaces that are lit: position (n, 3) float32, m, and unit normal (n, 3) float32."""
 
     position: np.ndarray
@@ -41,7 +44,7 @@ class Points:
 
 
 @dataclass(frozen=True)
-class Scattered:
+class Splatted:
     """The light of photons at n points.
 
     Attributes
@@ -50,7 +53,7 @@ class Scattered:
     stderr : (n,) float32, W/m²
         √(Σ (Φ κ)²) of the mean over colours, as of independent photons.
     radius : (n,) float32, m
-        Of the volumes that light comes from, on the average.
+        Of the splats that light comes from, on the average.
     """
 
     light: np.ndarray
@@ -58,24 +61,32 @@ class Scattered:
     radius: np.ndarray
 
 
-def scatter_light(
-    points: Points, photons: Photons, radius: np.ndarray, workers: Workers, response: Response | None = None
-) -> Scattered:
+class Splats(NamedTuple):
+    """Photons for kernels: position, unit normal (p, 3) float32, m, and radius (p,) float32, m."""
+
+    position: np.ndarray
+    normal: np.ndarray
+    radius: np.ndarray
+
+
+def splat_photons(
+    points: LitPoints, photons: Photons, radius: np.ndarray, workers: Workers, response: Response | None = None
+) -> Splatted:
     """Irradiance Σ Φ κ at points, or what `response` makes of it.
 
     Parameters
     ----------
     radius : (p,) float32, m
-        Of the photons' volumes.
+        Of the photons' splats.
     """
-    sums = np.zeros((5, len(points)))
+    sums = np.zeros((len(points), 5))
     if len(points) and len(photons):
         classes = _classes(radius)
         for turn, chosen in enumerate(classes):
             part = turn / len(classes), (turn + 1) / len(classes)
             _add_class(sums, points, photons, radius, chosen, workers, response, part)
-    of_light = sums[4] / np.maximum(sums[:3].mean(axis=0), 1e-30)
-    return Scattered(sums[:3].T.astype(np.float32), np.sqrt(sums[3]).astype(np.float32), of_light.astype(np.float32))
+    of_light = sums[:, 4] / np.maximum(sums[:, :3].mean(axis=1), 1e-30)
+    return Splatted(sums[:, :3].astype(np.float32), np.sqrt(sums[:, 3]).astype(np.float32), of_light.astype(np.float32))
 
 
 def _classes(radius: np.ndarray) -> list[np.ndarray]:
@@ -86,7 +97,7 @@ def _classes(radius: np.ndarray) -> list[np.ndarray]:
 
 def _add_class(
     sums: np.ndarray,
-    points: Points,
+    points: LitPoints,
     photons: Photons,
     radius: np.ndarray,
     chosen: np.ndarray,
@@ -94,65 +105,135 @@ def _add_class(
     response: Response | None,
     part: tuple[float, float],
 ) -> None:
-    """Add to sums (5, n) what the `chosen` photons bring."""
-    rows = PointRows(points.position, float(radius[chosen].max()) / _ROWS_A_RADIUS)
+    """Add to sums (n, 5) what the `chosen` photons bring."""
+    rows, order = PointRows.of(points.position, float(radius[chosen].max()) / _ROWS_A_RADIUS)
     chosen = chosen[rows.along(photons.position[chosen])]  # neighbours in a chunk light few rows
-    in_rows = Points(points.position[rows.order], points.normal[rows.order])
+    position, normal = points.position[order], points.normal[order]
 
-    def scatter(chunk: slice, _: np.random.Generator) -> list[tuple[slice, np.ndarray]]:
+    def scatter(chunk: slice, _: np.random.Generator) -> tuple[slice, np.ndarray]:
         k = chosen[chunk]
-        some, lit = photons.where(k), []
-        for at, of, kernel in _pairs(rows, in_rows, some.position, some.normal, radius[k]):
-            light = some.power.take(of, axis=0) * kernel[:, None]
-            if response is not None:
-                light *= response(rows.order[at], k[of])
-            lit.append(_summed(at, light, radius[k[of]]))
-        return lit
+        some = photons.where(k)
+        splats = Splats(some.position, some.normal, radius[k])
+        first, stop = _window(rows, splats)
+        added = np.zeros((stop - first, 5))
+        room = max(_PAIRS, stop - first)
+        at, of, kernels = np.empty(room, np.int32), np.empty(room, np.int32), np.empty(room, np.float32)
+        done = 0
+        while done < len(k):
+            workers.progress.check()
+            done, n = find_pairs(rows, position, normal, splats, done, at, of, kernels)
+            factor = np.ones((1, 1), np.float32) if response is None else response(order[at[:n]], k[of[:n]])
+            add_pairs(at[:n], of[:n], kernels[:n], some.power, splats.radius, factor, first, added)
+        return slice(first, stop), added
 
     chunks = workers.chunks(
-        "Scattering photons", len(chosen), _CHUNK, scatter, (_SCATTERING,), part, row_bytes=_BYTES_A_PHOTON
+        "Splatting photons", len(chosen), _CHUNK, scatter, (_SCATTERING,), part, row_bytes=_BYTES_A_PHOTON
     )
     of_rows = np.zeros_like(sums)
-    for _, lit in chunks:
-        for window, added in lit:
-            of_rows[:, window] += added
-    sums[:, rows.order] += of_rows
+    for _, (window, added) in chunks:
+        of_rows[window] += added
+    sums[order] += of_rows
 
 
-def _pairs(
-    rows: PointRows, points: Points, x: np.ndarray, normal: np.ndarray, radius: np.ndarray
-) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Pairs of a point and a photon, some at a time: indices (m,) of both, and κ (m,) float32, 1/m²."""
-    # Half the sides of the box around an ellipsoid: √(r² (1 − n²) + (SLICE r)² n²)
-    half = radius[:, None] * np.sqrt(1 - (1 - SLICE**2) * normal**2)
-    of_run, start, stop = rows.runs(x - half, x + half)
-    flat = 1 / radius**2
-    for piece in _pieces(stop - start):
-        run, k = unrolled((stop - start)[piece])
-        at, of = start[piece].take(run) + k, of_run[piece].take(run)
-        away = points.position.take(at, axis=0) - x.take(of, axis=0)
-        height = dot(away, normal.take(of, axis=0))
-        t2 = (dot(away, away) + (1 / SLICE**2 - 1) * height**2) * flat.take(of)
-        near = np.flatnonzero(t2 < 1)
-        at, of = at.take(near), of.take(near)
-        same = np.flatnonzero(dot(points.normal.take(at, axis=0), normal.take(of, axis=0)) > SAME_SIDE)
-        of = of.take(same)
-        yield at.take(same), of, np.float32(2 / np.pi) * flat.take(of) * (1 - t2.take(near.take(same)))
+@kernel
+def _window(rows, splats):
+    """First and last but one of the points that splats may light."""
+    first, stop = len(rows.keys), 0
+    for p in range(len(splats.radius)):
+        low, high = _steps_of_box(rows, splats, p)
+        first = min(first, first_from(rows.keys, key(low[0], low[1], low[2]), 0, len(rows.keys)))
+        stop = max(stop, first_from(rows.keys, key(high[0] + 1, high[1], high[2]), 0, len(rows.keys)))
+    return min(first, stop), stop
 
 
-def _pieces(lengths: np.ndarray) -> Iterator[slice]:
-    """Slices of runs that hold about `_PAIRS` points together."""
-    ends = np.cumsum(lengths)
-    cuts = np.searchsorted(ends, np.arange(_PAIRS, ends[-1] if len(ends) else 0, _PAIRS))
-    cuts = np.unique(np.concatenate([[0], cuts, [len(lengths)]]))
-    return (slice(start, stop) for start, stop in pairwise(cuts.tolist()))
+@part
+def _steps_of_box(rows, splats, p):
+    """Steps of the corners of the box around a photon's ellipsoid, half as long as √(r² (1 − n²) + (SLICE r)² n²)."""
+    x, n, r = row(splats.position, p), row(splats.normal, p), splats.radius[p]
+    narrower = ONE - SLICE * SLICE
+    half = (
+        r * np.sqrt(ONE - narrower * n[0] * n[0]),
+        r * np.sqrt(ONE - narrower * n[1] * n[1]),
+        r * np.sqrt(ONE - narrower * n[2] * n[2]),
+    )
+    return steps(rows, minus(x, half)), steps(rows, plus(x, half))
 
 
-def _summed(at: np.ndarray, light: np.ndarray, radius: np.ndarray) -> tuple[slice, np.ndarray]:
-    """Sums of light (m, 3), of its mean over colours squared and times the radius, in a window of points, (5, w)."""
-    if len(at) == 0:
-        return slice(0, 0), np.zeros((5, 0))
-    first, (r, g, b) = at.min(), light.T
-    mean = (r + g + b) / 3
-    sums = np.stack([np.bincount(at - first, column) for column in (r, g, b, mean**2, mean * radius)])
-    return slice(first, first + sums.shape[1]), sums
+@kernel
+def find_pairs(rows, position, normal, splats, p, at, of, kernels):
+    """Pairs of a point and a photon, of photons from the p-th on; the first that had no room, and how many pairs.
+
+    Parameters
+    ----------
+    position, normal : (n, 3) float32, m
+        Of the points, in the order of the rows.
+    at, of : (m,) int32
+        Become indices of points and photons, of as many as there are points at least.
+    kernels : (m,) float32, 1/m²
+        κ.
+    """
+    n = 0
+    while p < len(splats.radius):
+        found = _points_of_photon(rows, position, normal, splats, p, n, at, of, kernels)
+        if found < 0:
+            break
+        p, n = p + 1, found
+    return p, n
+
+
+@part
+def _points_of_photon(rows, position, normal, splats, p, n, at, of, kernels):
+    """Add the points of one photon after the n-th pair: how many pairs there are then; −1 without room."""
+    low, high = _steps_of_box(rows, splats, p)
+    keys = rows.keys
+    for z in range(low[2], high[2] + 1):
+        start = first_from(keys, key(low[0], low[1], z), 0, len(keys))
+        end = first_from(keys, key(high[0] + 1, high[1], z), start, len(keys))
+        y = low[1]
+        while start < end and y <= high[1]:
+            stop = first_from(keys, key(high[0] + 1, y, z), start, end)
+            for k in range(start, stop):
+                kappa = _kernel(row(position, k), row(normal, k), splats, p)
+                if kappa > 0:
+                    if n == len(at):
+                        return -1
+                    at[n], of[n], kernels[n] = k, p, kappa
+                    n += 1
+            y += 1
+            start = first_from(keys, key(low[0], y, z), stop, end)
+    return n
+
+
+@part
+def _kernel(position, normal, splats, p):
+    """κ of a photon at a point (Eq. 3 with Epanechnikov's kernel), 1/m²; 0 beyond its hull or on another surface."""
+    away, n = minus(position, row(splats.position, p)), row(splats.normal, p)
+    height, flat = dot(away, n), ONE / (splats.radius[p] * splats.radius[p])
+    t2 = (dot(away, away) + _FLATNESS * height * height) * flat
+    if t2 >= ONE or dot(normal, n) <= SAME_SIDE:
+        return np.float32(0)
+    return _PEAK * flat * (ONE - t2)
+
+
+@kernel
+def add_pairs(at, of, kernels, power, radius, factor, first, sums):
+    """Add the light of pairs to sums (w, 5) of the points from the `first` on.
+
+    They are colours, and of their mean the square and the product with the radius.
+
+    Parameters
+    ----------
+    factor : (m, 1 or 3), or (1, 1), float32
+        What points make of the irradiance.
+    """
+    last = factor.shape[1] - 1
+    for k in range(len(at)):
+        row_of = min(k, len(factor) - 1)
+        kept = factor[row_of, 0], factor[row_of, min(1, last)], factor[row_of, last]
+        light = mul(times(row(power, of[k]), kernels[k]), kept)
+        to, brightness = sums[at[k] - first], mean(light)
+        to[0] += light[0]
+        to[1] += light[1]
+        to[2] += light[2]
+        to[3] += brightness * brightness
+        to[4] += brightness * radius[of[k]]

@@ -10,16 +10,18 @@ gathered; the second that both places a and b of a seam look alike; the third, w
 straight lines to texels of which nothing is known. All other texels keep their values.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import binary_dilation, distance_transform_edt
 from scipy.sparse import coo_array, csr_array, vstack
 
+from ...core.compiling import kernel_array
 from ...core.parallel import Workers
 from ...core.progress import Progress
 from ...receivers import Seams
+from .conjugate_gradients import scaled, solve
 from .texel_images import TexelImage
 
 SEAM = 3.0
@@ -195,41 +197,17 @@ def _columns(image: TexelImage) -> tuple[np.ndarray, ...]:
 def _least_squares(matrix: csr_array, target: np.ndarray, start: np.ndarray, workers: Workers) -> np.ndarray:
     """Values x (n, c) with least |matrix x − target|², the one near `start` where there are several."""
     normal = (matrix.T @ matrix).tocsr()
-    right = matrix.T @ target
-    check = workers.progress.check
-    columns = workers.map(
-        lambda c: _conjugate_gradients(normal, right[:, c], start[:, c], check), range(start.shape[1])
-    )
-    return np.stack(list(columns), axis=1)
+    right, check = matrix.T @ target, workers.progress.check
+    idle = np.flatnonzero(normal.diagonal() == 0)  # of which nothing is known
+    if len(idle):
+        normal = (normal + coo_array((np.ones(len(idle)), (idle, idle)), shape=normal.shape)).tocsr()
+        right[idle] = start[idle]
+    normal, scale = scaled(normal)
+    right, start = right * scale[:, None], start / scale[:, None]
 
+    def solved(first: int) -> np.ndarray:
+        of, begin = (kernel_array(a[:, first : first + 3], np.float32) for a in (right, start))
+        return solve(normal, of, begin, _TOLERANCE, _STEPS, check)
 
-def _conjugate_gradients(
-    matrix: csr_array, right: np.ndarray, start: np.ndarray, check: Callable[[], None]
-) -> np.ndarray:
-    """Solve matrix x = right for x (n,), preconditioned by the diagonal (Hestenes and Stiefel 1952).
-
-    SciPy's own takes many threads for each of its short sums. `check` is called at each step, to be cancelled.
-    """
-    x = start.astype(np.float64)
-    scale = 1 / np.maximum(matrix.diagonal(), 1e-12)
-    residual = right - matrix @ x
-    step = scaled = scale * residual
-    size = _sum(residual, scaled)
-    enough = _TOLERANCE**2 * size
-    for _ in range(_STEPS):
-        if size <= enough:
-            break
-        check()
-        image = matrix @ step
-        length = size / max(_sum(step, image), 1e-300)
-        x += length * step
-        residual -= length * image
-        scaled = scale * residual
-        before, size = size, _sum(residual, scaled)
-        step = scaled + size / before * step
-    return x
-
-
-def _sum(a: np.ndarray, b: np.ndarray) -> float:
-    """Σ a b, by one thread."""
-    return float(np.einsum("n,n->", a, b))
+    solution = np.concatenate(list(workers.map(solved, range(0, start.shape[1], 3))), axis=1)
+    return solution * scale[:, None]

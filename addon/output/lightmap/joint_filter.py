@@ -10,92 +10,99 @@ h is the B3 spline, d the distance between the texels along the surface, l the m
 standard error. Where there is no noise, only texels alike are averaged.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from ...core.compiling import kernel, kernel_array, part
 from ...core.parallel import Workers, slices
+from ...core.vec3 import ZERO, dot, length, mean, minus, row
 from .texel_images import TexelImage
 
 _SPLINE = np.array([1, 4, 6, 4, 1], np.float32) / 16
 _LEVELS = 4
-_REACH = 3  # standard errors
+_REACH = np.float32(3)  # standard errors
 _SQUARINGS = 7  # 128 is 2⁷
-_ROWS = 64  # in a strip of work
+_TINY = np.float32(1e-20)
+_ROWS = 16  # in a strip of work
 
 
-def denoised_by_joint_filter(image: TexelImage, workers: Workers, stage: str) -> np.ndarray:
-    """The image's values without most of their noise, (h, w, c) float32."""
-    value, variance = image.value, image.smooth_variance()
-    surface = _Surface.of(image)
-    for level in range(_LEVELS):
-        workers.progress.update(stage, level / _LEVELS)
-        step = _Level(surface, value, variance, 1 << level)
-        strips = list(workers.map(step.strip, slices(len(value), _ROWS)))
-        value = np.concatenate([strip[0] for strip in strips])
-        variance = np.concatenate([strip[1] for strip in strips])
-    return value
-
-
-@dataclass(frozen=True)
-class _Surface:
-    """Where texels lie: chart (h, w), −1 for none, and position and normal as planes (3, h, w)."""
+class Guides(NamedTuple):
+    """What kernels know of the texels of an image: chart (h, w), −1 for none; others (h, w, …) as in `TexelImage`."""
 
     chart: np.ndarray
     position: np.ndarray
     normal: np.ndarray
-
-    @staticmethod
-    def of(image: TexelImage) -> "_Surface":
-        position, normal = (np.ascontiguousarray(np.moveaxis(a, 2, 0)) for a in (image.position, image.normal))
-        return _Surface(image.chart, position, normal)
-
-    def likeness(self, here: tuple[slice, slice], there: tuple[slice, slice]) -> np.ndarray:
-        """How much texels are of one plane with their neighbours, 0 to 1."""
-        at, beside = (slice(None), *here), (slice(None), *there)
-        normal, way = self.normal[at], self.position[beside] - self.position[at]
-        height = np.abs((way * normal).sum(axis=0))
-        length = np.sqrt((way * way).sum(axis=0)) + np.float32(1e-20)
-        facing = np.maximum((normal * self.normal[beside]).sum(axis=0), 0)
-        for _ in range(_SQUARINGS):
-            facing *= facing
-        facing[(self.chart[here] != self.chart[there]) | (self.chart[here] < 0)] = 0
-        return facing * np.exp(-height / length)
+    value: np.ndarray
+    variance: np.ndarray
 
 
-class _Level:
-    """One level of the transform: texels `step` apart are averaged."""
+def denoised_by_joint_filter(image: TexelImage, workers: Workers, stage: str) -> np.ndarray:
+    """The image's values without most of their noise, (h, w, c) float32."""
+    columns = image.position, image.normal, image.value, image.smooth_variance()
+    texels = Guides(kernel_array(image.chart, np.int32), *(kernel_array(column, np.float32) for column in columns))
+    for level in range(_LEVELS):
+        workers.progress.update(stage, level / _LEVELS)
+        texels = _filtered(texels, 1 << level, workers)
+    return texels.value
 
-    def __init__(self, surface: _Surface, value: np.ndarray, variance: np.ndarray, step: int) -> None:
-        self._surface, self._value, self._variance, self._step = surface, value, variance, step
-        self._mean = value[..., :3].mean(axis=2)
 
-    def strip(self, rows: slice) -> tuple[np.ndarray, np.ndarray]:
-        """Values and variances of some rows."""
-        own = np.float32(_SPLINE[2] ** 2)
-        total = np.full(self._mean[rows].shape, own)
-        value, variance = own * self._value[rows], own**2 * self._variance[rows]
-        for row in range(-2, 3):
-            for column in range(-2, 3):
-                if row or column:
-                    here, there = self._places(rows, row * self._step, column * self._step)
-                    weight = _SPLINE[row + 2] * _SPLINE[column + 2] * self._alike(here, there)
-                    at = (slice(here[0].start - rows.start, here[0].stop - rows.start), here[1])
-                    total[at] += weight
-                    value[at] += weight[..., None] * self._value[there]
-                    variance[at] += weight**2 * self._variance[there]
-        return value / total[..., None], variance / total**2
+def _filtered(texels: Guides, step: int, workers: Workers) -> Guides:
+    """The texels after one level of the transform."""
+    value, variance = np.empty_like(texels.value), np.empty_like(texels.variance)
 
-    def _places(self, rows: slice, down: int, right: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
-        """Texels of the rows whose neighbour so far away is on the image, and those neighbours."""
-        height, width = self._mean.shape
-        top, left = max(rows.start, -down), max(0, -right)
-        bottom, end = max(min(rows.stop, height - down), top), max(min(width, width - right), left)
-        there = slice(top + down, bottom + down), slice(left + right, end + right)
-        return (slice(top, bottom), slice(left, end)), there
+    def strip(rows: slice) -> None:
+        filter_rows(texels, step, rows.start, rows.stop, value, variance)
 
-    def _alike(self, here: tuple[slice, slice], there: tuple[slice, slice]) -> np.ndarray:
-        """How much of neighbours' values belongs to texels: the weights w/h."""
-        noise = np.sqrt(self._variance[here] + self._variance[there])
-        apart = np.abs(self._mean[here] - self._mean[there])
-        return self._surface.likeness(here, there) * np.exp(-apart / (_REACH * noise + np.float32(1e-20)))
+    for _ in workers.map(strip, slices(len(value), _ROWS)):
+        workers.progress.check()
+    return texels._replace(value=value, variance=variance)
+
+
+@kernel
+def filter_rows(texels, step, start, stop, value, variance):
+    """One level of the transform on some rows of texels: those `step` apart are averaged, into (h, w, c) and (h, w)."""
+    for i in range(start, stop):
+        for j in range(texels.chart.shape[1]):
+            variance[i, j] = _filter_texel(texels, step, i, j, value[i, j])
+
+
+@part
+def _filter_texel(texels, step, i, j, value):
+    """Write the mean of the texels around one; return its variance."""
+    n_rows, n_columns = texels.chart.shape
+    own = _SPLINE[2] * _SPLINE[2]
+    total, variance = own, own * own * texels.variance[i, j]
+    for channel in range(len(value)):
+        value[channel] = own * texels.value[i, j, channel]
+    for row_of in range(5):
+        for column_of in range(5):
+            y, x = i + (row_of - 2) * step, j + (column_of - 2) * step
+            if (row_of == 2 and column_of == 2) or not (0 <= y < n_rows and 0 <= x < n_columns):
+                continue
+            weight = _SPLINE[row_of] * _SPLINE[column_of] * _alike(texels, i, j, y, x)
+            if weight > ZERO:
+                total += weight
+                variance += weight * weight * texels.variance[y, x]
+                for channel in range(len(value)):
+                    value[channel] += weight * texels.value[y, x, channel]
+    for channel in range(len(value)):
+        value[channel] /= total
+    return variance / (total * total)
+
+
+@part
+def _alike(texels, i, j, y, x):
+    """How much of a neighbour's value belongs to a texel: the weight w/h."""
+    if texels.chart[i, j] < 0 or texels.chart[i, j] != texels.chart[y, x]:
+        return ZERO
+    normal, way = row(texels.normal[i], j), minus(row(texels.position[y], x), row(texels.position[i], j))
+    facing = max(dot(normal, row(texels.normal[y], x)), ZERO)
+    for _ in range(_SQUARINGS):
+        facing *= facing
+    if facing == ZERO:
+        return ZERO
+    off_plane = abs(dot(way, normal)) / (length(way) + _TINY)
+    noise = np.sqrt(texels.variance[i, j] + texels.variance[y, x])
+    apart = abs(mean(row(texels.value[i], j)) - mean(row(texels.value[y], x)))
+    return facing * np.exp(-off_plane - apart / (_REACH * noise + _TINY))

@@ -75,7 +75,7 @@ class CameraPoints:
     def receivers(self, scene: Scene) -> Receivers:
         """A receiver in front of each point, and after those one behind each of `through`.
 
-        Only points in mirrors take caustics: those that the camera itself sees have them by `photon_volumes`.
+        Only points in mirrors take caustics: those that the camera itself sees have them by `photon_splatting`.
         """
         seen = self.seen
         footprint = np.sqrt(seen.area / np.float32(np.pi))

@@ -4,20 +4,22 @@ Lengths are in texels: texel (row, column) is the square from (column, row) to (
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from ...core.compiling import kernel, kernel_array, part
 from ...core.parallel import Workers, slices
 
+_TRIANGLES = 1 << 12  # in a chunk
 _CHUNK = 1 << 16  # pairs of a triangle and a texel
-_PAIR_BYTES = 800  # a pair takes while it is cut
+_PAIR_BYTES = 100
+_MOST_CORNERS = 16  # of a triangle that is cut to a square
 _LEAST_WAY = 1e-3  # texels from a triangle's edges along rows, and from its ends across
 _LEAST = 1e-12  # texels: area of an overlap that rounding alone makes
 
 
-@dataclass(frozen=True)
-class Fragments:
+class Fragments(NamedTuple):
     """f overlaps of a triangle with a texel, or with a cell of one.
 
     Attributes
@@ -39,22 +41,20 @@ class Fragments:
     area: np.ndarray
     middle: np.ndarray
 
-    def where(self, chosen: np.ndarray) -> "Fragments":
-        """The fragments that a mask or an index array chooses."""
-        return Fragments(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
+    def where(self, chosen: np.ndarray | slice) -> "Fragments":
+        """The fragments that a mask, an index array or a slice chooses."""
+        return Fragments(*(column[chosen] for column in self))
 
     @staticmethod
     def join(parts: "list[Fragments]") -> "Fragments":
         """All fragments of several `Fragments`, in order."""
-        return Fragments(
-            *(np.concatenate([getattr(part, name) for part in parts]) for name in Fragments.__dataclass_fields__)
-        )
+        return Fragments(*(np.concatenate(columns) for columns in zip(Fragments.room(0), *parts, strict=True)))
 
     @staticmethod
-    def none() -> "Fragments":
-        """No fragments."""
-        i, i2, f, f2 = np.zeros(0, np.int32), np.zeros((0, 2), np.int32), np.zeros(0), np.zeros((0, 2))
-        return Fragments(i, i2, i, f, f2)
+    def room(n: int) -> "Fragments":
+        """Room for n fragments."""
+        triangle, cell = np.empty((2, n), np.int32)
+        return Fragments(triangle, np.empty((n, 2), np.int32), cell, np.empty(n), np.empty((n, 2)))
 
 
 def texels_of(corners: np.ndarray, sizes: np.ndarray, workers: Workers) -> Fragments:
@@ -67,21 +67,30 @@ def texels_of(corners: np.ndarray, sizes: np.ndarray, workers: Workers) -> Fragm
     sizes : (t, 2) int
         Width and height of each triangle's image, in texels; what lies outside is left out.
     """
+    corners, sizes = kernel_array(corners, np.float64), kernel_array(sizes, np.int64)
+    room = max(_CHUNK, int(sizes.max(initial=0)))
 
-    def overlaps(pairs: tuple[np.ndarray, np.ndarray]) -> Fragments:
-        triangle, texel = pairs
-        return _fragments(corners, triangle, texel, np.zeros(len(texel), np.int32), 1)
+    def overlaps(chunk: slice) -> Fragments:
+        place, parts = np.array([chunk.start, -1]), []
+        while place[0] < chunk.stop:
+            workers.progress.check()
+            found = Fragments.room(room)
+            n = _find_texels(corners, sizes, chunk.stop, place, _polygons(), found)
+            parts.append(Fragments(*(column[:n].copy() for column in found)))
+        return Fragments.join(parts)
 
-    return _joined(workers.map(overlaps, _touched(corners, sizes), _CHUNK * _PAIR_BYTES), workers)
+    return _joined(workers.map(overlaps, slices(len(corners), _TRIANGLES), room * _PAIR_BYTES), workers)
 
 
 def cells_of(corners: np.ndarray, fragments: Fragments, n: int, workers: Workers) -> Fragments:
     """What the same triangles cover of the n × n cells of the same texels."""
+    corners = kernel_array(corners, np.float64)
 
     def overlaps(chunk: slice) -> Fragments:
-        triangle, texel = fragments.triangle[chunk], fragments.texel[chunk]
-        cell = np.tile(np.arange(n * n, dtype=np.int32), len(triangle))
-        return _fragments(corners, np.repeat(triangle, n * n), np.repeat(texel, n * n, axis=0), cell, n)
+        some = fragments.where(chunk)
+        found = Fragments.room(len(some.triangle) * n * n)
+        n_found = _find_cells(corners, some, n, _polygons(), found)
+        return found.where(slice(n_found))
 
     chunks = slices(len(fragments.triangle), _CHUNK // (n * n) + 1)
     return _joined(workers.map(overlaps, chunks, _CHUNK * _PAIR_BYTES), workers)
@@ -89,11 +98,16 @@ def cells_of(corners: np.ndarray, fragments: Fragments, n: int, workers: Workers
 
 def _joined(parts: Iterator[Fragments], workers: Workers) -> Fragments:
     """All fragments, of which parts may be many."""
-    joined = [Fragments.none()]
-    for part in parts:
+    joined = []
+    for fragments in parts:
         workers.progress.check()
-        joined.append(part)
+        joined.append(fragments)
     return Fragments.join(joined)
+
+
+def _polygons() -> np.ndarray:
+    """Room for two polygons, in which kernels cut triangles."""
+    return np.empty((2, _MOST_CORNERS, 2))
 
 
 def middles_in(corners: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
@@ -129,100 +143,138 @@ def unrolled(counts: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         yield item, k - start
 
 
-def _touched(corners: np.ndarray, sizes: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Chunks of pairs of a triangle (p,) and a texel (p, 2) in its reach: row by row, what the triangle spans there."""
-    low = np.maximum(np.floor(corners[..., 1].min(axis=1)), 0).astype(np.int64)
-    high = np.minimum(np.ceil(corners[..., 1].max(axis=1)), sizes[:, 1]).astype(np.int64)
-    for triangle, step in unrolled(np.maximum(high - low, 0)):
-        row = low[triangle] + step
-        left, right = _span(corners[triangle], row)
-        left = np.maximum(np.floor(left), 0).astype(np.int64)
-        right = np.minimum(np.ceil(right), sizes[triangle, 0]).astype(np.int64)
-        for k, across in unrolled(np.maximum(right - left, 0)):
-            yield triangle[k].astype(np.int32), np.stack([left[k] + across, row[k]], axis=1).astype(np.int32)
-
-
-def _span(corners: np.ndarray, row: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Least and largest x of triangles (n, 3, 2) within the rows y to y + 1 (n,)."""
-    a, b = corners, corners[:, [1, 2, 0]]
-    rise = b[..., 1] - a[..., 1]
-    level = np.abs(rise) < 1e-300
-    ends = []
-    for y in (row, row + 1):  # where edges pass the row's borders, kept to the edges
-        t = np.clip((y[:, None] - a[..., 1]) / np.where(level, 1, rise), 0, 1)
-        ends.append(a[..., 0] + np.where(level, 0, t) * (b[..., 0] - a[..., 0]))
-    ends.append(np.where(level, b[..., 0], ends[0]))
-    # An edge wholly above or below the row is clipped to one of its ends, which may lie beyond the triangle's span
-    apart = (np.minimum(a[..., 1], b[..., 1]) > row[:, None] + 1) | (np.maximum(a[..., 1], b[..., 1]) < row[:, None])
-    left = np.where(apart, np.inf, np.minimum.reduce(ends)).min(axis=1)
-    right = np.where(apart, -np.inf, np.maximum.reduce(ends)).max(axis=1)
-    return np.where(np.isfinite(left), left, 0), np.where(np.isfinite(right), right, 0)
-
-
-def _fragments(corners: np.ndarray, triangle: np.ndarray, texel: np.ndarray, cell: np.ndarray, n: int) -> Fragments:
-    """Overlaps of triangles with cells of texels that are cut n × n, less those without any area."""
-    low = texel + np.stack([cell % n, cell // n], axis=1) / n
-    area, middle = _overlap((corners[triangle] - low[:, None]) * n)
-    kept = np.flatnonzero(area > _LEAST)
-    return Fragments(triangle[kept], texel[kept], cell[kept], area[kept] / n**2, low[kept] + middle[kept] / n)
-
-
-def _overlap(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Area (n,) and centroid (n, 2) of what triangles (n, 3, 2) share with the unit square."""
-    area, middle = np.ones(len(corners)), np.full((len(corners), 2), 0.5)
-    edge = corners[:, [1, 2, 0]] - corners
-    turn = np.sign(edge[:, 0, 0] * edge[:, 1, 1] - edge[:, 0, 1] * edge[:, 1, 0])[:, None]
-    # The least that a corner of the square lies to the left of an edge
-    left = edge[..., 0] * -corners[..., 1] - edge[..., 1] * -corners[..., 0]
-    least = turn * left + np.minimum(turn * edge[..., 0], 0) + np.minimum(turn * -edge[..., 1], 0)
-    cut = np.flatnonzero((least < 0).any(axis=1) | (turn[:, 0] == 0))
-    area[cut], middle[cut] = _area_and_centroid(_clipped(corners[cut]))
-    return area, middle
-
-
-def _clipped(polygon: np.ndarray) -> np.ndarray:
-    """Convex polygons (n, k, 2) cut to the unit square (Sutherland and Hodgman 1974), (n, k + 4, 2).
-
-    Unused places repeat a corner, which changes neither area nor centroid.
-    """
-    for axis in range(2):
-        for sign, offset in ((1, 0), (-1, 1)):
-            inside = sign * polygon[..., axis] + offset  # how far inside the side
-            polygon = np.concatenate([polygon, polygon[:, :1]], axis=1)
-            cut = np.flatnonzero(inside.min(axis=1) < 0)
-            polygon[cut] = _cut(polygon[cut, :-1], inside[cut])
-    return polygon
-
-
-def _cut(polygon: np.ndarray, inside: np.ndarray) -> np.ndarray:
-    """Convex polygons (n, k, 2) without what of them lies beyond a line, (n, k + 1, 2).
+@kernel
+def _find_texels(corners, sizes, end, place, polygons, found):
+    """Overlaps of triangles with texels, row by row, as long as there is room for another row; how many.
 
     Parameters
     ----------
-    inside : (n, k)
-        How far each corner lies on the line's inner side.
+    end : int
+        The triangle to stop before.
+    place : (2,) int64
+        The triangle that is next, and its row that is; −1: its first.
     """
-    n, k = inside.shape
-    following, inside_next = np.roll(polygon, -1, axis=1), np.roll(inside, -1, axis=1)
-    crosses = (inside >= 0) != (inside_next >= 0)
-    t = inside / np.where(crosses, inside - inside_next, 1)
-    places = np.empty((n, 2 * k, 2))
-    places[:, ::2], places[:, 1::2] = polygon, polygon + t[..., None] * (following - polygon)
-    used = np.stack([inside >= 0, crosses], axis=2).reshape(n, 2 * k)
-    row, place = np.nonzero(used)
-    # Rounding may make one crossing too many of a corner on the line
-    order = np.minimum(np.cumsum(used, axis=1, dtype=np.int8)[row, place] - 1, k)
-    rest = np.repeat(places[np.arange(n), used.argmax(axis=1)][:, None], k + 1, axis=1)
-    rest[row, order] = places[row, place]
-    return rest
+    n = 0
+    while place[0] < end:
+        t = place[0]
+        y = corners[t, 0, 1], corners[t, 1, 1], corners[t, 2, 1]
+        first = np.int64(np.floor(max(min(y[0], min(y[1], y[2])), 0.0)))
+        last = np.int64(np.ceil(min(max(y[0], max(y[1], y[2])), np.float64(sizes[t, 1]))))
+        row = max(first, place[1])
+        while row < last:
+            if n + sizes[t, 0] > len(found.area):
+                place[1] = row
+                return n
+            left, right = _span(corners[t], row)
+            start, stop = max(np.floor(left), 0.0), min(np.ceil(right), np.float64(sizes[t, 0]))
+            for column in range(np.int64(start), np.int64(stop)):
+                n = _add_overlap(corners, t, column, row, 0, 1, polygons, found, n)
+            row += 1
+        place[0], place[1] = t + 1, -1
+    return n
 
 
-def _area_and_centroid(polygon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of polygons (n, k, 2), either way round: area (n,), centroid (n, 2)."""
-    first = polygon[:, :1]
-    a, b = (polygon - first)[:, 1:-1], (polygon - first)[:, 2:]
-    twice = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-    total = twice.sum(axis=1)
-    moment = ((a + b) * twice[..., None]).sum(axis=1) / 3
-    centroid = first[:, 0] + moment / np.where(total == 0, 1, total)[:, None]
-    return np.abs(total) / 2, np.clip(centroid, 0, 1)
+@kernel
+def _find_cells(corners, fragments, n_cells, polygons, found):
+    """Overlaps of the triangles of fragments with the cells of their texels; how many."""
+    n = 0
+    for k in range(len(fragments.triangle)):
+        t, column, row = fragments.triangle[k], fragments.texel[k, 0], fragments.texel[k, 1]
+        for cell in range(n_cells * n_cells):
+            n = _add_overlap(corners, t, column, row, cell, n_cells, polygons, found, n)
+    return n
+
+
+@part
+def _span(corners, row):
+    """Least and largest x of a triangle (3, 2) within the row y to y + 1; 0 and 0 where it is not."""
+    left, right = np.inf, -np.inf
+    for k in range(3):
+        ax, ay, bx, by = corners[k, 0], corners[k, 1], corners[(k + 1) % 3, 0], corners[(k + 1) % 3, 1]
+        if min(ay, by) <= row + 1 and max(ay, by) >= row:
+            # Where the edge passes the row's borders, kept to the edge
+            level = abs(by - ay) < 1e-300
+            rise = 1.0 if level else by - ay
+            x0 = ax if level else ax + min(max((row - ay) / rise, 0.0), 1.0) * (bx - ax)
+            x1 = bx if level else ax + min(max((row + 1 - ay) / rise, 0.0), 1.0) * (bx - ax)
+            left, right = min(left, min(x0, x1)), max(right, max(x0, x1))
+    return (left, right) if left <= right else (0.0, 0.0)
+
+
+@part
+def _add_overlap(corners, triangle, column, row, cell, n_cells, polygons, found, n):
+    """Write the overlap of a triangle with a cell of a texel as the n-th, if it has an area; how many there are."""
+    x, y = column + (cell % n_cells) / n_cells, row + (cell // n_cells) / n_cells
+    area, u, v = _overlap(corners[triangle], x, y, n_cells, polygons)
+    if area <= _LEAST:
+        return n
+    found.triangle[n], found.texel[n, 0], found.texel[n, 1], found.cell[n] = triangle, column, row, cell
+    found.area[n] = area / (n_cells * n_cells)
+    found.middle[n, 0], found.middle[n, 1] = x + u / n_cells, y + v / n_cells
+    return n + 1
+
+
+@part
+def _overlap(corners, x, y, per_texel, polygons):
+    """Area and centroid, in its sides, of what a triangle shares with the square at (x, y) of side 1/`per_texel`."""
+    polygon = polygons[0]
+    for k in range(3):
+        polygon[k, 0], polygon[k, 1] = (corners[k, 0] - x) * per_texel, (corners[k, 1] - y) * per_texel
+    if _holds_square(polygon):
+        return 1.0, 0.5, 0.5
+    # Cut to each side of the square in turn (Sutherland and Hodgman 1974)
+    n = _cut(polygons[0], 3, 0, 1.0, 0.0, polygons[1])
+    n = _cut(polygons[1], n, 0, -1.0, 1.0, polygons[0])
+    n = _cut(polygons[0], n, 1, 1.0, 0.0, polygons[1])
+    n = _cut(polygons[1], n, 1, -1.0, 1.0, polygons[0])
+    return _area_and_centroid(polygons[0], n)
+
+
+@part
+def _holds_square(corners):
+    """Whether the unit square lies within a triangle."""
+    turn = 0.0
+    for k in range(3):
+        ax, ay = corners[k, 0], corners[k, 1]
+        ex, ey = corners[(k + 1) % 3, 0] - ax, corners[(k + 1) % 3, 1] - ay
+        if k == 0:
+            cx, cy = corners[2, 0] - ax, corners[2, 1] - ay
+            turn = np.sign(ex * cy - ey * cx)
+        # The least that a corner of the square lies to the left of the edge
+        least = turn * (ey * ax - ex * ay) + min(turn * ex, 0.0) + min(-turn * ey, 0.0)
+        if turn == 0 or least < 0:
+            return False
+    return True
+
+
+@part
+def _cut(polygon, n, axis, sign, offset, kept):
+    """Write what of a convex polygon of n corners lies where sign · x + offset ≥ 0; how many corners that has."""
+    m = 0
+    for k in range(n):
+        following = k + 1 if k + 1 < n else 0
+        a, b = sign * polygon[k, axis] + offset, sign * polygon[following, axis] + offset
+        if a >= 0:
+            kept[m, 0], kept[m, 1] = polygon[k, 0], polygon[k, 1]
+            m += 1
+        if (a >= 0) != (b >= 0):
+            t = a / (a - b)
+            kept[m, 0] = polygon[k, 0] + t * (polygon[following, 0] - polygon[k, 0])
+            kept[m, 1] = polygon[k, 1] + t * (polygon[following, 1] - polygon[k, 1])
+            m += 1
+    return m
+
+
+@part
+def _area_and_centroid(polygon, n):
+    """Of a polygon of n corners, either way round; the centroid is kept to the unit square."""
+    total = u = v = 0.0
+    for k in range(1, n - 1):
+        ax, ay = polygon[k, 0] - polygon[0, 0], polygon[k, 1] - polygon[0, 1]
+        bx, by = polygon[k + 1, 0] - polygon[0, 0], polygon[k + 1, 1] - polygon[0, 1]
+        twice = ax * by - ay * bx
+        total, u, v = total + twice, u + (ax + bx) * twice, v + (ay + by) * twice
+    if total == 0:
+        return 0.0, 0.5, 0.5
+    u, v = polygon[0, 0] + u / (3 * total), polygon[0, 1] + v / (3 * total)
+    return abs(total) / 2, min(max(u, 0.0), 1.0), min(max(v, 0.0), 1.0)

@@ -1,13 +1,18 @@
 """Seams: where charts meet in space and lie apart on their images."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from ...core.compiling import kernel, part
 from ...core.parallel import slices
 from ...core.progress import Progress
 from ...core.ranges import unrolled
 from ...core.sampling.vectors import dot, rows
+from ...core.vec3 import along as point_along
+from ...core.vec3 import dot as scalar_product
+from ...core.vec3 import length, minus, row
 from ...tracing import Tracer
 from .charts import Charts
 
@@ -46,14 +51,13 @@ class Seams:
         return Seams(np.zeros((0, 2), np.int32), np.zeros((0, 2, 2)), np.zeros(0))
 
 
-@dataclass(frozen=True)
-class _Edges:
-    """The border edges of charts.
+class _Edges(NamedTuple):
+    """The border edges of charts, for kernels too.
 
     Attributes
     ----------
     image : (e,) int32
-    position, normal, place : (e, 2, …)
+    position, normal, place : (e, 2, …) float64
         Of their ends: in space, m; shading normals; on the image, texels.
     inwards : (e, 3)
         Unit vectors along the surface, into the chart.
@@ -86,11 +90,8 @@ class _Edges:
         inwards = _unit(aside - dot(aside, along)[:, None] * along)
         texel = np.linalg.norm(position[:, 1] - position[:, 0], axis=1) / length
         n_samples = np.ceil(_A_TEXEL * length).astype(np.int64)
-        normal = charts.normals[triangle[:, None], ends]
+        normal = charts.normals[triangle[:, None], ends].astype(np.float64)
         return _Edges(charts.image[triangle], position, normal, place, inwards, texel, n_samples)
-
-    def __len__(self) -> int:
-        return len(self.image)
 
     def samples(self) -> tuple[np.ndarray, np.ndarray]:
         """Edge of each sample, and how far along it lies, evenly spaced."""
@@ -99,24 +100,69 @@ class _Edges:
 
     def folds(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """How far the surface turns from edges a to edges b, (n,) float64, radians."""
-        return np.pi - np.arccos(np.clip(dot(rows(self.inwards, a), rows(self.inwards, b)), -1, 1))
+        folds = np.empty(len(a))
+        _find_folds(self, a, b, folds)
+        return folds
 
-    def meet(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """Whether an end of one edge lies on the other, as it does where edges run along each other, (n,) bool."""
-        near = _SAME_PLACE * np.minimum(self.texel[a], self.texel[b])
-        met = np.zeros(len(a), bool)
-        for one, other in ((a, b), (b, a)):
-            for end in range(2):
-                met |= self.nearest(other, self.position[one, end])[1] < near
-        return met & (self.folds(a, b) < _FOLDED_BACK)
 
-    def nearest(self, edge: np.ndarray, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """How far along its edge the place next to each position (n, 3) lies, and their distance, (n,) each."""
-        start, end = np.moveaxis(rows(self.position, edge), 1, 0)
-        way = end - start
-        along = np.clip(dot(position - start, way) / np.maximum(dot(way, way), 1e-30), 0, 1)
-        off = start + along[:, None] * way - position
-        return along, np.sqrt(dot(off, off))
+@part
+def _end(ends, edge, k):
+    """What an edge has at an end, of values (e, 2, 3)."""
+    return row(ends[edge], k)
+
+
+@part
+def _at(ends, edge, along):
+    """What an edge has at a place along it, of values (e, 2, 3) at the ends."""
+    start = _end(ends, edge, 0)
+    return point_along(start, along, minus(_end(ends, edge, 1), start))
+
+
+@part
+def _nearest(edges, edge, position):
+    """How far along an edge the place next to a position lies, and their distance."""
+    start = _end(edges.position, edge, 0)
+    way = minus(_end(edges.position, edge, 1), start)
+    along = scalar_product(minus(position, start), way) / max(scalar_product(way, way), 1e-30)
+    along = min(max(along, 0.0), 1.0)
+    return along, length(minus(point_along(start, along, way), position))
+
+
+@part
+def _fold(edges, a, b):
+    """How far the surface turns from an edge to another, radians."""
+    cosine = scalar_product(row(edges.inwards, a), row(edges.inwards, b))
+    return np.pi - np.arccos(min(max(cosine, -1.0), 1.0))
+
+
+@kernel
+def _find_folds(edges, a, b, folds):
+    """See `_Edges.folds`."""
+    for k in range(len(a)):
+        folds[k] = _fold(edges, a[k], b[k])
+
+
+@kernel
+def _meet(edges, a, b, met):
+    """Whether an end of one edge (n,) lies on the other (n,), as it does where edges run along each other."""
+    for k in range(len(a)):
+        distance = np.inf
+        for end in range(2):
+            distance = min(distance, _nearest(edges, b[k], _end(edges.position, a[k], end))[1])
+            distance = min(distance, _nearest(edges, a[k], _end(edges.position, b[k], end))[1])
+        near = distance < _SAME_PLACE * min(edges.texel[a[k]], edges.texel[b[k]])
+        met[k] = near and _fold(edges, a[k], b[k]) < _FOLDED_BACK
+
+
+@kernel
+def _find_seams(edges, edge, along, other, along_other, on_seam):
+    """Whether samples of edges (n,) lie on other edges (n,) with a normal alike, and where along these."""
+    for k in range(len(edge)):
+        along_other[k], distance = _nearest(edges, other[k], _at(edges.position, edge[k], along[k]))
+        a, b = _at(edges.normal, edge[k], along[k]), _at(edges.normal, other[k], along_other[k])
+        sizes = max(length(a) * length(b), 1e-30)
+        near = distance < _SAME_PLACE * min(edges.texel[edge[k]], edges.texel[other[k]])
+        on_seam[k] = near and scalar_product(a, b) > _SAME_NORMAL * sizes
 
 
 def seams_of(
@@ -145,27 +191,24 @@ def seams_of(
     for chunk in slices(len(sample), _CHUNK):
         progress.update(_STAGE, 0.5 + 0.5 * chunk.start / len(sample))
         some = sample[chunk]
-        found.append(_seams(edges, edge[some], along[some], position[some], other[chunk], tracer))
+        found.append(_seams(edges, edge[some], along[some], other[chunk], tracer))
     return Seams(*(np.concatenate([getattr(part, name) for part in found]) for name in Seams.__dataclass_fields__))
 
 
-def _seams(
-    edges: _Edges, edge: np.ndarray, along: np.ndarray, position: np.ndarray, other: np.ndarray, tracer: Tracer | None
-) -> Seams:
+def _seams(edges: _Edges, edge: np.ndarray, along: np.ndarray, other: np.ndarray, tracer: Tracer | None) -> Seams:
     """Seams among samples of edges (n,) and the edges that they may lie on, (n,)."""
-    along_other, distance = edges.nearest(other, position)
-    normal = _unit(_between(edges.normal, edge, along))
-    normal_other = _unit(_between(edges.normal, other, along_other))
-    alike = dot(normal, normal_other) > _SAME_NORMAL
-    texel = np.minimum(edges.texel[edge], edges.texel[other])
-    k = np.flatnonzero(alike & (distance < _SAME_PLACE * texel))
+    along_other, on_seam = np.empty(len(edge)), np.empty(len(edge), bool)
+    _find_seams(edges, edge, along, other, along_other, on_seam)
+    k = np.flatnonzero(on_seam)
+    here, there, along, along_other = edge[k], other[k], along[k], along_other[k]
     if tracer is not None:
-        aside = _ASIDE * texel[k, None]
-        above = position[k] + aside * _unit(normal[k] + normal_other[k])
-        a, b = (above + aside * edges.inwards[of] for of in (edge[k], other[k]))
-        k = k[~_parted(a, b, tracer)]
-    here, there = edge[k], other[k]
-    places = _between(edges.place, here, along[k]), _between(edges.place, there, along_other[k])
+        normal, normal_other = (_unit(_between(edges.normal, *of)) for of in ((here, along), (there, along_other)))
+        aside = _ASIDE * np.minimum(edges.texel[here], edges.texel[there])[:, None]
+        above = _between(edges.position, here, along) + aside * _unit(normal + normal_other)
+        a, b = (above + aside * edges.inwards[of] for of in (here, there))
+        open_ = ~_parted(a, b, tracer)
+        here, there, along, along_other = here[open_], there[open_], along[open_], along_other[open_]
+    places = _between(edges.place, here, along), _between(edges.place, there, along_other)
     images = np.stack([edges.image[here], edges.image[there]], axis=1)
     return Seams(images, np.stack(places, axis=1), edges.folds(here, there))
 
@@ -192,9 +235,11 @@ def _edges_that_may_meet(
         k, column = np.nonzero(np.isfinite(distance))
         a, b = edge[chunk][k], edge[neighbour[k, column]]
         low, high = np.minimum(a, b)[a != b], np.maximum(a, b)[a != b]
-        codes.append(np.unique(low * len(edges) + high))
-    low, high = np.divmod(np.unique(np.concatenate(codes)), len(edges))
-    met = np.concatenate([edges.meet(low[chunk], high[chunk]) for chunk in slices(max(len(low), 1), _CHUNK)])
+        codes.append(np.unique(low * len(edges.image) + high))
+    low, high = np.divmod(np.unique(np.concatenate(codes)), len(edges.image))
+    met = np.empty(len(low), bool)
+    for chunk in slices(len(low), _CHUNK):
+        _meet(edges, low[chunk], high[chunk], met[chunk])
     return np.concatenate([low[met], high[met]]), np.concatenate([high[met], low[met]])
 
 

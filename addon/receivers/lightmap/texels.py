@@ -96,7 +96,7 @@ def texel_receivers(
     grid = _Grid.of(sizes)
     corners = charts.uv.astype(np.float64) * grid.sizes[charts.image, None]
     fragments = texels_of(corners, grid.sizes[charts.image], workers)
-    points, point_of_fragment = points_of(charts, corners, fragments, grid.texels(charts, fragments))
+    points, point_of_fragment = points_of(charts, corners, fragments, grid.texels(charts, fragments), workers)
     kept = _worthwhile(charts, points)
     if tracer is None:
         points, hidden = points.where(kept), np.zeros(int(kept.sum()), bool)
@@ -104,7 +104,7 @@ def texel_receivers(
         around = look_around(points, tracer, workers.part(0, 0.4))
         close = fragments.where((around.near & kept)[point_of_fragment])
         cells = cells_of(corners, close, CELLS, workers)
-        fine, _ = points_of(charts, corners, cells, grid.texels(charts, cells), CELLS)
+        fine, _ = points_of(charts, corners, cells, grid.texels(charts, cells), workers, CELLS)
         far = kept & ~around.near
         points = TexelPoints.join([points.where(far), fine])
         inside = np.concatenate([around.inside[far], look_around(fine, tracer, workers.part(0.4, 0.8)).inside])

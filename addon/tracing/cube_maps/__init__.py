@@ -1,7 +1,7 @@
 """Rays traced through cube maps instead of triangles (Fei and Wang, section 3).
 
 A handful of small pictures of the scene, each taken in all directions from a point, stand for its surfaces. On a
-graphics card this needs no tree; here it is the readable twin that a kernel can be tested against.
+graphics card this needs no tree; the kernels here read as those of a graphics card do, which are tested against them.
 """
 
 from .cube_maps import CubeMaps

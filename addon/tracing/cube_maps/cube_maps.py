@@ -7,12 +7,14 @@ from time import perf_counter
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ...core.compiling import kernel_array
 from ...core.parallel import Workers
 from ...core.sampling.octahedral import decode_octahedral, encode_octahedral
 from ...core.sampling.vectors import dot
 from ...scene import RayKind, Scene
 from ..protocol import Tracer
 from .stage import each
+from .texels import MapArrays, planes_of, texels_at
 
 _TURNED = np.array([[0, 1, 2], [1, 2, 0], [2, 0, 1]])  # axes, starting from each
 
@@ -118,17 +120,24 @@ class CubeMaps:
         return cKDTree(self.centres)
 
     @cached_property
-    def _directions(self) -> np.ndarray:
-        return _texel_directions(self.size)
+    def arrays(self) -> MapArrays:
+        """What kernels read."""
+        return MapArrays(
+            kernel_array(self.centres, np.float32),
+            self.size,
+            self.n_levels,
+            self.level_start,
+            kernel_array(self.distance, np.float32),
+            kernel_array(self.packed_normal, np.int16),
+            kernel_array(self.nearest, np.float32),
+            kernel_array(self.farthest, np.float32),
+        )
 
     def texel(self, which: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Texels of maps (n,) that points p (n, 3) from their centres are seen in, (n,), and their depths z (n,)."""
-        face, axes, sign = on_faces(p)
-        along, row, column = onto_faces(p, axes, sign)
-        z = np.maximum(along, np.float32(1e-30))
-        half = np.float32(self.size / 2)
-        i, j = (np.minimum(((a / z + 1) * half).astype(np.int64), self.size - 1) for a in (row, column))
-        return ((which * 6 + face) * self.size + i) * self.size + j, z
+        texel, z = np.empty(len(p), np.int64), np.empty(len(p), np.float32)
+        texels_at(self.arrays, kernel_array(which, np.int64), kernel_array(p, np.float32), texel, z)
+        return texel, z
 
     def towards(self, which: np.ndarray, p: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
         """What maps (n,) see in directions p (n, 3) of any length: texels (n,) and distances (n,), m.
@@ -150,32 +159,15 @@ class CubeMaps:
 
     def plane(self, texel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Plane n · p = h of texels (n,): normals (n, 3) and h (n,) < 0; h is −∞ where a texel sees nothing."""
-        normal = decode_octahedral(self.packed_normal[texel])
-        way = self._directions[texel % len(self._directions)]
-        length = np.sqrt(dot(way, way))
-        return normal, dot(normal, way) * self.distance[texel] / length
+        normal, h = np.empty((len(texel), 3), np.float32), np.empty(len(texel), np.float32)
+        planes_of(self.arrays, kernel_array(texel, np.int64), normal, h)
+        return normal, h
 
     def goes_through(self, texel: np.ndarray, points: np.ndarray) -> np.ndarray:
         """Whether the planes of texels (n,) go through points (n, 3), to a quarter of a texel, (n,) bool."""
         n, h = self.plane(texel)
-        off = dot(n, points - self.centres[texel // len(self._directions)]) - h
+        off = dot(n, points - self.centres[texel // (6 * self.size**2)]) - h
         return np.abs(off) < self.distance[texel] / (2 * self.size)
-
-
-def on_faces(p: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Faces (n,) that directions p (n, 3) go through, the axes of their frames (n, 3), and which way they look (n,)."""
-    x, y, z = np.abs(p).T
-    axis = np.where(x >= y, np.where(x >= z, 0, 2), np.where(y >= z, 1, 2))
-    axes = _TURNED[axis]
-    backwards = np.take_along_axis(p, axes[:, :1], axis=1)[:, 0] < 0
-    return 2 * axis + backwards, axes, np.where(backwards, np.float32(-1), np.float32(1))
-
-
-def onto_faces(p: np.ndarray, axes: np.ndarray, sign: np.ndarray) -> np.ndarray:
-    """Vectors p (n, 3) along the axes, the rows and the columns of faces, (3, n); see `on_faces`."""
-    local = np.take_along_axis(p, axes, axis=1).T.copy()
-    local[0] *= sign
-    return local
 
 
 def _texel_directions(size: int) -> np.ndarray:

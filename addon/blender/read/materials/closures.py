@@ -11,12 +11,8 @@ import numpy as np
 from ....scene import Lobe
 from .expressions import constant
 from .node_math import dielectric_f0, ior_of_f0, mean_of_pane, saturate
-from .nodes import Place, output_node
-from .sums import ShaderSum, black, largest, white
-
-Value = Callable[[Place], np.ndarray]
-"""Evaluates a socket, (h, w, 1 or 3) float32; h = w = 1 where it is constant."""
-
+from .nodes import Factor, Place, Value, output_node
+from .sums import ShaderSum, black, white
 
 BECKMANN_AS_GGX = log(2) ** 0.25
 """A GGX lobe of this share of the roughness, 0.91, stands for a Beckmann lobe: facets have the same median slope.
@@ -24,46 +20,6 @@ BECKMANN_AS_GGX = log(2) ** 0.25
 P(tan θ < t) is 1 − exp(−t²/α²) for Beckmann's facets and t²/(α² + t²) for GGX's, with the medians α √ln 2 and α. The
 width α is the square of the roughness.
 """
-
-
-@dataclass(frozen=True)
-class Factor:
-    """What one Mix Shader multiplies a closure by.
-
-    Attributes
-    ----------
-    place : Place
-        The factor's socket.
-    inverted : bool
-        Whether 1 − factor counts: for the first of the two shaders.
-    """
-
-    place: Place
-    inverted: bool
-
-    @property
-    def fresnel(self) -> Place | None:
-        """The index of refraction, or a Layer Weight's blend, where the factor is Fresnel's curve."""
-        origin = self.place.origin
-        node = origin.socket.node
-        if node.type == "FRESNEL":
-            return origin.input("IOR")
-        if node.type == "LAYER_WEIGHT" and origin.socket.identifier == "Fresnel":
-            return origin.input("Blend")
-        return None
-
-    def ior(self, value: Value) -> float:
-        """The index of refraction of a Fresnel factor, averaged over the surface."""
-        place = self.fresnel
-        assert place is not None
-        of_node = float(value(place).mean())
-        is_blend = place.socket.node.type == "LAYER_WEIGHT"
-        return 1 / max(1 - of_node, 1e-5) if is_blend else max(of_node, 1e-5)
-
-    def weight(self, value: Value) -> np.ndarray:
-        """The factor in [0, 1], (h, w, 1)."""
-        factor = saturate(value(self.place))
-        return 1 - factor if self.inverted else factor
 
 
 @dataclass(frozen=True)
@@ -160,9 +116,14 @@ class _Leaf:
 
     @property
     def color(self) -> np.ndarray:
-        """Weight × colour, (h, w, 3)."""
+        """Its colour, (h, w, 3)."""
         identifier = next((one.identifier for one in self.closure.node.inputs if one.type == "RGBA"), None)
-        return self.weight * (saturate(self[identifier]) if identifier else np.full((1, 1, 3), 0.8, np.float32))
+        return saturate(self[identifier]) if identifier else np.full((1, 1, 3), 0.8, np.float32)
+
+    @property
+    def weighted(self) -> np.ndarray:
+        """Weight × colour, (h, w, 3)."""
+        return self.weight * self.color
 
     @property
     def roughness(self) -> np.ndarray:
@@ -229,7 +190,7 @@ def combine(closures: list[Closure], value: Value) -> ShaderSum:
     reflected: dict[Place, np.ndarray] = {}
     for leaf in leaves:
         if leaf.layer and leaf.in_glass and leaf.closure.kind == "BSDF_GLOSSY":
-            reflected[leaf.layer.place] = reflected.get(leaf.layer.place, black()) + leaf.color
+            reflected[leaf.layer.place] = reflected.get(leaf.layer.place, black()) + leaf.weighted
     total = ShaderSum()
     for leaf in leaves:
         leaf = replace(leaf, reflected=reflected.get(leaf.layer.place) if leaf.layer else None)
@@ -252,15 +213,15 @@ def _is_diffuse(closure: Closure) -> bool:
 
 
 def _add_diffuse(leaf: _Leaf, total: ShaderSum) -> None:
-    total.add(Lobe.DIFFUSE, leaf.color, under=leaf.layer and leaf.layer.place)
+    total.add(Lobe.DIFFUSE, leaf.weighted, under=leaf.layer and leaf.layer.place)
 
 
 def _add_translucent(leaf: _Leaf, total: ShaderSum) -> None:
-    total.add(Lobe.TRANSLUCENT, leaf.color)
+    total.add(Lobe.TRANSLUCENT, leaf.weighted)
 
 
 def _add_transparent(leaf: _Leaf, total: ShaderSum) -> None:
-    total.transparent = total.transparent + leaf.color
+    total.transparent = total.transparent + leaf.weighted
 
 
 def _add_emission(leaf: _Leaf, total: ShaderSum, color: str = "Color", strength: str = "Strength") -> None:
@@ -275,11 +236,11 @@ def _add_color(leaf: _Leaf, total: ShaderSum) -> None:
 
 def _add_glossy(leaf: _Leaf, total: ShaderSum) -> None:
     if leaf.layer is None:
-        leaf.add_glossy(total, leaf.color, white(), white())
+        leaf.add_glossy(total, leaf.weight, leaf.color, leaf.color)
     elif not leaf.in_glass:  # what glass reflects is added with what it refracts
         ior = leaf.layer.ior(leaf.value)
         f0 = white() * dielectric_f0(np.array(ior, np.float32))
-        leaf.add_glossy(total, leaf.color, f0, white(), ior=ior, covers=leaf.layer.place)
+        leaf.add_glossy(total, leaf.weighted, f0, white(), ior=ior, covers=leaf.layer.place)
 
 
 def _add_metal(leaf: _Leaf, total: ShaderSum) -> None:
@@ -292,16 +253,12 @@ def _add_metal(leaf: _Leaf, total: ShaderSum) -> None:
 
 
 def _add_glass(leaf: _Leaf, total: ShaderSum) -> None:
-    leaf.add_glass(total, leaf.color, white(), white())
+    leaf.add_glass(total, leaf.weight, leaf.color, leaf.color)
 
 
 def _add_refraction(leaf: _Leaf, total: ShaderSum) -> None:
-    if leaf.reflected is None:
-        leaf.add_glass(total, leaf.color, black(), white(), fresnel=leaf.in_glass)
-    else:
-        weight = np.maximum(largest(leaf.color), largest(leaf.reflected))
-        scale = 1 / np.maximum(weight, np.float32(1e-20))
-        leaf.add_glass(total, weight, leaf.reflected * scale, leaf.color * scale)
+    reflection = black() if leaf.reflected is None else leaf.reflected / np.maximum(leaf.weight, np.float32(1e-6))
+    leaf.add_glass(total, leaf.weight, reflection, leaf.color, fresnel=leaf.in_glass)
 
 
 def _add_principled(leaf: _Leaf, total: ShaderSum) -> None:
@@ -331,7 +288,8 @@ def _add_principled_glass(leaf: _Leaf, total: ShaderSum, base: np.ndarray) -> No
 def _add_pane(leaf: _Leaf, total: ShaderSum, base: np.ndarray) -> None:
     """Glass with a thin wall: mean reflection, and the rest straight through, or scattered as it is rough."""
     reflectance, way = mean_of_pane(leaf.ior)
-    leaf.add_glossy(total, leaf.weight * np.float32(reflectance), white(), white())
+    mirror = white() * np.float32(reflectance)
+    leaf.add_glossy(total, leaf.weight, mirror, mirror)
     passing = leaf.weight * (1 - reflectance) * base**way
     total.transparent = total.transparent + passing * (1 - leaf.roughness)
     total.add(Lobe.TRANSLUCENT, passing * leaf.roughness)

@@ -7,7 +7,7 @@ import bpy
 import numpy as np
 
 from ....core.progress import Progress
-from ....scene import Channel, Closures, Lobe, Materials
+from ....scene import Lobe, Materials
 from ...lightmap.atlas import make_atlas
 from ...temporary import CyclesError
 from ...warn import Warnings
@@ -16,6 +16,7 @@ from ..meshes.meshes import attribute
 from ..meshes.object_values import Reading, Values, of_scene, readings_in
 from ..shortcomings import shortcomings
 from .closures import Closure, combine, read_closures
+from .columns import Surface, materials_of
 from .cycles_bake import BakeRequest, bake_values, sees_object
 from .expressions import Evaluator, UnreadableError, default_value, no_images
 from .images import ImageTable
@@ -27,72 +28,6 @@ READING = "Reading the scene"
 
 DEFAULT_GREY = 0.8
 """Cycles' albedo where there is no material."""
-
-CHANNELS = ("emission", "coverage", "tint")
-OF_CLOSURES = ("weight", "roughness", "f0", "f90")
-"""Channels of materials, and of closures."""
-
-
-@dataclass(frozen=True)
-class ChannelValues:
-    """Channels of one row: the value of each, (3,) float32, and the texture of each that has one."""
-
-    values: dict[str, np.ndarray]
-    textures: dict[str, int]
-
-    @staticmethod
-    def of(channels: dict[str, np.ndarray], images: ImageTable, extends: bool) -> "ChannelValues":
-        """Channels (h, w, 1 or 3), of which those that vary become textures."""
-        values, textures = {}, {}
-        for name, value in channels.items():
-            varies = _varies(value)
-            values[name] = np.ones(3, np.float32) if varies else np.broadcast_to(value[0, 0], 3)
-            if varies:
-                textures[name] = images.add(np.broadcast_to(value, (*value.shape[:2], 3)), extends)
-        return ChannelValues(values, textures)
-
-
-@dataclass(frozen=True)
-class Surface:
-    """One material, as `Materials` holds it in columns.
-
-    Attributes
-    ----------
-    name : str
-    channels : ChannelValues
-    closures : list of (Term, ChannelValues)
-        What it scatters, and the channels of that.
-    coordinates : Coordinates
-        Where its textures take their coordinates from.
-    """
-
-    name: str
-    channels: ChannelValues
-    closures: list[tuple[Term, ChannelValues]]
-    coordinates: Coordinates
-
-    @staticmethod
-    def of(
-        name: str, total: ShaderSum, images: ImageTable, coordinates: Coordinates | None = None, extends: bool = False
-    ) -> "Surface":
-        """A material of what its shaders add up to."""
-        closures = []
-        for term in total.closures():
-            channels = {channel: getattr(term, channel) for channel in OF_CLOSURES}
-            closures.append((term, ChannelValues.of(channels, images, extends)))
-        return Surface(
-            name, ChannelValues.of(total.channels(), images, extends), closures, coordinates or Coordinates()
-        )
-
-    @property
-    def textured(self) -> bool:
-        return any(one.textures for one in (self.channels, *(values for _, values in self.closures)))
-
-
-def _varies(picture: np.ndarray) -> bool:
-    """Whether an (h, w, channels) picture is not the same all over; most show it in a few texels."""
-    step = max(picture.shape[0] // 16, 1)
-    return any((np.abs(part - picture[:1, :1]) > 1e-6).any() for part in (picture[::step], picture))
 
 
 class MaterialTable:
@@ -170,36 +105,7 @@ class MaterialTable:
             progress.update(READING, number / len(self._entries))
             rows.append(entry.surface() if isinstance(entry, _Pending) else entry)
         self._entries = list(rows)
-        return Materials.of(
-            len(rows),
-            names=tuple(row.name for row in rows),
-            closures=_closures(rows),
-            textures=self._images.textures(),
-            **{name: _channel([row.channels for row in rows], name) for name in CHANNELS},
-        )
-
-
-def _closures(rows: list[Surface]) -> Closures:
-    """The closures of materials, one after the other."""
-    start = np.cumsum([0, *(len(row.closures) for row in rows)])
-    terms = [term for row in rows for term, _ in row.closures]
-    values = [of_term for row in rows for _, of_term in row.closures]
-    layer = [term.under for term in terms]
-    first = np.repeat(start[:-1], np.diff(start))
-    return Closures(
-        start=start.astype(np.int32),
-        kind=np.array([term.kind for term in terms], np.int32),
-        ior=np.array([term.ior for term in terms], np.float32),
-        fresnel=np.array([term.fresnel for term in terms], bool),
-        preserves_energy=np.array([term.keeps_energy for term in terms], bool),
-        layer=np.where(np.array(layer, int) >= 0, first + np.array(layer, int), -1).astype(np.int32),
-        **{name: _channel(values, name) for name in OF_CLOSURES},
-    )
-
-
-def _channel(rows: list[ChannelValues], name: str) -> Channel:
-    values = np.array([row.values[name] for row in rows], np.float32).reshape(-1, 3)
-    return Channel(values, np.array([row.textures.get(name, -1) for row in rows], np.int32))
+        return materials_of(rows, self._images.textures())
 
 
 class _Reader:

@@ -1,9 +1,12 @@
-"""What can be read from a node tree without evaluating it."""
+"""What can be read from a node tree without evaluating it, and the factors of Mix Shaders."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import bpy
+import numpy as np
+
+from .node_math import saturate
 
 SHOWN = "photon_bake_preview"
 """Custom property of what shows baked light: of group nodes, node groups, materials and images. For light they are not
@@ -132,3 +135,47 @@ def reached_nodes(block: "bpy.types.ID") -> "Iterator[bpy.types.Node]":
         todo += [link.from_node for link in links if link.is_valid and not link.is_muted]
         if node.type == "GROUP" and node.node_tree and SHOWN not in node:
             todo += [one for one in node.node_tree.nodes if one.type == "GROUP_OUTPUT" and one.is_active_output]
+
+
+Value = Callable[[Place], np.ndarray]
+"""Evaluates a socket, (h, w, 1 or 3) float32; h = w = 1 where it is constant."""
+
+
+@dataclass(frozen=True)
+class Factor:
+    """What one Mix Shader multiplies a closure by.
+
+    Attributes
+    ----------
+    place : Place
+        The factor's socket.
+    inverted : bool
+        Whether 1 − factor counts: for the first of the two shaders.
+    """
+
+    place: Place
+    inverted: bool
+
+    @property
+    def fresnel(self) -> Place | None:
+        """The index of refraction, or a Layer Weight's blend, where the factor is Fresnel's curve."""
+        origin = self.place.origin
+        node = origin.socket.node
+        if node.type == "FRESNEL":
+            return origin.input("IOR")
+        if node.type == "LAYER_WEIGHT" and origin.socket.identifier == "Fresnel":
+            return origin.input("Blend")
+        return None
+
+    def ior(self, value: Value) -> float:
+        """The index of refraction of a Fresnel factor, averaged over the surface."""
+        place = self.fresnel
+        assert place is not None
+        of_node = float(value(place).mean())
+        is_blend = place.socket.node.type == "LAYER_WEIGHT"
+        return 1 / max(1 - of_node, 1e-5) if is_blend else max(of_node, 1e-5)
+
+    def weight(self, value: Value) -> np.ndarray:
+        """The factor in [0, 1], (h, w, 1)."""
+        factor = saturate(value(self.place))
+        return 1 - factor if self.inverted else factor

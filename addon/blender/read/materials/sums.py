@@ -101,9 +101,9 @@ class ShaderSum:
         """
         if not self.transparent.any():
             return np.ones((1, 1, 1), np.float32)
-        share = saturate(1 - largest(self.transparent))
-        scattered = largest(sum((term.scattered for term in self.terms), black()))
-        added = (scattered > 1.1 * share + 1e-3) | ((largest(np.abs(self.emission)) > 0) & (share < 1e-3))
+        share = saturate(1 - _largest(self.transparent))
+        scattered = _largest(sum((term.scattered for term in self.terms), black()))
+        added = (scattered > 1.1 * share + 1e-3) | ((_largest(np.abs(self.emission)) > 0) & (share < 1e-3))
         return np.where(added, np.maximum(share, 0.5), share).astype(np.float32)
 
     def channels(self) -> dict[str, np.ndarray]:
@@ -156,7 +156,6 @@ def _inside(coverage: np.ndarray) -> np.ndarray:
     return np.where(coverage > 0, coverage, 1)
 
 
-def largest(color: np.ndarray) -> np.ndarray:
-    """Largest component, (h, w, 1)."""
+def _largest(color: np.ndarray) -> np.ndarray:
     red, green, blue = (color[..., i : i + 1] for i in range(3))
     return np.maximum(np.maximum(red, green), blue)  # several times as fast as color.max(axis=2)

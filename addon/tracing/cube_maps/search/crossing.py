@@ -9,14 +9,73 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....core.sampling.vectors import dot
+from ....core.compiling import kernel, kernel_array, part
+from ....core.vec3 import ONE, ZERO, along, minus, row
 from ..cube_maps import CubeMaps
-from .hierarchical_traversal import SLACK, End, Walk
+from ..texels import above_plane
+from .hierarchical_traversal import SLACK, End, walk
 from .map_hit import Found
-from .map_index import Guide
+from .map_index import Guide, cell_at
 
 _MAX_WALKS = 8
 _AHEAD = np.float32(1 / 16)  # in texels: a ray that goes in from nearer to a plane may have started behind it
+_INFINITY = np.float32(np.inf)
+_NO_TEXEL = np.int64(-1)
+_HIT, _TURNED = int(End.HIT), int(End.TURNED)
+
+
+@part
+def first_crossing(maps, guide, origin, direction, t_max):
+    """Distance and texel (−1: none) where a ray first crosses a surface, and how many walks and look-ups that took."""
+    s, slipped, texel, n_look_ups = ZERO, _INFINITY, _NO_TEXEL, 0
+    for n_walks in range(_MAX_WALKS):
+        which, behind, n_asked = _choose(maps, guide, along(origin, s, direction), direction)
+        n_look_ups += n_asked
+        if behind and slipped < _INFINITY:
+            # What slipped in at an edge, and is seen no more, has gone into the surface there
+            return slipped, texel, n_walks, n_look_ups
+        # Where no map sees a ray, one may a little further on
+        limit = min(t_max, s + guide.reach) if behind else t_max
+        t, side = minus(origin, row(maps.centres, which)), -ONE if behind else ONE
+        end, s, texel, slipped, n_steps = walk(maps, which, side, t, direction, s, limit)
+        n_look_ups += n_steps
+        if end == _HIT:
+            return s, texel, n_walks + 1, n_look_ups
+        s = min(s, limit)
+        if end != _TURNED and limit >= t_max:
+            return _INFINITY, _NO_TEXEL, n_walks + 1, n_look_ups
+    return _INFINITY, _NO_TEXEL, _MAX_WALKS, n_look_ups
+
+
+@part
+def _choose(maps, guide, x, direction):
+    """A map for a ray that is at x, whether the ray is behind what it sees, and how many maps were asked.
+
+    The first of the guide's choices that sees x, or else the one in which x is least behind a surface.
+    """
+    cell = cell_at(guide, x)
+    which, behind, most = np.int64(guide.choices[cell, 0]), False, -_INFINITY
+    n = guide.choices.shape[1]
+    for choice in range(n):
+        candidate = np.int64(guide.choices[cell, choice])
+        above, goes_in = above_plane(maps, candidate, x, direction)
+        # A surface that the ray comes out of is its own; one that it goes into has to be clearly ahead
+        clearance = above - (_AHEAD if goes_in else -SLACK)
+        if clearance > most:
+            which, most = candidate, clearance
+            behind = above < (ZERO if goes_in else -SLACK)
+        if not clearance < 0:
+            return which, behind, choice + 1
+    return which, behind, n
+
+
+@kernel
+def first_crossings(maps, guide, origins, directions, t_max, distance, texel, n_walks, n_look_ups):
+    """`first_crossing` of many."""
+    for i in range(len(origins)):
+        distance[i], texel[i], n_walks[i], n_look_ups[i] = first_crossing(
+            maps, guide, row(origins, i), row(directions, i), t_max[i]
+        )
 
 
 @dataclass(frozen=True)
@@ -28,55 +87,17 @@ class Crossing:
 
     def find(self, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray) -> Found:
         """See `Method.find`."""
-        found = Found.none(len(origins))
-        s, slipped = np.zeros(len(origins), np.float32), np.full(len(origins), np.inf, np.float32)
-        live = np.arange(len(origins))
-        for _ in range(_MAX_WALKS):
-            which, behind = self._choose(origins[live] + s[live, None] * directions[live], directions[live], found)
-            # What slipped in at an edge, and is seen no more, has gone into the surface there
-            inside = behind & np.isfinite(slipped[live])
-            found.distance[live[inside]] = slipped[live[inside]]
-            live, which, behind = live[~inside], which[~inside], behind[~inside]
-
-            # Where no map sees a ray, one may a little further on
-            limit = np.where(behind, np.minimum(t_max[live], s[live] + np.float32(self.guide.reach)), t_max[live])
-            walk = Walk(self.maps, which, behind, origins[live], directions[live], s[live], limit)
-            walk.run(found)
-            hit = walk.end == End.HIT
-            found.distance[live[hit]] = walk.s[hit]
-            found.texel[live] = walk.texel
-            found.loops[live] += 1
-            s[live], slipped[live] = np.minimum(walk.s, limit), walk.slipped
-            live = live[(walk.end == End.TURNED) | ((walk.end == End.GONE) & (limit < t_max[live]))]
-            if len(live) == 0:
-                break
-        found.texel[np.isinf(found.distance)] = -1
+        found, n_look_ups = Found.none(len(origins)), np.zeros(len(origins), np.int32)
+        first_crossings(
+            self.maps.arrays,
+            self.guide.arrays,
+            kernel_array(origins, np.float32),
+            kernel_array(directions, np.float32),
+            kernel_array(t_max, np.float32),
+            found.distance,
+            found.texel,
+            found.loops,
+            n_look_ups,
+        )
+        found.n_look_ups = int(n_look_ups.sum())
         return found
-
-    def _choose(self, x: np.ndarray, r: np.ndarray, found: Found) -> tuple[np.ndarray, np.ndarray]:
-        """Maps (n,) for rays that are at x (n, 3), and whether the rays are behind what these maps see, (n,) bool.
-
-        The first of the guide's choices that sees x, or else the one in which x is least behind a surface.
-        """
-        choices = self.guide.at(x)
-        which, behind = choices[:, 0].copy(), np.zeros(len(x), bool)
-        most = np.full(len(x), -np.inf, np.float32)
-        open_ = np.arange(len(x))
-        for choice in choices.T:
-            candidate = choice[open_]
-            p = x[open_] - self.maps.centres[candidate]
-            texel, z = self.maps.texel(candidate, p)
-            found.n_look_ups += len(open_)
-            n, h = self.maps.plane(texel)
-            above = (dot(n, p) - h) / (z * (2 / self.maps.size))
-            # A surface that the ray comes out of is its own; one that it goes into has to be clearly ahead
-            goes_in = dot(n, r[open_]) < 0
-            clearance = above - np.where(goes_in, _AHEAD, -SLACK)
-            more = clearance > most[open_]
-            k = open_[more]
-            which[k], most[k] = candidate[more], clearance[more]
-            behind[k] = above[more] < np.where(goes_in[more], 0, -SLACK)
-            open_ = open_[clearance < 0]
-            if len(open_) == 0:
-                break
-        return which, behind

@@ -1,12 +1,16 @@
 """Which maps see a place, without asking all of them."""
 
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
+from ....core.compiling import kernel, kernel_array, part
 from ....core.parallel import Workers
 from ....core.sampling.streams import stream
 from ....core.sampling.vectors import dot
+from ....core.vec3 import row
 from ..cube_maps import CubeMaps
 from ..stage import each
 
@@ -14,6 +18,43 @@ _N_CELLS = 16**3  # about as many in the region
 _N_CHOICES = 6  # maps a cell
 _N_POINTS = 4  # of a cell, where visibility is looked at
 _STREAM = 51
+
+
+class GuideArrays(NamedTuple):
+    """The arrays of a `Guide`, for kernels."""
+
+    x: np.ndarray
+    y: np.ndarray
+    z: np.ndarray
+    choices: np.ndarray
+    reach: np.float32
+
+
+@part
+def cell_at(guide, p):
+    """The cell of a guide that a point is in; outside of them all the nearest."""
+    column = _interval(guide.x, p[0])
+    column = column * (len(guide.y) - 1) + _interval(guide.y, p[1])
+    return column * (len(guide.z) - 1) + _interval(guide.z, p[2])
+
+
+@part
+def _interval(edges, x):
+    """The interval between ascending edges that a number is in, by bisection; outside of them all the nearest."""
+    low, high = 0, len(edges) - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if edges[middle] < x:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@kernel
+def _cells_at(guide, positions, cell):
+    for i in range(len(positions)):
+        cell[i] = cell_at(guide, row(positions, i))
 
 
 @dataclass(frozen=True)
@@ -68,7 +109,12 @@ class Guide:
 
     def at(self, positions: np.ndarray) -> np.ndarray:
         """Maps to ask at positions (n, 3), the best first, (n, c) int32."""
-        cell = np.zeros(len(positions), np.int64)
-        for x, edges in zip(positions.T, self.edges, strict=True):
-            cell = cell * (len(edges) - 1) + np.clip(np.searchsorted(edges, x) - 1, 0, len(edges) - 2)
+        cell = np.empty(len(positions), np.int64)
+        _cells_at(self.arrays, kernel_array(positions, np.float32), cell)
         return self.choices[cell]
+
+    @cached_property
+    def arrays(self) -> GuideArrays:
+        """What kernels read."""
+        x, y, z = (kernel_array(edges, np.float32) for edges in self.edges)
+        return GuideArrays(x, y, z, kernel_array(self.choices, np.int32), np.float32(self.reach))

@@ -1,4 +1,4 @@
-"""Photon volumes: power, level, sharpness, convergence, and what they leave dark."""
+"""Photon splatting: power, level, sharpness, convergence, and what they leave dark."""
 
 from dataclasses import replace
 
@@ -7,9 +7,9 @@ import pytest
 from photon_bake.addon.bsdf import evaluate_glossy, surface_at
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.sampling.octahedral import encode_octahedral
-from photon_bake.addon.gather import photon_volume_gloss, photon_volume_irradiance, scatter_light
-from photon_bake.addon.gather.photon_splatting import Points
-from photon_bake.addon.gather.photon_splatting.radius import n_in_volume, neighbour_radius
+from photon_bake.addon.gather import splat_gloss, splat_irradiance, splat_photons
+from photon_bake.addon.gather.photon_splatting import LitPoints
+from photon_bake.addon.gather.photon_splatting.radius import n_in_splat, neighbour_radius
 from photon_bake.addon.photons import PathKind, Photons
 from photon_bake.addon.photons.scattering import local_axes
 from photon_bake.addon.receivers import Camera, seen_surface
@@ -59,7 +59,7 @@ def test_kernel_spreads_a_photon_s_power_over_its_disc():
     """Of a single photon: 2/(πr²) in its middle, 0 from r on, its power in all."""
     _, seen = view_of_plane()
     photons, radius = photons_at([(0.1, -0.2)], 3.0), np.float32([0.3])
-    found = scatter_light(Points(seen.position, seen.normal), photons, radius, Workers())
+    found = splat_photons(LitPoints(seen.position, seen.normal), photons, radius, Workers())
     light, stderr = found.light, found.stderr
     away = np.linalg.norm(seen.position[:, :2] - [0.1, -0.2], axis=1)
     expected = 3 * 2 / (np.pi * 0.3**2) * np.maximum(1 - (away / 0.3) ** 2, 0)
@@ -72,19 +72,19 @@ def test_kernel_spreads_a_photon_s_power_over_its_disc():
 def test_even_light_has_its_level_and_its_noise():
     camera, seen = view_of_plane()
     photons = photons_at(evenly(100_000, 2), 16.0)
-    irradiance, stderr = photon_volume_irradiance(camera, seen, photons, Workers())
+    irradiance, stderr = splat_irradiance(camera, seen, photons, Workers())
     error = irradiance[:, 0] - 1
     assert irradiance.mean() == pytest.approx(1, abs=0.015)
     assert 0.8 < np.sqrt(np.mean(error**2) / np.mean(stderr**2)) < 1.4
 
 
 def test_power_of_a_caustic_is_kept():
-    """Photons in a narrow ring bring the pixels all of their power, however small their volumes are."""
+    """Photons in a narrow ring bring the pixels all of their power, however small their splats are."""
     camera, seen = view_of_plane()
     random = np.random.default_rng(1)
     angle, distance = random.uniform(0, 2 * np.pi, 20_000), random.normal(0.6, 0.01, 20_000)
     photons = photons_at(np.stack([np.cos(angle), np.sin(angle)], axis=1) * distance[:, None], 5.0)
-    irradiance, _ = photon_volume_irradiance(camera, seen, photons, Workers())
+    irradiance, _ = splat_irradiance(camera, seen, photons, Workers())
     assert (irradiance * seen.area[:, None]).sum(axis=0) == pytest.approx(np.full(3, 5.0), rel=0.01)
     assert not irradiance[np.linalg.norm(seen.position[:, :2], axis=1) < 0.5].any()
 
@@ -99,7 +99,7 @@ def test_error_falls_as_the_cube_root_of_the_photons():
         places = evenly(2 * n, 1.0, seed=n)
         brightness = (1 + np.sin(np.pi * places[:, 0])) / 2
         places = places[np.random.default_rng(n).random(2 * n) < brightness]
-        irradiance, _ = photon_volume_irradiance(camera, seen, photons_at(places), Workers())
+        irradiance, _ = splat_irradiance(camera, seen, photons_at(places), Workers())
         inner = (np.abs(seen.position[:, :2]) < 0.7).all(axis=1)
         errors.append(np.sqrt(np.mean((irradiance[:, 0] - truth)[inner] ** 2)))
     assert errors[0] / errors[1] == pytest.approx(32 ** (1 / 3), rel=0.15)
@@ -107,11 +107,11 @@ def test_error_falls_as_the_cube_root_of_the_photons():
 
 def test_volumes_shrink_with_photons_while_more_are_in_each():
     n = np.array([1e4, 1e5, 1e6, 1e7])
-    k = np.array([n_in_volume(one) for one in n])
+    k = np.array([n_in_splat(one) for one in n])
     assert (np.diff(k) >= 0).all() and (np.diff(k / n) < 0).all()
     radius = [neighbour_radius(photons_at(evenly(m, 1)), np.full(m, 9.0), Workers()) for m in (20_000, 200_000)]
     for m, r in zip((20_000, 200_000), radius, strict=True):
-        assert np.mean(r**2) == pytest.approx(n_in_volume(m) * 4 / (np.pi * m), rel=0.15)
+        assert np.mean(r**2) == pytest.approx(n_in_splat(m) * 4 / (np.pi * m), rel=0.15)
 
 
 def test_caustics_are_as_sharp_as_their_photons():
@@ -130,7 +130,7 @@ def test_pixels_are_never_smaller_than_volumes():
     """Of photons far denser than pixels, those within a pixel's side of its middle light it; the noise is √(4/(3k))."""
     camera, seen = view_of_plane(width=20, height=20)
     photons = photons_at(evenly(200_000, 1), 4.0)
-    irradiance, _ = photon_volume_irradiance(camera, seen, photons, Workers())
+    irradiance, _ = splat_irradiance(camera, seen, photons, Workers())
     inner = irradiance[(np.abs(seen.position[:, :2]) < 0.8).all(axis=1), 0]
     assert inner.mean() == pytest.approx(1, abs=0.01)
     assert inner.std() == pytest.approx(np.sqrt(4 / 3 / (500 * np.pi)), rel=0.15)
@@ -140,7 +140,7 @@ def test_photons_light_neither_walls_nor_what_is_before_them():
     plate = plane(0.3)[0][:, [2, 0, 1]], plane(0.3)[1]
     room = scene_of(*merge(box(), plate))
     camera, seen = seen_from(room, (-0.9, 0, 0), ALONG, np.pi / 2, 64, 48)
-    irradiance, _ = photon_volume_irradiance(camera, seen, photons_of_even_light(600_000), Workers())
+    irradiance, _ = splat_irradiance(camera, seen, photons_of_even_light(600_000), Workers())
     on_plate = seen.hits.triangle >= 12
     assert on_plate.any() and not irradiance[on_plate].any()
     far_from_edges = ~on_plate & (np.sort(np.abs(seen.position), axis=1)[:, 1] < 0.9)
@@ -153,17 +153,15 @@ def test_even_light_is_even_to_the_edge():
     camera, seen = seen_from(scene_of(*plate), width=120, height=120)
     tracer = EmbreeTracer(scene_of(*plate))
     photons = photons_at(evenly(100_000, 0.5), 1.0)
-    plain, _ = photon_volume_irradiance(camera, seen, photons, Workers())
-    even, _ = photon_volume_irradiance(camera, seen, photons, Workers(), tracer=tracer)
+    plain, _ = splat_irradiance(camera, seen, photons, Workers())
+    even, _ = splat_irradiance(camera, seen, photons, Workers(), tracer=tracer)
     close = np.abs(seen.position[:, :2]).max(axis=1) > 0.48
     assert plain[close].mean() < 0.92 and even[close].mean() == pytest.approx(1, abs=0.04)
     assert even[~close].mean() == pytest.approx(1, abs=0.01)
 
     room = scene_of(*box())
     camera, seen = seen_from(room, (-0.9, 0.1, 0.2), ALONG, np.pi / 2, 160, 120)
-    irradiance, _ = photon_volume_irradiance(
-        camera, seen, photons_of_even_light(600_000), Workers(), tracer=EmbreeTracer(room)
-    )
+    irradiance, _ = splat_irradiance(camera, seen, photons_of_even_light(600_000), Workers(), tracer=EmbreeTracer(room))
     assert irradiance.mean() == pytest.approx(np.pi, rel=0.01)
     close = np.sort(np.abs(seen.position), axis=1)[:, 1] > 0.98
     assert irradiance[close].mean() == pytest.approx(np.pi, rel=0.04)
@@ -176,7 +174,7 @@ def test_smooth_normals_reflect_by_their_own_cosine():
     tilted = np.tile(np.float32([np.sqrt(3) / 2, 0, 0.5]), (2, 3, 1))
     scene = replace(flat, corner_normals=tilted)
     camera, seen = seen_from(scene, width=60, height=60)
-    irradiance, _ = photon_volume_irradiance(camera, seen, photons_at(evenly(50_000, 2), 16.0), Workers())
+    irradiance, _ = splat_irradiance(camera, seen, photons_at(evenly(50_000, 2), 16.0), Workers())
     assert irradiance.mean() == pytest.approx(0.5, rel=0.02)
 
 
@@ -192,7 +190,7 @@ def test_gloss_reflects_photons_by_its_lobe():
         scene = replace(flat, materials=metal)
         camera, seen = seen_from(scene, width=60, height=60)
         photons = photons_at(evenly(60_000, 2), 16 * 3.0, -towards)
-        radiance, stderr = photon_volume_gloss(scene, camera, seen, photons, Workers())
+        radiance, stderr = splat_gloss(scene, camera, seen, photons, Workers())
         hits = seen.hits
         surface = surface_at(scene, hits.triangle, hits.u, hits.v, hits.back(seen.direction))
         axes = local_axes(seen.normal)
@@ -206,21 +204,21 @@ def test_gloss_reflects_photons_by_its_lobe():
 def test_light_is_the_same_for_any_number_of_threads():
     camera, seen = view_of_plane()
     photons = photons_at(evenly(60_000, 1))
-    one, four = (photon_volume_irradiance(camera, seen, photons, Workers(n_threads=n)) for n in (1, 4))
+    one, four = (splat_irradiance(camera, seen, photons, Workers(n_threads=n)) for n in (1, 4))
     assert np.array_equal(one[0], four[0]) and np.array_equal(one[1], four[1])
 
 
 @pytest.mark.parametrize("n", [0, 1, 5])
 def test_few_photons(n):
     camera, seen = view_of_plane()
-    irradiance, stderr = photon_volume_irradiance(camera, seen, photons_at(evenly(n, 0.5)[:n]), Workers())
+    irradiance, stderr = splat_irradiance(camera, seen, photons_at(evenly(n, 0.5)[:n]), Workers())
     assert np.isfinite(irradiance).all() and bool(irradiance.any()) == bool(n) == bool(stderr.any())
 
 
 def test_photons_in_one_place():
-    """In sight and out of it: a hundred volumes of one pixel's size."""
+    """In sight and out of it: a hundred splats of one pixel's size."""
     camera, seen = view_of_plane()
     photons = photons_at(np.repeat([[0.3, 0.1], [9.0, 0.0]], 100, axis=0), 2.0)
-    irradiance, _ = photon_volume_irradiance(camera, seen, photons, Workers())
+    irradiance, _ = splat_irradiance(camera, seen, photons, Workers())
     assert (irradiance[:, 0] * seen.area).sum() == pytest.approx(1, rel=0.4)  # a pixel's middle is not its mean
     assert 0 < np.count_nonzero(irradiance[:, 0]) < 10

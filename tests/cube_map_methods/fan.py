@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from ...core.sampling.vectors import dot
-from .cube_maps import CubeMaps
-from .search.map_hit import Found
-from .search.secant import CLOSE, refine
+from photon_bake.addon.core.sampling.vectors import dot
+from photon_bake.addon.tracing.cube_maps.cube_maps import CubeMaps
+from photon_bake.addon.tracing.cube_maps.search.map_hit import Found
+from photon_bake.tests.cube_map_methods.secant import CLOSE, refine
 
 _Q = 8
 _LEVELS = (2, 1, 0, 0)  # of the mip chain, in each loop

@@ -1,10 +1,9 @@
 """Where rays meet what one cube map sees, by the secant method (Szirmay-Kalos et al. 2005)."""
 
 import numpy as np
-
-from ....core.sampling.vectors import dot
-from ..cube_maps import CubeMaps
-from .map_hit import Found
+from photon_bake.addon.core.sampling.vectors import dot
+from photon_bake.addon.tracing.cube_maps.cube_maps import CubeMaps
+from photon_bake.addon.tracing.cube_maps.search.map_hit import Found
 
 CLOSE = np.float32(0.05)
 """How far from 1 the ratio of a point that counts as met may be."""

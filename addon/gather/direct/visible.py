@@ -1,0 +1,51 @@
+"""Shadow rays towards emitters, and direct light with them: one estimate of the irradiance at a point."""
+
+from ...core.compiling import part
+from ...core.sampling.path_numbers import two_numbers
+from ...core.sampling.warps import PI, cosine_hemisphere
+from ...core.vec3 import direction_to, minus, mul, plus, times, to_world
+from ...scene import RayKind
+from ...tracing.embree import SHORT_OF_TARGET
+from ...tracing.transparency import closest_hit, transmittance, visibility
+from .sampling import N_PAIRS, met_radiance, sample_emitters, unsampled_sky
+
+N_PAIRS_OF_LIGHT = N_PAIRS + 1
+"""Pairs of a path's numbers that `direct_light` uses up."""
+
+_DIFFUSE = int(RayKind.DIFFUSE)
+
+
+@part
+def visible_share(direct, tracing, room, lamp, position, target):
+    """Share of the light of an emitter's point that reaches a position, by what keeps that emitter's light away."""
+    if lamp >= len(direct.has_blockers) or not direct.has_blockers[lamp]:
+        return visibility(tracing, room, position, target)
+    way, distance = direction_to(position, target)
+    return transmittance(tracing, room, position, way, distance * SHORT_OF_TARGET, direct.blockers[lamp])
+
+
+@part
+def direct_light(direct, tracing, room, position, normal, object_, key, path, i, with_sky=False):
+    """One estimate of the direct irradiance at a point, W/m².
+
+    Parameters
+    ----------
+    position, normal, object_
+        As for `sample_emitters`.
+    i : int
+        The first of `N_PAIRS_OF_LIGHT` pairs of the path's numbers.
+    with_sky : bool
+        With the light of a constant world.
+    """
+    target, light, lamp, lit = sample_emitters(direct, position, normal, object_, True, key, path, i)
+    if lit:
+        light = mul(light, visible_share(direct, tracing, room, lamp, position, target))
+    if not with_sky and direct.mesh_chance == 0 and direct.world_chance == 0:
+        return light
+    u, v = two_numbers(key, path, i + N_PAIRS)
+    direction = to_world(cosine_hemisphere(u, v), normal)
+    triangle, distance, a, b, tint = closest_hit(tracing, room, position, direction, _DIFFUSE)
+    met = met_radiance(direct, triangle, distance, a, b, direction, normal)
+    if not with_sky and triangle < 0:
+        met = minus(met, unsampled_sky(direct))
+    return plus(light, times(mul(tint, met), PI))
