@@ -4,8 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.emitters import Sphere, light_sources
-from photon_bake.addon.photons.emission_segment import first_flight
+from photon_bake.addon.core.sampling.streams import PathNumbers
+from photon_bake.addon.emitters import bounding_sphere, light_sources
+from photon_bake.addon.photons.emission import Emission, Pass
+from photon_bake.addon.photons.emission_segment import LightLinking, emission_segment
+from photon_bake.addon.photons.front import new_front
 from photon_bake.addon.scene import Channel, LightKind, Materials, RayKind, SceneObjects
 from photon_bake.addon.tracing import Hits, TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
@@ -212,12 +215,12 @@ def test_neighbours_that_share_an_edge_are_not_in_one_place():
 def flown(scene, illuminates=None, blocked_by=None, n=20_000):
     """Photons of a spot above two planes; where they end, by object, in watts."""
     scene = replace(scene, lights=lamp(LightKind.SPOT, 1.0, position=(0, 0, 3), angle=0.3))
-    (source,) = light_sources(scene, Sphere(np.zeros(3, np.float32), 1.0))
+    source = light_sources(scene, bounding_sphere(scene))[0]
     source.illuminates, source.blocked_by = illuminates, blocked_by
-    random = np.random.default_rng(2)
-    rays = source.emit(random.random((n, 5), dtype=np.float32))
-    power = rays.flux / np.float32(n)
-    hits, power = first_flight(scene, light_tracer(scene), source, rays.origins, rays.directions, power, random)
+    front = new_front(n)
+    Emission([source], [n], 2, Pass.PHOTONS).start(front, slice(0, n))
+    linking = LightLinking.of(scene, [source])
+    hits, power = emission_segment(scene, light_tracer(scene), linking, front, PathNumbers(2)), front.power
     of_object = np.where(hits.hit, scene.object_of_triangle[hits.triangle], -1)
     return [float(power[of_object == i].sum()) for i in range(2)], float(3 * source.power[0])
 
