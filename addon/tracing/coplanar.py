@@ -21,6 +21,8 @@ class CoincidentArrays(NamedTuple):
     Attributes
     ----------
     any : bool
+    shares : (t,) bool
+        Which triangles have partners: one byte is sooner there than two of `start`.
     start : (t + 1,) int64
         Where the partners of each triangle start.
     partner : (p,) int32
@@ -33,6 +35,7 @@ class CoincidentArrays(NamedTuple):
     """
 
     any: bool
+    shares: np.ndarray
     start: np.ndarray
     partner: np.ndarray
     low: np.ndarray
@@ -64,7 +67,7 @@ def coplanar_occluded(tracing, hit):
     See-through surfaces occlude nothing: `left_by_coincident` says what they do.
     """
     scene, coincident = tracing.scene, tracing.coincident
-    if not coincident.any:
+    if not (coincident.any and coincident.shares[hit.triangle]):
         return False
     for k in range(coincident.start[hit.triangle], coincident.start[hit.triangle + 1]):
         opaque = not scene.materials.see_through[scene.material[coincident.partner[k]]]

@@ -80,7 +80,7 @@ def stopped(tracing, room, origin, direction, kind, triangle, distance, u, v):
             tint = mul(tint, look_up(scene, materials.tint, triangle, u, v))
             met = triangle, distance, u, v
             triangle, distance, u, v, first = _after(tracing, room, direction, INFINITY, kind, met, first)
-    if tracing.coincident.any and triangle >= 0:
+    if tracing.coincident.any and triangle >= 0 and tracing.coincident.shares[triangle]:
         triangle, u, v = brought_forward(tracing, kind, triangle, u, v)
         tint = mul(tint, left_by_coincident(tracing, triangle, u, v))
     return triangle, distance, u, v, tint
@@ -135,7 +135,7 @@ def _after(tracing, room, direction, far, kind, passed, first):
         Triangle that the ray met first of those in the place passed; returned anew for the hit, at the end.
     """
     scene, (triangle, distance, u, v) = tracing.scene, passed
-    if tracing.coincident.any:
+    if tracing.coincident.any and tracing.coincident.shares[triangle]:
         other = following(tracing, kind, triangle, u, v, first)
         if other >= 0:
             u, v = barycentrics(scene, other, point_at(scene, triangle, u, v))
