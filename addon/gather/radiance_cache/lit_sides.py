@@ -148,7 +148,7 @@ def _light_points(tracing, direct, elements, hidden, room, key, start, end, firs
             albedo, through = total_weight(scene, bsdf, DIFFUSE), total_weight(scene, bsdf, TRANSLUCENT)
             coverage = look_up(scene, scene.materials.coverage, hit.triangle, hit.u, hit.v)[0]
             inside = _is_inside(tracing, room, hidden, origin, hit.normal, key, path)
-            if inside or coplanar_occluded(tracing, hit.triangle, hit.u, hit.v):
+            if inside or coplanar_occluded(tracing, hit):
                 coverage = ZERO
             coverage = max(coverage, _LEAST_COVERAGE)
             at = origin, shading_normal(scene, hit), scene.object[hit.triangle]
