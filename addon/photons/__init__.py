@@ -1,10 +1,11 @@
 """Light in flight: how photons fly, how surfaces scatter them, and the photons that are stored."""
 
 from .bounce_map import BounceMap, bounce_map
+from .emission import emitted_rays
 from .flights import FlightLog, Flights
 from .guiding import GuidedSource, guide_sources, noise_of_photons, pilots_for
 from .photons import PathKind, Photons
-from .tracing import bounces_left, emitted_rays, trace_photons
+from .tracing import bounces_left, trace_photons
 
 __all__ = [
     "BounceMap",

@@ -6,17 +6,16 @@ for an area lamp, a picture of directions. Each pixel emits one photon through i
 the pixel covers: with the picture's plane at distance 1, dω = dx dy / (1 + x² + y²)^(3/2), and I dω is emitted there.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.compiling import kernel_array
-from ..core.sampling.streams import sobol_chunks
+from ..core.sampling.sobol import sobol_points, sobol_seeds
 from ..core.sampling.warps import sample_uniform_cone, to_world
 from ..emitters import Rays, Source, bounding_sphere
-from ..emitters.emission import N_DIMENSIONS
 from ..emitters.spot import leave_in_directions
-from ..scene import LightKind, Scene
+from ..scene import LightKind
 from ..tracing import Hits, TransparencyTracer
 
 _WIDEST = 0.5  # cosine of half the cone of a spot that is seen as a frustum; a wider one is seen as a cube
@@ -26,7 +25,7 @@ _FACES = np.array([np.roll(np.eye(3), k, axis=0)[[0, 1, 2]] * [[1], [1], [s]] fo
 """The cube's faces: rows to the right, up and out of each, (6, 3, 3)."""
 
 
-class View(Source):
+class View:
     """A source whose photons are laid out as a picture: the first two numbers of the hypercube are its plane.
 
     Attributes
@@ -39,7 +38,6 @@ class View(Source):
 
     def __init__(self, source: Source) -> None:
         self._source = source
-        self._be_like(source)
 
     def emit(self, u: np.ndarray) -> Rays:
         """As the source does."""
@@ -53,20 +51,20 @@ class View(Source):
         """Points of the hypercube through the pixels' middles, (n, 5) float32; n is rounded up to whole squares."""
         side = self.side(n_photons)
         row, column = np.divmod(np.arange(self.n_faces * side * side), side * self.n_faces)
-        middles = np.stack([(column + 0.5) / (side * self.n_faces), (row + 0.5) / side], axis=1)
-        (rest,) = sobol_chunks(N_DIMENSIONS - 2, len(row), len(row), seed, _PLACES, key)
-        return np.concatenate([middles, rest], axis=1).astype(np.float32)
+        points = sobol_points(sobol_seeds(1, seed, _PLACES, key), 0, 0, len(row))
+        points[:, :2] = np.stack([(column + 0.5) / (side * self.n_faces), (row + 0.5) / side], axis=1)
+        return points
 
 
 class LampView(View):
-    """A point lamp's cube, or a spot's frustum."""
+    """A point lamp's cube, or a spot's frustum; `half` is half the frustum's side at distance 1, None for a cube."""
 
     def __init__(self, source: Source, half: float | None) -> None:
-        """A view; `half` is half the frustum's side at distance 1, None for a cube."""
         super().__init__(source)
-        self._half, self.n_faces = half or 1.0, 1 if half else 6
         lights, k = source.surroundings.scene.lights, source.lamp
-        self._axes = np.stack([lights.axis_x[k], lights.axis_y[k], lights.direction[k]])[None] if half else _FACES
+        axes = np.stack([lights.axis_x[k], lights.axis_y[k], lights.direction[k]])
+        self._half, self.n_faces = half or 1.0, 1 if half else 6
+        self._axes = axes[None] if half else _FACES
 
     def emit(self, u: np.ndarray) -> Rays:
         """Directions through the picture; flux I dω/du."""
@@ -75,45 +73,42 @@ class LampView(View):
         length = np.sqrt(1 + x * x + y * y)
         local = np.stack([x, y, np.ones_like(x)], axis=1) / length[:, None]
         directions = np.einsum("ni,nij->nj", local, self._axes[face]).astype(np.float32)
-        per_density = self.n_faces * (2 * self._half) ** 2 / length**3
-        given = kernel_array(directions, np.float32), kernel_array(per_density, np.float32)
-        origins, flux = np.empty((2, len(u), 3), np.float32)
-        places, is_spot = kernel_array(u[:, 2:4], np.float32), self.kind == LightKind.SPOT
-        leave_in_directions(self.surroundings.lamps, self.lamp, is_spot, *given, places, origins, flux)
-        return Rays(origins, directions, flux, np.full(len(u), -1, np.int32))
+        per_density = (self.n_faces * (2 * self._half) ** 2 / length**3).astype(np.float32)
+        rays = Rays(np.empty_like(directions), directions, np.empty_like(directions), np.full(len(u), -1, np.int32))
+        source = self._source
+        how = source.surroundings.lamps, source.lamp, source.kind == LightKind.SPOT
+        leave_in_directions(*how, directions, per_density, u[:, 2:4].copy(), rays.origins, rays.flux)
+        return rays
 
 
 class SunView(View):
     """The sun's plane: a square around the scene."""
 
-    def __init__(self, source: Source, scene: Scene) -> None:
-        super().__init__(source)
-        self._whole = bounding_sphere(scene)
-
     def emit(self, u: np.ndarray) -> Rays:
-        """Places in the plane, directions in the sun's disc; flux beam · area."""
-        axis = np.broadcast_to(self.row.axis, (len(u), 3))
-        directions = to_world(sample_uniform_cone(u[:, 2:4], 1 - self.row.versine), axis)
-        radius = np.float32(self._whole.radius)
+        """Places in the plane, directions in the sun's disc; flux beam · area, with the beam E · 2/(1 + cos(α/2))."""
+        scene, lamp = self._source.surroundings.scene, self._source.lamp
+        lights, whole = scene.lights, bounding_sphere(scene)
+        axis, cos_max = np.broadcast_to(lights.direction[lamp], (len(u), 3)), float(np.cos(lights.angle[lamp] / 2))
+        directions = to_world(sample_uniform_cone(u[:, 2:4], cos_max), axis)
+        radius = np.float32(whole.radius)
         place = np.concatenate([2 * u[:, :2] - 1, -np.ones((len(u), 1))], axis=1).astype(np.float32) * radius
-        origins = self._whole.centre + to_world(place, directions)
-        flux = self.surroundings.scene.lights.emission[self.lamp] * np.float32(8 / (2 - self.row.versine)) * radius**2
-        return Rays(origins, directions, np.tile(flux, (len(u), 1)), np.full(len(u), -1, np.int32))
+        flux = np.tile(lights.emission[lamp] * np.float32(2 / (1 + cos_max)) * 4 * radius**2, (len(u), 1))
+        return Rays(whole.centre + to_world(place, directions), directions, flux, np.full(len(u), -1, np.int32))
 
 
-def view_of(source: Source, scene: Scene) -> View:
+def view_of(source: Source) -> View:
     """How a source sees the scene."""
     if source.kind == LightKind.SUN:
-        return SunView(source, scene)
+        return SunView(source)
     if source.kind in (LightKind.POINT, LightKind.SPOT):
-        return LampView(source, _frustum(source))
+        return LampView(source, _frustum(source) if source.kind == LightKind.SPOT else None)
     return View(source)
 
 
-def _frustum(source: Source) -> float | None:
-    """Half the side, at distance 1, of the square around a spot's cone; None of one that is no spot or too wide."""
-    lights, k = source.surroundings.scene.lights, source.lamp
-    cosine = float(np.cos(lights.angle[k] / 2)) if source.kind == LightKind.SPOT else -1.0
+def _frustum(spot: Source) -> float | None:
+    """Half the side, at distance 1, of the square around a spot's cone; None if it is too wide for one."""
+    lights, k = spot.surroundings.scene.lights, spot.lamp
+    cosine = float(np.cos(lights.angle[k] / 2))
     return float(lights.stretch[k].max()) * np.sqrt(1 / cosine**2 - 1) if cosine > _WIDEST else None
 
 
@@ -137,8 +132,14 @@ class BounceMap:
     hits: Hits
 
 
-def bounce_map(scene: Scene, tracer: TransparencyTracer, source: Source, n_photons: int, seed: int = 0) -> BounceMap:
+def bounce_map(tracer: TransparencyTracer, source: Source, n_photons: int, seed: int = 0) -> BounceMap:
     """The bounce map of a source with at least so many pixels."""
-    view = view_of(source, scene)
+    view = view_of(source)
     rays = view.emit(view.points(n_photons, seed, 0))
     return BounceMap(view, view.side(n_photons), rays, tracer.closest_hit(rays.origins, rays.directions))
+
+
+def picture_rays(sources: Sequence[Source], counts: list[int], seed: int) -> list[Rays]:
+    """The rays of the bounce maps of sources, with at least so many pixels each."""
+    views = [view_of(source) for source in sources]
+    return [view.emit(view.points(n, seed, k)) for k, (view, n) in enumerate(zip(views, counts, strict=True))]

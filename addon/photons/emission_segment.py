@@ -1,76 +1,101 @@
 """A photon's way from its source to the first surface, which is the only one that light linking has a say in."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
+from ..core.sampling.streams import PathNumbers
+from ..core.sampling.vectors import rows
 from ..emitters import Source
 from ..scene import Scene
 from ..tracing import Hits, TransparencyTracer
+from .front import Front
 
 _MAX_PASSED = 32
 
 
-def first_flight(
-    scene: Scene,
-    tracer: TransparencyTracer,
-    source: Source,
-    origins: np.ndarray,
-    directions: np.ndarray,
-    power: np.ndarray,
-    random: np.random.Generator,
-) -> tuple[Hits, np.ndarray]:
-    """Where photons first meet a surface that their source lights, and their power there, (n, 3) W.
+@dataclass(frozen=True)
+class LightLinking:
+    """Which of o objects sources light, and which block their light.
 
-    Objects that do not block the source let its light through, yet are lit where the source illuminates them: there
-    half of the photons stop and half go on, with twice the power. Objects that block it without being illuminated
-    take the photons' power. What see-through surfaces leave of it is in the power, too.
-
-    Parameters
+    Attributes
     ----------
-    origins, directions, power : (n, 3) float32
-        As emitted.
+    group : (s,) int
+        Sources that are linked alike are of one of g groups.
+    lit, blocks : (g, o) bool
+    met : (o,) bool
+        Objects that photons meet.
     """
-    objects = scene.objects
-    lit = np.ones(len(objects.names), bool) if source.illuminates is None else source.illuminates
-    blocks = objects.casts_shadow if source.blocked_by is None else objects.casts_shadow & source.blocked_by
-    hits = tracer.closest_hit(origins, directions)
-    power = hits.tinted(power)
-    if (lit & blocks)[objects.scatters].all():
-        return hits, _unless_shadowed(scene, tracer, blocks, origins, hits, directions, power)
 
-    hits, power = hits.with_tint(), power.copy()
-    flying = np.flatnonzero(hits.hit)
+    group: np.ndarray
+    lit: np.ndarray
+    blocks: np.ndarray
+    met: np.ndarray
+
+    @staticmethod
+    def of(scene: Scene, sources: Sequence[Source]) -> "LightLinking":
+        """That of a scene's sources."""
+        objects, groups, group = scene.objects, dict[bytes, tuple[int, np.ndarray, np.ndarray]](), []
+        every = np.ones(len(objects.names), bool)
+        for source in sources:
+            lit = every if source.illuminates is None else source.illuminates
+            blocks = objects.casts_shadow if source.blocked_by is None else objects.casts_shadow & source.blocked_by
+            key = lit.tobytes() + blocks.tobytes()
+            index, _, _ = groups.setdefault(key, (len(groups), lit, blocks))
+            group.append(index)
+        lit, blocks = (np.stack([masks[i] for masks in groups.values()]) for i in (1, 2))
+        return LightLinking(np.array(group), lit, blocks, objects.scatters)
+
+    @property
+    def stops_all(self) -> bool:
+        """Whether every photon ends at the first surface that it meets, and lights it."""
+        return bool((self.lit & self.blocks)[:, self.met].all())
+
+
+def emission_segment(
+    scene: Scene, tracer: TransparencyTracer, linking: LightLinking, front: Front, random: PathNumbers
+) -> Hits:
+    """Where emitted photons first meet a surface that their source lights; the front's power becomes that there.
+
+    Objects that do not block a source let its light through, yet are lit where the source illuminates them: there half
+    of the photons stop and half go on, with twice the power. Objects that block it without being illuminated take the
+    photons' power. What see-through surfaces leave of it is in the power, too.
+    """
+    hits = tracer.closest_hit(front.origin, front.direction)
+    if hits.tint is not None:
+        np.multiply(front.power, hits.tint, out=front.power)
+    if not linking.stops_all:
+        hits = _past_unlinked(scene, tracer, linking, front, hits.with_tint(), random)
+    for group, unseen in enumerate(linking.blocks & ~linking.met):
+        if unseen.any():
+            _shade(tracer, unseen, front, hits, np.flatnonzero(hits.hit & (linking.group[front.source] == group)))
+    return hits
+
+
+def _past_unlinked(
+    scene: Scene, tracer: TransparencyTracer, linking: LightLinking, front: Front, hits: Hits, random: PathNumbers
+) -> Hits:
+    """Move hits on past objects that do not stop photons of their sources."""
+    power, flying = front.power, np.flatnonzero(hits.hit)
     for _ in range(_MAX_PASSED):
-        of_object = scene.object_of_triangle[hits.triangle[flying]]
-        either = lit[of_object] & ~blocks[of_object]
-        power[flying[blocks[of_object] & ~lit[of_object]]] = 0
-        power[flying[either]] *= 2
-        stops = blocks[of_object] | (either & (random.random(len(flying), dtype=np.float32) < np.float32(0.5)))
-        flying = flying[~stops]
+        at = linking.group[front.source[flying]], scene.object_of_triangle[hits.triangle[flying]]
+        lit, blocks = linking.lit[at], linking.blocks[at]
+        power[flying[blocks & ~lit]] = 0
+        power[flying[lit & ~blocks]] *= 2
+        half = random.of(front.path[flying]).random(len(flying)) < np.float32(0.5)
+        flying = flying[~(blocks | (lit & half))]
         if len(flying) == 0:
-            break
-        beyond = tracer.beyond(directions[flying], hits.where(flying))
+            return hits
+        beyond = tracer.beyond(rows(front.direction, flying), hits.where(flying))
         power[flying] = beyond.tinted(power[flying])
         hits.put(flying, beyond)
         flying = flying[beyond.hit]
     power[flying] = 0  # lost after too many objects
-    return hits, _unless_shadowed(scene, tracer, blocks, origins, hits, directions, power)
+    return hits
 
 
-def _unless_shadowed(
-    scene: Scene,
-    tracer: TransparencyTracer,
-    blocks: np.ndarray,
-    origins: np.ndarray,
-    hits: Hits,
-    directions: np.ndarray,
-    power: np.ndarray,
-) -> np.ndarray:
-    """The power that objects leave that cast shadows although photons do not meet them."""
-    unseen = blocks & ~scene.objects.scatters
-    k = np.flatnonzero(hits.hit)
-    if not unseen.any() or len(k) == 0:
-        return power
-    power = power.copy()
+def _shade(tracer: TransparencyTracer, blocks: np.ndarray, front: Front, hits: Hits, k: np.ndarray) -> None:
+    """Leave photons k the power that objects leave of it which cast shadows although photons do not meet them."""
     near = hits.distance[k] * np.float32(1 - 1e-4)
-    power[k] *= tracer.transmittance(origins[k], directions[k], near, blocks=unseen)
-    return power
+    front.power[k] *= tracer.transmittance(rows(front.origin, k), rows(front.direction, k), near, blocks=blocks)

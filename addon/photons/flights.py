@@ -20,7 +20,7 @@ class Flights:
     length : (f,) float32, m
     power : (f, 3) float32, W
         At the start: what see-through surfaces on the way take is in it still.
-    focused : (f,) bool
+    specular : (f,) bool
         Whether the photon came from its light over specular surfaces only, so that it makes caustics.
     """
 
@@ -28,7 +28,7 @@ class Flights:
     direction: np.ndarray
     length: np.ndarray
     power: np.ndarray
-    focused: np.ndarray
+    specular: np.ndarray
 
     def __len__(self) -> int:
         return len(self.origin)
@@ -67,7 +67,7 @@ class FlightLog:
 
     def take(self, batch: int, flights: Flights) -> None:
         """Take down those parts of a batch's flights, which may be infinitely long, that lie in the ball."""
-        k = np.arange(len(flights)) if self.scattered else np.flatnonzero(flights.focused)
+        k = np.arange(len(flights)) if self.scattered else np.flatnonzero(flights.specular)
         origin, direction = rows(flights.origin, k), rows(flights.direction, k)
         to_centre = self.ball.centre - origin
         along = dot(to_centre, direction)
@@ -77,7 +77,7 @@ class FlightLog:
         start, end, k = start[inside], end[inside], k[inside]
         origin, direction = rows(origin, inside), rows(direction, inside)
         part = Flights(
-            origin + start[:, None] * direction, direction, end - start, rows(flights.power, k), flights.focused[k]
+            origin + start[:, None] * direction, direction, end - start, rows(flights.power, k), flights.specular[k]
         )
         self._of_batch.setdefault(batch, []).append(part)
 

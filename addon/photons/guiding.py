@@ -1,15 +1,15 @@
-"""Photons go where they are worth something: each source's hypercube is sampled by what a first few photons were worth.
+"""Photons go where they are important: each source's hypercube is sampled by the importance of a first few photons.
 
 The hypercube is cut into cells along the dimensions that matter to the source. A photon of cell c is drawn with the
-density q_c instead of 1 and carries 1/q_c of its power, so that its mean stays what it was. Least variance is had where
-q_c follows the root mean square of what photons of the cell are worth. That is known from few photons: so cells start
-from what the larger cells around them say, as if `_PRIOR` photons had said it, and a part of the density is even,
-whereby no photon carries more than 1/`EVEN` times its power.
+density q_c instead of 1 and carries 1/q_c of its power, so that its mean stays what it was. Variance is least where q_c
+follows the root mean square of the importance of the cell's photons. That is known from few photons, the pilots: so
+cells start from what the larger cells around them say, as if `_PRIOR` photons had said it, and a part of the density is
+even, whereby no photon carries more than 1/`EVEN` times its power.
 
 The same pilots say how many photons each source gets: the variance of all together is least where the numbers follow
-the root mean square of what each source's photons are worth (Neyman). Of a source that is seen through a keyhole
-pilots may say nothing. So its noise is told as if one photon more, of those that fly towards where light is wanted,
-had arrived there (Laplace's rule of succession).
+the root mean square of the importance of each source's photons (Neyman). Of a source that is seen through a keyhole
+pilots may say nothing. So its noise is estimated as if one photon more, of those that fly towards where light is
+wanted, had arrived there (Laplace's rule of succession).
 """
 
 from collections.abc import Callable
@@ -22,8 +22,9 @@ from ..emitters import Rays, Source, Sphere
 from ..emitters.aiming.guided import Guide
 from ..scene import Scene
 from ..tracing import TransparencyTracer
+from .emission import Pass, emitted_points, shares
 from .photons import Photons
-from .tracing import Pass, emitted_points, shares, trace_photons
+from .tracing import trace_photons
 
 EVEN = 0.25
 """Share of the photons that is spread evenly."""
@@ -33,42 +34,42 @@ _PILOT_SHARE = 4  # of the photons, that are traced first
 _MERGED = (8, 4, 2, 1)  # cells along each dimension that are one
 _PRIOR = 8.0  # photons, for which what is known of the larger cell around it counts in a cell
 
-Worth = Callable[[Photons], np.ndarray]
-"""What stored photons are worth, (n,): their power where those who gather look much, less where they look little."""
+Importance = Callable[[Photons], np.ndarray]
+"""The importance of stored photons, (n,): power, by how much those who gather look there."""
 
 
 class GuidedSource(Source):
-    """A source whose photons go where photons were worth most.
+    """A source whose photons go where photons were most important.
 
     Parameters
     ----------
     source : Source
     u : (n, 5) float32
         Points of the hypercube.
-    worth : (n,)
-        What the photons of these points were worth, if each carries the flux of its ray.
+    importance : (n,)
+        Of the photons of these points, if each carries the flux of its ray.
     one_more : float
-        What one more would be worth that arrives.
+        The importance of one more that arrives.
 
     Attributes
     ----------
     deviation : float
-        Root mean square of what a photon is worth, the one more among them.
+        Root mean square of a photon's importance, the one more among them.
     """
 
-    def __init__(self, source: Source, u: np.ndarray, worth: np.ndarray, one_more: float = 0.0) -> None:
+    def __init__(self, source: Source, u: np.ndarray, importance: np.ndarray, one_more: float = 0.0) -> None:
         self._be_like(source)
-        squares = float(np.sum(worth.astype(np.float64) ** 2))
+        squares = float(np.sum(importance.astype(np.float64) ** 2))
         self.importance = np.sqrt(squares / max(len(u), 1))
         self.deviation = np.sqrt((squares + one_more**2) / (len(u) + 1))
         self._shape = np.array(source.n_cells)
-        guided = np.sqrt(self._mean_square(u, worth))
+        guided = np.sqrt(self._mean_square(u, importance))
         density = EVEN + (1 - EVEN) * guided / max(guided.mean(), 1e-300)
         self.guide = Guide(density / density.mean())
 
-    def _mean_square(self, u: np.ndarray, worth: np.ndarray) -> np.ndarray:
-        """Of what the photons of each cell are worth, an array of `n_cells`: from coarse cells to ever finer ones."""
-        squares = worth.astype(np.float64) ** 2
+    def _mean_square(self, u: np.ndarray, importance: np.ndarray) -> np.ndarray:
+        """Of the importance of each cell's photons, an array of `n_cells`: from coarse cells to ever finer ones."""
+        squares = importance.astype(np.float64) ** 2
         mean = np.full(tuple(self._shape), squares.mean() if len(squares) else 0.0)
         for merged in _MERGED:
             cell, shape = self._cell(u, merged), -(-self._shape // merged)
@@ -101,31 +102,31 @@ def guide_sources(
     sources: list[Source],
     n_pilots: int,
     max_bounces: int,
-    worth: Worth,
+    importance: Importance,
     workers: Workers,
     region: Sphere | None = None,
-    worth_of_watt: float = 0.0,
+    importance_of_watt: float = 0.0,
 ) -> list[GuidedSource]:
-    """The sources, each guided by what its share of `n_pilots` photons is worth; the rest is as for `trace_photons`.
+    """The sources, each guided by the importance of its share of `n_pilots` photons; the rest as for `trace_photons`.
 
     Parameters
     ----------
-    worth_of_watt : float
-        What a photon of a watt is worth that arrives where light is wanted.
+    importance_of_watt : float
+        Of a photon of a watt that arrives where light is wanted.
     """
     photons = trace_photons(scene, tracer, sources, n_pilots, max_bounces, workers, region=region, of=Pass.PILOTS)
     counts = shares(sources, n_pilots)
-    of_path = np.bincount(photons.path, worth(photons), minlength=sum(counts))
+    of_path = np.bincount(photons.path, importance(photons), minlength=sum(counts))
     points, guided, end = emitted_points(sources, n_pilots, workers.seed, Pass.PILOTS), [], 0
     for source, u in zip(sources, points, strict=True):
         start, end = end, end + len(u)
-        one_more = worth_of_watt * _flux_towards(region, source.emit(u))
+        one_more = importance_of_watt * _flux_towards(region, source.emit(u))
         guided.append(GuidedSource(source, u, len(u) * of_path[start:end], one_more))
     return guided
 
 
 def noise_of_photons(sources: list[GuidedSource], n_photons: int) -> float:
-    """Standard deviation of what so many photons of all sources are worth together, from what the pilots showed."""
+    """Standard deviation of the importance of so many photons of all sources together, from what the pilots showed."""
     counts = shares(list[Source](sources), n_photons)
     return float(np.sqrt(sum(source.deviation**2 / n for source, n in zip(sources, counts, strict=True))))
 

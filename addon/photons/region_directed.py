@@ -1,4 +1,4 @@
-"""Photons scattered outside of the region where light is wanted, half of which come home to it.
+"""Photons scattered outside of the target region, where light is wanted, half of which are directed towards it.
 
 Of the photons that wide ground scatters, few fly through a window, and each of them stands for much ground: a room
 would have bright spots where they end. So half of what is scattered outside goes towards the region. With a density
@@ -6,71 +6,62 @@ p(ω) = ½ cos θ/π + ½ [ω in the cone to the region]/Ω the light that a dir
 is small towards the region, and never more than 2 (one-sample balance heuristic: Veach 1997, 9.2.4).
 """
 
-from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from ..bsdf import Lobe
-from ..core.sampling.streams import PathNumbers
-from ..core.sampling.vectors import dot, rows
-from ..core.sampling.warps import pdf_cosine_hemisphere, pdf_uniform_cone, sample_uniform_cone, to_world
+from ..core.compiling import part
+from ..core.sampling.warps import PI, uniform_cone
+from ..core.vec3 import ONE, ZERO, dot, minus, to_world
 from ..emitters import Sphere
-from ..emitters.aiming.projection_map import cones_to_ball
+from ..emitters.aiming.projection_map import cone_to_ball
 from ..emitters.aiming.target_region import FAR
-from .scattering import Scattered
 
-HOMING = np.float32(0.5)
-"""Share of what is scattered outside that is sent towards the region."""
+SHARE = np.float32(0.5)
+"""Of what is scattered outside, how much is sent towards the region."""
 
 MOST_GAIN = np.float32(2)
 """Those that stay away carry up to twice as much each time, and would be bright spots if they came in after all."""
 
+_FAR2 = np.float32(FAR**2)
 
-def sent_home(
-    scattered: Scattered,
-    positions: np.ndarray,
-    normals: np.ndarray,
-    region: Sphere,
-    random: np.random.Generator | PathNumbers,
-    gained: np.ndarray | None = None,
-) -> tuple[Scattered, np.ndarray]:
-    """Half of the photons that wide lobes scatter outside of the region sent there instead.
 
-    Parameters
-    ----------
-    scattered : Scattered
-        n photons.
-    positions, normals : (n, 3) float32
-        Where they were scattered, and geometric normals there.
-    gained : (n,) float32, optional
-        The product of their ratios so far: photons that have stayed away for `MOST_GAIN` are left alone.
+class TargetRegion(NamedTuple):
+    """The ball where light is wanted; of radius 0 nothing is directed to it."""
 
-    Returns
-    -------
-    Scattered
-        With other directions.
-    ratio : (n,) float32
-        What their weights are to be multiplied by; 1 for all others.
+    centre: tuple
+    radius: np.float32
+
+
+def target_region(region: Sphere | None) -> TargetRegion:
+    """A region as kernels take it; None is one to which nothing is directed."""
+    centre, radius = ((0, 0, 0), 0) if region is None else (region.centre, region.radius)
+    return TargetRegion(tuple(np.float32(x) for x in centre), np.float32(radius))
+
+
+@part
+def is_directed(region, gained, position):
+    """Whether photons that are scattered broadly at a position are directed to the region.
+
+    Those near it are not, and those that have stayed away for `MOST_GAIN`, the product of their factors so far.
     """
-    away, ratio = positions - region.centre, np.ones(len(positions), np.float32)
-    if region.radius == 0:
-        return scattered, ratio
-    outside = dot(away, away) > np.float32(FAR * region.radius) ** 2
-    if gained is not None:
-        outside &= gained < MOST_GAIN
-    k = np.flatnonzero(outside & (scattered.lobe < Lobe.GLOSSY))
-    u = rows(random.random((len(positions), 3), dtype=np.float32), k)  # of all paths, so that no other's numbers move
-    directions = scattered.directions.copy()
-    up = rows(normals, k)
-    up = np.where(dot(rows(directions, k), up) < 0, -1, 1)[:, None].astype(np.float32) * up
-    versine, axis = cones_to_ball(region.centre, float(region.radius), rows(positions, k))
-    cos_max = 1 - versine
-    home = np.flatnonzero(u[:, 2] < HOMING)
-    directions[k[home]] = to_world(sample_uniform_cone(rows(u, home), cos_max[home]), rows(axis, home))
-    onward = rows(directions, k)
-    cosine_pdf = pdf_cosine_hemisphere(np.maximum(dot(onward, up), 0))
-    inside = dot(onward, axis) >= cos_max
-    inside[home] = True  # whatever rounding says of narrow cones
-    cone_pdf = np.where(inside, pdf_uniform_cone(cos_max), 0)
-    ratio[k] = cosine_pdf / np.maximum((1 - HOMING) * cosine_pdf + HOMING * cone_pdf, np.float32(1e-30))
-    return replace(scattered, directions=directions), ratio
+    away = minus(position, region.centre)
+    far = dot(away, away) > _FAR2 * region.radius * region.radius
+    return far and gained < MOST_GAIN and region.radius > ZERO
+
+
+@part
+def directed(region, position, up, onward, choice, u, v):
+    """Where a photon goes that a broad lobe scattered `onward`, and what its weight is to be multiplied by.
+
+    `up` is the geometric normal of the side that it leaves to; choice, u and v are random.
+    """
+    versine, axis = cone_to_ball(region.centre, region.radius, position, ZERO)
+    within = choice < SHARE
+    if within:
+        onward = to_world(uniform_cone(u, v, 1.0 - versine), axis)
+    else:
+        within = dot(onward, axis) >= 1.0 - versine
+    by_cosine = max(dot(onward, up), ZERO) / PI
+    by_cone = 1.0 / (2.0 * np.pi * versine) if within else 0.0
+    return onward, np.float32(by_cosine / max((ONE - SHARE) * by_cosine + SHARE * by_cone, 1e-30))

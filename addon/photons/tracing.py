@@ -1,72 +1,176 @@
 """Photons traced through a scene, many at a time."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
+from typing import NamedTuple
 
 import numpy as np
 
 from ..bsdf import Lobe
+from ..bsdf.mixture import ALL_LOBES
+from ..bsdf.scatter import scatter
+from ..core.compiling import kernel, part
 from ..core.parallel import Workers, slices
-from ..core.sampling.octahedral import encode_octahedral
-from ..core.sampling.streams import PathNumbers, sobol_chunks, stream
-from ..core.sampling.vectors import largest, rows
-from ..emitters import Rays, Source, Sphere
-from ..emitters.emission import N_DIMENSIONS
+from ..core.sampling.path_numbers import path_key, two_numbers
+from ..core.sampling.streams import PathNumbers
+from ..core.vec3 import BLACK, ONE, ZERO, dot, largest, mul, negative, times
+from ..emitters import Source, Sphere
 from ..scene import ALL_BOUNCES, RayKind, Scene, seen_by
-from ..tracing import Hits, TransparencyTracer
-from .bounce_map import View, view_of
-from .emission_segment import first_flight
+from ..scene.hit import hit_at
+from ..tracing import TransparencyTracer
+from .bounce_map import picture_rays
+from .emission import Emission, Pass, PictureEmission, shares
+from .emission_segment import LightLinking, emission_segment
 from .flights import FlightLog, Flights
-from .photons import PathKind, Photons
-from .region_directed import sent_home
-from .scattering import scatter
+from .front import Photon, new_front, photon_at, put_photon
+from .photons import Photons
+from .region_directed import TargetRegion, directed, is_directed, target_region
+from .store import PhotonStore, store
 
-CHUNK = 1 << 17
+CHUNK = 1 << 15
 """Photons that fly together: enough to hide Python's cost a call, few enough to stay in the processor's cache."""
 
-_EVEN = 0.25  # of the photons is shared evenly: no source is left out, however little of it is found at first
+_GLOSSY = int(Lobe.GLOSSY)
+_LINKING = 1  # stream of random numbers: light linking's, beside those of scattering
+_PAIRS = 4  # pairs of random numbers that a path has for each surface
 
 
-class Pass(Enum):
-    """What photons are traced for: the streams of random numbers of their emission and of their scattering.
-
-    The pilots' photons are others than those that they guide, lest what is chosen depend on what it is chosen by.
-    """
-
-    PHOTONS = (1, 2)
-    PILOTS = (4, 5)
-
-
-@dataclass(frozen=True)
-class _Batch:
-    """Photons of one source that are traced together; each draws numbers of its own, so that frames are alike.
+class Rules(NamedTuple):
+    """What decides on photons where they meet surfaces.
 
     Attributes
     ----------
-    of : Pass
+    key : uint64
+        Of their random numbers.
+    keeps : (m,) bool
+        Materials on which they are stored.
+    seen : (5, o + 1) bool
+        Which objects rays of each `RayKind` see; the last column is for lamps and the world.
+    sampled_directly : (s,) bool
+        Sources of which direct hits are not stored, see `Source`.
+    last_bounce : (s,) int32
+        Where their photons end.
+    region : TargetRegion
     """
 
-    source: Source
+    key: np.uint64
+    keeps: np.ndarray
+    seen: np.ndarray
+    sampled_directly: np.ndarray
+    last_bounce: np.ndarray
+    region: TargetRegion
+
+
+class HitArrays(NamedTuple):
+    """Those of `Hits` that kernels need."""
+
+    triangle: np.ndarray
+    distance: np.ndarray
     u: np.ndarray
-    n_of_source: int
-    first_path: int
-    index: int
+    v: np.ndarray
+
+
+@kernel
+def meet_surfaces(scene, rules, bounce, front, n, hits, rows, n_stored):
+    """Store the n photons of a front where they meet surfaces, and scatter them.
+
+    Survivors move to the start of the front. Returns how many they are, and how many photons are stored.
+    """
+    n_alive = 0
+    for k in range(n):
+        photon = photon_at(front, k)
+        if hits.triangle[k] < 0 or photon.power == BLACK:
+            continue
+        hit = hit_at(scene, photon.direction, hits.triangle[k], hits.distance[k], hits.u[k], hits.v[k])
+        on_purpose = bounce > 0 or not rules.sampled_directly[photon.source]
+        if on_purpose and (photon.specular or rules.keeps[scene.material[hit.triangle]]):
+            store(rows, n_stored, hit, photon, bounce)
+            n_stored += 1
+        if bounce < rules.last_bounce[photon.source]:
+            alive, photon = scattered(scene, rules, bounce, photon, hit)
+            if alive:
+                put_photon(front, n_alive, photon)
+                n_alive += 1
+    return n_alive, n_stored
+
+
+@part
+def scattered(scene, rules, bounce, photon, hit):
+    """Whether a photon survives the surface that it met, and how it flies on."""
+    i = _PAIRS * bounce
+    choice, u = two_numbers(rules.key, photon.path, i)
+    v, fate = two_numbers(rules.key, photon.path, i + 1)
+    on = scatter(scene, hit, photon.direction, choice, u, v, ALL_LOBES, True)
+
+    # Russian roulette, so that no photon gains power. Seen from the receivers, a lobe is where a ray of its kind starts
+    # that has to see where the photon came from
+    survival = min(largest(on.weight), ONE)
+    if not on.alive or fate >= survival or not rules.seen[on.kind, photon.came_from]:
+        return False, photon
+    direction, ratio, weight = on.direction, ONE, times(on.weight, ONE / survival)
+    if on.lobe < _GLOSSY and is_directed(rules.region, photon.gained, hit.position):
+        up = hit.normal if dot(direction, hit.normal) > ZERO else negative(hit.normal)
+        choice, u = two_numbers(rules.key, photon.path, i + 2)
+        v, _ = two_numbers(rules.key, photon.path, i + 3)
+        direction, ratio = directed(rules.region, hit.position, up, direction, choice, u, v)
+
+    # A caustic starts where photons find the light better, and ends after the first surface that scatters broadly
+    specular = on.specular and rules.sampled_directly[photon.source] if bounce == 0 else photon.specular
+    return ratio > ZERO, Photon(
+        on.origin,
+        direction,
+        mul(photon.power, times(weight, ratio)),
+        photon.path_density * survival,
+        photon.gained * ratio,
+        specular and on.lobe >= _GLOSSY,
+        scene.object[hit.triangle],
+        photon.path,
+        photon.source,
+    )
+
+
+@dataclass(frozen=True)
+class _Tracing:
+    """What all batches of photons have in common."""
+
+    scene: Scene
+    tracer: TransparencyTracer
+    emission: Emission
+    linking: LightLinking
+    max_bounces: int
+    rules: Rules
+    log: FlightLog | None
+    seed: int
     of: Pass
 
-
-def shares(sources: list[Source], n_photons: int) -> list[int]:
-    """How many photons each source emits: a quarter of them evenly, the rest by importance, and at least one."""
-    importance = np.array([source.importance for source in sources])
-    even = np.full(len(sources), 1 / max(len(sources), 1))
-    by_importance = importance / importance.sum() if importance.any() else even
-    return [max(1, round(n_photons * share)) for share in _EVEN * even + (1 - _EVEN) * by_importance]
+    def batch(self, paths: slice) -> Photons:
+        """The photons that some of the paths leave: followed until all are absorbed, gone, or at their last bounce."""
+        n, stored = paths.stop - paths.start, PhotonStore()
+        front = new_front(n)
+        self.emission.start(front, paths)
+        for bounce in range(self.max_bounces):
+            if n == 0:
+                break
+            origin, direction, power = front.origin[:n], front.direction[:n], front.power[:n]
+            if bounce == 0:
+                numbers = PathNumbers(self.seed, self.of.value[1], _LINKING)
+                hits = emission_segment(self.scene, self.tracer, self.linking, front, numbers)
+            else:
+                hits = self.tracer.closest_hit(origin, direction)
+                if self.log is not None:
+                    self.log.take(paths.start, Flights(origin, direction, hits.distance, power, front.specular[:n]))
+                if hits.tint is not None:
+                    np.multiply(power, hits.tint, out=power)
+            at = HitArrays(hits.triangle, hits.distance, hits.u, hits.v)
+            rows = stored.rows(n)
+            n, stored.n = meet_surfaces(self.scene.arrays, self.rules, bounce, front, n, at, rows, stored.n)
+        return stored.photons()
 
 
 def trace_photons(
     scene: Scene,
     tracer: TransparencyTracer,
-    sources: list[Source],
+    sources: Sequence[Source],
     n_photons: int,
     max_bounces: int,
     workers: Workers,
@@ -84,7 +188,7 @@ def trace_photons(
 
     Parameters
     ----------
-    sources : list of Source
+    sources : sequence of Source
         From `light_sources`.
     n_photons : int
         Emitted by all sources together.
@@ -93,7 +197,7 @@ def trace_photons(
     in_pictures : bool
         Emit photons through the pixels of each source's bounce map, of which there may be a few more.
     region : Sphere, optional
-        Where light is wanted: half of what is scattered outside of it comes home.
+        Where light is wanted: half of what is scattered outside of it is directed there.
     on_gloss : bool
         Store those as well that met surfaces with other lobes alone.
     of : Pass
@@ -105,38 +209,33 @@ def trace_photons(
     Photons
         The same for a seed whatever the number of threads.
     """
-    counts = shares(sources, n_photons)
-    batches = _batches(sources, counts, workers.seed, of)
-    if in_pictures:
-        batches = _pictures([view_of(source, scene) for source in sources], counts, workers.seed)
-    keeps = scene.materials.spreads_light | on_gloss
-    done, total = 0, sum(counts)
     workers.progress.update("Tracing photons", 0.0)
-    parts = [Photons.none()]
-    for n, part in workers.map(
-        lambda batch: (len(batch.u), _trace_batch(scene, tracer, batch, max_bounces, workers.seed, region, keeps, log)),
-        batches,
-    ):
-        parts.append(part)
-        done += n
-        workers.progress.update("Tracing photons", min(done / total, 1.0))
-    return Photons.join(parts)
+    if not sources:
+        return Photons.none()
+    counts = shares(sources, n_photons)
+    emission = Emission(sources, counts, workers.seed, of)
+    if in_pictures:
+        emission = PictureEmission(picture_rays(sources, counts, workers.seed))
+    last = [min(source.max_bounces, max_bounces - 1) for source in sources]
+    rules = Rules(
+        key=path_key(workers.seed, of.value[1]),
+        keeps=scene.materials.spreads_light | on_gloss,
+        seen=np.stack([np.append(seen_by(scene.objects, kind), True) for kind in RayKind]),
+        sampled_directly=np.array([source.sampled_directly for source in sources]),
+        last_bounce=np.array(last, np.int32),
+        region=target_region(region),
+    )
+    tracing = _Tracing(
+        scene, tracer, emission, LightLinking.of(scene, sources), max_bounces, rules, log, workers.seed, of
+    )
+    stored = PhotonStore()
+    for paths, photons in workers.map(lambda paths: (paths, tracing.batch(paths)), slices(emission.n, CHUNK)):
+        stored.add(photons, paths.stop / emission.n)
+        workers.progress.update("Tracing photons", paths.stop / emission.n)
+    return stored.photons()
 
 
-def emitted_rays(sources: list[Source], n_photons: int, seed: int) -> list[Rays]:
-    """The rays on which `trace_photons` would start so many photons."""
-    return [batch.source.emit(batch.u) for batch in _batches(sources, shares(sources, n_photons), seed, Pass.PHOTONS)]
-
-
-def emitted_points(sources: list[Source], n_photons: int, seed: int, of: Pass) -> list[np.ndarray]:
-    """The points of the hypercubes from which `trace_photons` would start, an array (n, 5) for each source."""
-    points: list[list[np.ndarray]] = [[] for _ in sources]
-    for batch in _batches(sources, shares(sources, n_photons), seed, of):
-        points[sources.index(batch.source)].append(batch.u)
-    return [np.concatenate(parts) for parts in points]
-
-
-def bounces_left(sources: list[Source], n_photons: int, photons: Photons) -> np.ndarray | None:
+def bounces_left(sources: Sequence[Source], n_photons: int, photons: Photons) -> np.ndarray | None:
     """How many surfaces further photons of `trace_photons` may be seen, (p,) int; None if all sources' are unlimited.
 
     Light that falls on a receiver has left none of its `max_bounces` behind, and at the b-th surface after the first
@@ -147,113 +246,3 @@ def bounces_left(sources: list[Source], n_photons: int, photons: Photons) -> np.
         return None
     left: np.ndarray = np.repeat(limits, shares(sources, n_photons))[photons.path] - photons.bounce
     return left
-
-
-def _batches(sources: list[Source], counts: list[int], seed: int, of: Pass) -> Iterator[_Batch]:
-    first_path = index = 0
-    for k, (source, count) in enumerate(zip(sources, counts, strict=True)):
-        for u in sobol_chunks(N_DIMENSIONS, count, CHUNK, seed, of.value[0], k):
-            yield _Batch(source, u, count, first_path, index, of)
-            first_path, index = first_path + len(u), index + 1
-
-
-def _pictures(views: list[View], counts: list[int], seed: int) -> Iterator[_Batch]:
-    """As `_batches`, with a photon for each pixel of the views."""
-    first_path = index = 0
-    for k, (view, count) in enumerate(zip(views, counts, strict=True)):
-        points = view.points(count, seed, k)
-        for part in slices(len(points), CHUNK):
-            u = points[part]
-            yield _Batch(view, u, len(points), first_path, index, Pass.PHOTONS)
-            first_path, index = first_path + len(u), index + 1
-
-
-def _trace_batch(
-    scene: Scene,
-    tracer: TransparencyTracer,
-    batch: _Batch,
-    max_bounces: int,
-    seed: int,
-    region: Sphere | None,
-    keeps: np.ndarray,
-    log: FlightLog | None,
-) -> Photons:
-    """Emit a batch and follow it until every photon is absorbed, gone, or has hit `max_bounces` surfaces.
-
-    Those on materials that `keeps` (m,) bool names are stored.
-    """
-    scattering = batch.of.value[1]
-    random, of_paths = stream(seed, scattering, batch.index), PathNumbers(seed, scattering)
-    source = batch.source
-    rays = source.emit(batch.u)
-    power = rays.flux / np.float32(batch.n_of_source)
-    path = np.arange(batch.first_path, batch.first_path + len(batch.u), dtype=np.int32)
-    origins, directions = rays.origins, rays.directions
-    path_density = np.ones(len(path), np.float32)
-    focused, gained = np.zeros(len(path), bool), np.ones(len(path), np.float32)
-    came_from = rays.objects  # what photons left last; −1 for lamps and the world
-    seen = np.stack([np.append(seen_by(scene.objects, kind), True) for kind in RayKind])
-    stored = [Photons.none()]
-
-    for bounce in range(min(max_bounces, source.max_bounces + 1)):
-        # Find where the photons meet surfaces
-        if bounce == 0:
-            hits, power = first_flight(scene, tracer, source, origins, directions, power, random)
-        else:
-            hits = tracer.closest_hit(origins, directions)
-            if log is not None:
-                log.take(batch.index, Flights(origins, directions, hits.distance, power, focused))
-            power = hits.tinted(power)
-        hit = np.flatnonzero(hits.hit & (power != 0).any(axis=1))
-        if len(hit) == 0:
-            break
-        hits, directions = hits.where(hit), rows(directions, hit)
-        positions, normals = hits.points(scene, directions)
-        power, path, path_density, focused = rows(power, hit), path[hit], path_density[hit], focused[hit]
-        came_from, gained = came_from[hit], gained[hit]
-
-        # Store them
-        if bounce > 0 or not source.sampled_directly:
-            kind = np.where(focused, PathKind.CAUSTIC, PathKind.INDIRECT if bounce else PathKind.DIRECT)
-            on = np.flatnonzero(focused | keeps[scene.material_of_triangle[hits.triangle]])
-            met, flown = hits.where(on), rows(directions, on)
-            stored.append(
-                Photons(
-                    position=rows(positions, on),
-                    power=rows(power, on),
-                    packed_direction=encode_octahedral(flown),
-                    packed_normal=_packed_normals(scene, met, flown),
-                    triangle=met.triangle,
-                    path=path[on],
-                    path_density=path_density[on],
-                    kind=kind[on].astype(np.uint8),
-                    bounce=np.full(len(on), min(bounce, 255), np.uint8),
-                )
-            )
-
-        # Scatter them, and let Russian roulette absorb some, so that no photon gains power
-        scattered = scatter(scene, hits, positions, directions, normals, of_paths.of(path), from_light=True)
-        # Seen from the receivers, a lobe is where a ray of its kind starts that has to see where the photon came from
-        survival = np.minimum(largest(scattered.weight), 1) * seen[scattered.kind, came_from]
-        alive = np.flatnonzero(of_paths.random(len(hit)) < survival)
-        if len(alive) == 0:
-            break
-        survival = survival[alive]
-        weight = rows(scattered.weight, alive) / survival[:, None]
-        if region is not None:
-            scattered, ratio = sent_home(scattered, positions, normals, region, of_paths, gained)
-            weight *= ratio[alive, None]
-            gained = gained * ratio
-        power = rows(power, alive) * weight
-        path, path_density = path[alive], path_density[alive] * survival
-        origins, directions = rows(scattered.origins, alive), rows(scattered.directions, alive)
-        came_from, gained = scene.object_of_triangle[hits.triangle[alive]], gained[alive]
-
-        # A caustic starts where photons find the light better, and ends after the first surface that scatters widely
-        narrow = scattered.focused[alive] & source.sampled_directly if bounce == 0 else focused[alive]
-        focused = narrow & (scattered.lobe[alive] >= Lobe.GLOSSY)
-    return Photons.join(stored)
-
-
-def _packed_normals(scene: Scene, hits: Hits, directions: np.ndarray) -> np.ndarray:
-    return rows(scene.packed_normals.reshape(-1, 2), 2 * hits.triangle + hits.back(directions))

@@ -25,7 +25,7 @@ def probe_light(solution: Solution, positions: np.ndarray, n_rays: int, workers:
     n_nearest = settings.n_nearest
     flights = solution.mid_air.log.flights() if solution.mid_air else None
     if flights is not None:
-        flights = flights.where(flights.focused)
+        flights = flights.where(flights.specular)
         if len(flights) >= LEAST_ESTIMATES * n_nearest:
             light = light.plus(caustics_at_probes(flights, positions, n_nearest, workers.part(_OF_RAYS, 1.0)))
     return light

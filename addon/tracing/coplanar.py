@@ -58,18 +58,17 @@ def brought_forward(tracing, kind, triangle, u, v):
 
 
 @part
-def coplanar_occluded(tracing, triangle, u, v):
-    """Whether an opaque surface lies where a point of a triangle is, so that no light leaves it.
+def coplanar_occluded(tracing, hit):
+    """Whether an opaque surface lies where a `Hit` is, so that no light leaves it.
 
     See-through surfaces occlude nothing: `left_by_coincident` says what they do.
     """
     scene, coincident = tracing.scene, tracing.coincident
     if not coincident.any:
         return False
-    x = point_at(scene, triangle, u, v)
-    for k in range(coincident.start[triangle], coincident.start[triangle + 1]):
+    for k in range(coincident.start[hit.triangle], coincident.start[hit.triangle + 1]):
         opaque = not scene.materials.see_through[scene.material[coincident.partner[k]]]
-        if opaque and _lies_there(tracing, k, x, triangle):
+        if opaque and _lies_there(tracing, k, hit.position, hit.triangle):
             return True
     return False
 

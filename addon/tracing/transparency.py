@@ -17,10 +17,9 @@ from ..core.progress import Progress
 from ..core.vec3 import BLACK, ONE, WHITE, largest, length, minus, mul, put, row, times
 from ..scene import RayKind, Scene
 from ..scene.arrays import SceneArrays
-from ..scene.hit import barycentrics, look_up, point_at
-from . import coplanar
+from ..scene.hit import barycentrics, hit_at, look_up, point_at
 from .coincident import CoincidentSurfaces
-from .coplanar import CoincidentArrays, brought_forward, following, left_by_coincident, let_through
+from .coplanar import CoincidentArrays, brought_forward, coplanar_occluded, following, left_by_coincident, let_through
 from .embree import INFINITY, SHORT_OF_TARGET, EmbreeTracer, intersect, new_ray, occluded
 from .onward import onward
 from .protocol import Hits, Tracer
@@ -214,7 +213,10 @@ def _transmittances(tracing, room, origins, directions, far, blocks, passes):
 @kernel
 def _coplanar_occluded(tracing, triangle, u, v, result):
     for i in range(len(triangle)):
-        result[i] = triangle[i] >= 0 and coplanar.coplanar_occluded(tracing, triangle[i], u[i], v[i])
+        result[i] = False
+        if triangle[i] >= 0:
+            hit = hit_at(tracing.scene, BLACK, triangle[i], INFINITY, u[i], v[i])  # whatever the direction
+            result[i] = coplanar_occluded(tracing, hit)
 
 
 class TransparencyTracer:

@@ -28,7 +28,7 @@ def attrition(name, scene, region):
     """A row."""
     tracer, sources = TransparencyTracer(scene, EmbreeTracer(scene)), light_sources(scene, region)
     counts = zip(sources, shares(sources, N_PHOTONS), strict=True)
-    maps = [bounce_map(scene, tracer, source, count) for source, count in counts]
+    maps = [bounce_map(tracer, source, count) for source, count in counts]
     n_emitted = sum(len(made.rays.flux) for made in maps)
     photons = trace_photons(scene, tracer, sources, N_PHOTONS, N_BOUNCES + 1, Workers(), in_pictures=True)
     left = [sum(made.hits.hit.sum() for made in maps), *((photons.bounce == n).sum() for n in range(1, N_BOUNCES + 1))]

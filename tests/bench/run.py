@@ -7,8 +7,9 @@
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
-window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed, light_groups,
-camera, estimates, refine, vertex or eevee (in the Blender that BLENDER names); versions where it is asked for.
+lamps, window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed,
+light_groups, camera, estimates, refine, vertex or eevee (in the Blender that BLENDER names); versions where it is asked
+for.
 """
 
 import json
@@ -34,6 +35,7 @@ import light_volume
 import lightmap_rival
 import lightmaps
 import make_truth
+import many_lamps
 import multi_image
 import numpy as np
 import ray_rates
@@ -143,6 +145,7 @@ PARTS = {
     "speed": equal_error.tables,
     "rays": ray_rates.tables,
     "direct": direct_rates.tables,
+    "lamps": many_lamps.tables,
     "window": responsiveness.tables,
     "error": error_tables,
     "scenes": scene_tables,

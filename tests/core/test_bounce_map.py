@@ -34,7 +34,7 @@ def test_pictures_light_the_scene_as_other_photons_do(name):
     """Within the noise the same light on every triangle."""
     lights, n_faces = LAMPS[name]
     scene, tracer, sources = scene_with(lights)
-    assert view_of(sources[0], scene).n_faces == n_faces
+    assert view_of(sources[0]).n_faces == n_faces
     found = [trace_photons(scene, tracer, sources, 120_000, 3, Workers(), in_pictures) for in_pictures in (True, False)]
     light, square = (
         [np.bincount(photons.triangle, photons.power[:, 0].astype(float) ** k, scene.n_triangles) for photons in found]
@@ -47,24 +47,24 @@ def test_pictures_light_the_scene_as_other_photons_do(name):
 def test_a_map_has_the_source_s_power(name):
     """Solid angle and rounding included: 1,001 photons make 6 · 13² or 32² pixels."""
     lights, n_faces = LAMPS[name]
-    scene, tracer, sources = scene_with(lights)
-    made = bounce_map(scene, tracer, sources[0], 1_001)
+    _, tracer, sources = scene_with(lights)
+    made = bounce_map(tracer, sources[0], 1_001)
     assert made.side == {1: 32, 6: 13}[n_faces] and len(made.rays.flux) == n_faces * made.side**2
     if name != "sun":  # which goes by what enters the region
         assert made.rays.flux.mean(axis=0) == pytest.approx(sources[0].power, rel=0.01)
 
 
 def test_a_sun_s_map_gives_its_irradiance():
-    scene, tracer, sources = scene_with(LAMPS["sun"][0])
-    made = bounce_map(scene, tracer, sources[0], 200_000)
+    _, tracer, sources = scene_with(LAMPS["sun"][0])
+    made = bounce_map(tracer, sources[0], 200_000)
     power = made.rays.flux[made.hits.hit, 0].sum(dtype=float) / len(made.rays.flux)
     assert power == pytest.approx(2 * 4 / np.sqrt(1.1), rel=0.01)  # the plate hides as much of the floor as it gets
 
 
 def test_a_cube_s_photons_leave_evenly_by_their_power():
     """Each pixel stands for its own solid angle: photons drawn by their power are even over the sphere."""
-    scene, tracer, sources = scene_with(LAMPS["point"][0])
-    rays = bounce_map(scene, tracer, sources[0], 400_000).rays
+    _, tracer, sources = scene_with(LAMPS["point"][0])
+    rays = bounce_map(tracer, sources[0], 400_000).rays
     assert rays.flux.max() / rays.flux.min() == pytest.approx(3**1.5, rel=0.02)  # a corner lies √3 away
     weight = rays.flux[:, 0].astype(float)
     drawn = np.random.default_rng(1).choice(len(weight), 100_000, p=weight / weight.sum())
@@ -73,8 +73,8 @@ def test_a_cube_s_photons_leave_evenly_by_their_power():
 
 def test_a_map_shows_what_the_lamp_sees():
     """A spot straight down at a plate: a square of nearer hits in the middle of its picture."""
-    scene, tracer, sources = scene_with(LAMPS["spot"][0])
-    made = bounce_map(scene, tracer, sources[0], 10_000)
+    _, tracer, sources = scene_with(LAMPS["spot"][0])
+    made = bounce_map(tracer, sources[0], 10_000)
     picture = made.hits.distance.reshape(made.side, made.side) * np.abs(made.rays.directions[:, 2]).reshape(
         made.side, -1
     )

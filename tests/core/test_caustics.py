@@ -88,7 +88,7 @@ def landed(at, way, power, height, within):
 def test_glass_ball_s_caustic_has_its_power():
     """Of photons and in pixels; flat faces with smooth normals lose a hundredth of what rays at a slant bring."""
     scene = glass_ball()
-    tracer, caustic = traced(scene, 150_000)
+    tracer, caustic = traced(scene, 2_400_000)  # of which a hundredth meets the ball: a noise of 0.6 %
     from_foot = np.linalg.norm(caustic.position[:, :2], axis=1)
     for within in (0.05, 0.2, 1.0):
         power = caustic.power[from_foot < within, 0].sum()

@@ -1,4 +1,4 @@
-"""Photons that go where they are worth something carry what all would."""
+"""Photons that go where they are important carry what all would."""
 
 import numpy as np
 import pytest
@@ -19,22 +19,22 @@ def unit_points(n=N):
     return sobol(5, 3).random(n).astype(np.float32)
 
 
-def guided_by(worth, lights=None, **scene):
+def guided_by(importance, lights=None, **scene):
     room = scene_of(*box(), lights=lights or lamp(LightKind.POINT, 2.0, (0, 0, 0)), **scene)
     (source,) = light_sources(room, region_of(receivers_in_box(10).position))
     u = unit_points()
-    return source, GuidedSource(source, u, worth(u))
+    return source, GuidedSource(source, u, importance(u))
 
 
-@pytest.mark.parametrize("worth", [lambda u: u[:, 0] < 0.1, lambda u: np.zeros(len(u)), lambda u: u[:, 1] ** 4])
-def test_flux_has_the_mean_that_it_had(worth):
-    source, guided = guided_by(worth)
+@pytest.mark.parametrize("importance", [lambda u: u[:, 0] < 0.1, lambda u: np.zeros(len(u)), lambda u: u[:, 1] ** 4])
+def test_flux_has_the_mean_that_it_had(importance):
+    source, guided = guided_by(importance)
     flux = guided.emit(unit_points()).flux
     assert flux.mean(axis=0) == pytest.approx(source.power, rel=1e-3)
     assert flux.max() <= source.emit(unit_points()).flux.max() / EVEN * 1.001
 
 
-def test_photons_go_where_they_are_worth_most():
+def test_photons_go_where_they_are_most_important():
     _, guided = guided_by(lambda u: (u[:, 0] < 0.125).astype(float))
     towards = guided.emit(unit_points()).directions[:, 2]
     assert (towards > 0.75).mean() > 0.7  # the first eighth of a point lamp's first dimension is an eighth of 2 in z
@@ -53,20 +53,20 @@ def test_power_leaves_evenly_though_photons_do_not():
 
 
 def test_a_room_behind_a_hole_gets_more_photons():
-    """Sun through a hole in a roof: the photons' worth inside keeps its mean and is told by more of them."""
+    """Sun through a hole in a roof: the photons' importance inside keeps its mean and is told by more of them."""
     walls = box()
     roof_hole = merge(plane(20.0, 1.5), (walls[0], walls[1][2:]))
     scene = scene_of(*roof_hole, lights=lamp(LightKind.SUN, 3.0, direction=(0.2, 0.1, -1)), world=0.3)
     tracer = TransparencyTracer(scene, EmbreeTracer(scene))
     sources = light_sources(scene, region_of(receivers_in_box(100).position))
 
-    def worth(photons):
+    def importance(photons):
         inside = (np.abs(photons.position) < 0.99).any(axis=1) & (np.abs(photons.position) < 1.01).all(axis=1)
         return photons.power.sum(axis=1) * inside
 
     plain = trace_photons(scene, tracer, sources, N, 32, Workers())
     better = trace_photons(
-        scene, tracer, guide_sources(scene, tracer, sources, N, 32, worth, Workers()), N, 32, Workers()
+        scene, tracer, guide_sources(scene, tracer, sources, N, 32, importance, Workers()), N, 32, Workers()
     )
-    assert worth(better).sum() == pytest.approx(worth(plain).sum(), rel=0.1)
-    assert (worth(better) > 0).sum() > 1.5 * (worth(plain) > 0).sum()
+    assert importance(better).sum() == pytest.approx(importance(plain).sum(), rel=0.1)
+    assert (importance(better) > 0).sum() > 1.5 * (importance(plain) > 0).sum()

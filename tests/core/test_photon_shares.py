@@ -5,10 +5,8 @@ import pytest
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.emitters import Sphere, light_sources, region_of
 from photon_bake.addon.gather.irradiance import Estimate
-from photon_bake.addon.photons import GuidedSource, guide_sources, noise_of_photons
-from photon_bake.addon.photons.region_directed import MOST_GAIN, sent_home
-from photon_bake.addon.photons.scattering import Scattered
-from photon_bake.addon.photons.tracing import Pass, emitted_points, emitted_rays, shares
+from photon_bake.addon.photons import GuidedSource, emitted_rays, guide_sources, noise_of_photons
+from photon_bake.addon.photons.emission import Pass, emitted_points, shares
 from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.scene import LightKind, Lights
 from photon_bake.addon.settings.bake import settings_for
@@ -149,7 +147,7 @@ def test_noise_of_a_lamp_behind_a_wall_grows_with_its_power():
         scene = room(lights=Lights.join([BULB, lamp(LightKind.POINT, watts, position=(4, 0, 0))]))
         inside = lambda photons: np.abs(photons.power).mean(axis=1) * (np.abs(photons.position) < 2.05).all(axis=1)  # noqa: E731
         at = scene, TransparencyTracer(scene, EmbreeTracer(scene)), light_sources(scene, region)
-        guided = guide_sources(*at, 2000, 8, inside, Workers(), region, worth_of_watt=1.0)
+        guided = guide_sources(*at, 2000, 8, inside, Workers(), region, importance_of_watt=1.0)
         told.append(noise_of_photons(guided, 100_000))
     assert told[0] < told[1] < told[2]
 
@@ -158,14 +156,3 @@ def test_noise_besides_is_in_proportion_to_the_light():
     light = Estimate(np.array([[1.0] * 3, [3.0] * 3], np.float32), np.zeros(2, np.float32))
     assert light.with_noise(0.2).stderr == pytest.approx([0.1, 0.3])
     assert Estimate.dark(2, False).with_noise(0.2).stderr == pytest.approx([0.2, 0.2])
-
-
-def test_photons_that_stay_away_do_not_gain_without_bound():
-    up, n = np.tile(np.float32([0, 0, 1]), (1000, 1)), 1000
-    away = np.tile(np.float32([30, 0, -10]), (n, 1))
-    scattered = Scattered(away, up, np.ones((n, 3), np.float32), np.zeros(n, np.uint8), np.zeros(n, bool))
-    gained = np.where(np.arange(n) < 500, MOST_GAIN, np.float32(1))
-    region, random = Sphere(np.zeros(3, np.float32), 1.0), np.random.default_rng(1)
-    sent, ratio = sent_home(scattered, away, up, region, random, gained)
-    assert (ratio[:500] == 1).all() and np.array_equal(sent.directions[:500], up[:500])
-    assert (ratio[500:] != 1).all()

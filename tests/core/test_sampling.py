@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from photon_bake.addon.core.sampling import warps
 from photon_bake.addon.core.sampling.octahedral import decode_octahedral, encode_octahedral
+from photon_bake.addon.core.sampling.sobol import N_DIMENSIONS, sobol_points, sobol_seeds
 from photon_bake.addon.core.sampling.streams import below_one, sobol_chunks, stream
 from photon_bake.tests.core.scenes import chi_square, chi_square_of_directions
 from scipy import stats
+from scipy.stats import qmc
 
 N = 200_000
 
@@ -95,6 +97,35 @@ def test_sobol_chunks_are_one_sequence():
     # Far more even than random points: each of 8 × 8 × 8 cells of 512 points holds one
     cells = (np.concatenate(list(sobol_chunks(3, 512, 512, 7, 1))) * 8).astype(int)
     assert len(np.unique(cells @ [64, 8, 1])) > 480
+
+
+def test_sobol_points_have_one_in_each_interval():
+    """Scrambling keeps that 2ᵏ points have one in each of 2ᵏ intervals, and of the first two dimensions' boxes."""
+    seeds, n = sobol_seeds(3, 1, 2), 4096
+    for sequence in range(3):
+        points = sobol_points(seeds, sequence, 0, n)
+        cells = np.sort((points * n).astype(int), axis=0)
+        assert (cells == np.arange(n)[:, None]).all()
+        for columns in (1, 8, 64, 512, n):
+            i, j = (points[:, :2] * [columns, n // columns]).astype(int).T
+            assert len(np.unique(i * (n // columns) + j)) == n
+
+
+def test_sobol_points_are_those_of_joe_and_kuo():
+    """Exchanges of halves, as scrambling is, leave which points share all their first bits: SciPy's in Gray code."""
+    n = 256
+    ours = (sobol_points(sobol_seeds(1, 5), 0, 0, n) * 16).astype(int)
+    gray = np.arange(n) ^ (np.arange(n) >> 1)
+    theirs = (qmc.Sobol(N_DIMENSIONS, scramble=False).random(n) * 16).astype(int)[np.argsort(gray)]
+    for a, b in zip(ours.T, theirs.T, strict=True):
+        assert np.array_equal(a[:, None] == a, b[:, None] == b)
+
+
+def test_sobol_sequences_are_their_own_and_need_no_points_before():
+    seeds = sobol_seeds(2, 7)
+    assert np.array_equal(sobol_points(seeds, 0, 100, 50), sobol_points(seeds, 0, 0, 150)[100:])
+    assert np.array_equal(sobol_seeds(5, 7)[:2], seeds)
+    assert (sobol_points(seeds, 0, 0, 1000) != sobol_points(seeds, 1, 0, 1000)).all()
 
 
 def test_below_one():

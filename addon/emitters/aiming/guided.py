@@ -41,27 +41,37 @@ class GuideCells(NamedTuple):
     ----------
     start : (s + 1,) int64
         Where the cells of each source begin.
-    shape : (s, 5) int64
+    shape : (s, 5) uint32
         How many there are along each dimension.
     cumulative : (c,) float64
         Sums of the density over the number of the source's cells.
     density : (c,) float32
+    cutpoints : (c,) int32
+        Of numbers in as many even steps as the source has cells, the cell where to look first (Chen and Asau 1974).
     """
 
     start: np.ndarray
     shape: np.ndarray
     cumulative: np.ndarray
     density: np.ndarray
+    cutpoints: np.ndarray
 
 
 def guide_cells(guides: Sequence[Guide]) -> GuideCells:
     """The cells of sources' guides."""
     densities = [guide.density.ravel() for guide in guides]
+    start = np.cumsum([0, *map(len, densities)])
+    cumulative = [np.cumsum(density) / len(density) for density in densities]
+    cutpoints = [
+        np.searchsorted(sums, np.arange(len(sums)) / len(sums) * sums[-1], side="right") + first
+        for sums, first in zip(cumulative, start[:-1], strict=True)
+    ]
     return GuideCells(
-        np.cumsum([0, *map(len, densities)]),
-        np.array([guide.density.shape for guide in guides], np.int64).reshape(-1, 5),
-        np.concatenate([np.zeros(0), *(np.cumsum(density) / len(density) for density in densities)]),
+        start,
+        np.array([guide.density.shape for guide in guides], np.uint32).reshape(-1, 5),
+        np.concatenate([np.zeros(0), *cumulative]),
         np.concatenate([np.zeros(0), *densities]).astype(np.float32),
+        np.concatenate([np.zeros(0), *cutpoints]).astype(np.int32),
     )
 
 
@@ -71,24 +81,21 @@ def guided(cells, source, u):
     first, last = cells.start[source], cells.start[source + 1] - 1
     if first == last:
         return u, ONE
+    n = last + 1 - first
     place = np.float64(u[4]) * cells.cumulative[last]
-    low, high = first, last
-    while low < high:
-        middle = (low + high) // 2
-        if cells.cumulative[middle] > place:
-            high = middle
-        else:
-            low = middle + 1
-    density, cell, shape = cells.density[low], low - first, cells.shape
-    within = 1.0 - (cells.cumulative[low] - place) * (last + 1 - first) / density
-    e, cell = _place(cell, min(max(within, 0.0), 1.0), shape[source, 4]), cell // shape[source, 4]
-    d, cell = _place(cell, np.float64(u[3]), shape[source, 3]), cell // shape[source, 3]
-    c, cell = _place(cell, np.float64(u[2]), shape[source, 2]), cell // shape[source, 2]
-    b, cell = _place(cell, np.float64(u[1]), shape[source, 1]), cell // shape[source, 1]
+    k = cells.cutpoints[first + min(np.int64(np.float64(u[4]) * n), n - 1)]
+    while k < last and cells.cumulative[k] <= place:
+        k += 1
+    density, cell, shape = cells.density[k], np.uint32(k - first), cells.shape
+    within = 1.0 - (cells.cumulative[k] - place) * n / density
+    e, cell = _place(cell, min(max(within, 0.0), 1.0), shape[source, 4]), np.uint32(cell // shape[source, 4])
+    d, cell = _place(cell, np.float64(u[3]), shape[source, 3]), np.uint32(cell // shape[source, 3])
+    c, cell = _place(cell, np.float64(u[2]), shape[source, 2]), np.uint32(cell // shape[source, 2])
+    b, cell = _place(cell, np.float64(u[1]), shape[source, 1]), np.uint32(cell // shape[source, 1])
     return (_place(cell, np.float64(u[0]), shape[source, 0]), b, c, d, e), density
 
 
 @part
 def _place(cell, within, n):
     """Along a dimension of n cells, the place within the one that a cell's number says."""
-    return min(np.float32((cell % n + within) / n), _BELOW_ONE)
+    return min(np.float32((np.float64(cell % n) + within) / np.float64(n)), _BELOW_ONE)

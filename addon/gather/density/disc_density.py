@@ -85,7 +85,7 @@ class MidAir:
         """
         rows, flights = self.rows, self.log.flights()
         if kind is not None:
-            flights = flights.where(flights.focused == (kind == PathKind.CAUSTIC))
+            flights = flights.where(flights.specular == (kind == PathKind.CAUSTIC))
         if kind == PathKind.CAUSTIC and receivers.takes_caustics is not None:
             rows = rows[receivers.takes_caustics[rows]]
         if len(flights) < LEAST_ESTIMATES * n_nearest:

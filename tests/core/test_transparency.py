@@ -4,10 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.emitters import Sphere, light_sources
-from photon_bake.addon.photons.emission_segment import first_flight
+from photon_bake.addon.core.sampling.streams import PathNumbers
+from photon_bake.addon.emitters import bounding_sphere, light_sources
+from photon_bake.addon.photons.emission import Emission, Pass
+from photon_bake.addon.photons.emission_segment import LightLinking, emission_segment
+from photon_bake.addon.photons.front import new_front
 from photon_bake.addon.scene import Channel, LightKind, Materials, RayKind, SceneObjects
-from photon_bake.addon.tracing import TransparencyTracer
+from photon_bake.addon.tracing import Hits, TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, of_objects, plane, scene_of
 
@@ -212,12 +215,12 @@ def test_neighbours_that_share_an_edge_are_not_in_one_place():
 def flown(scene, illuminates=None, blocked_by=None, n=20_000):
     """Photons of a spot above two planes; where they end, by object, in watts."""
     scene = replace(scene, lights=lamp(LightKind.SPOT, 1.0, position=(0, 0, 3), angle=0.3))
-    (source,) = light_sources(scene, Sphere(np.zeros(3, np.float32), 1.0))
+    source = light_sources(scene, bounding_sphere(scene))[0]
     source.illuminates, source.blocked_by = illuminates, blocked_by
-    random = np.random.default_rng(2)
-    rays = source.emit(random.random((n, 5), dtype=np.float32))
-    power = rays.flux / np.float32(n)
-    hits, power = first_flight(scene, light_tracer(scene), source, rays.origins, rays.directions, power, random)
+    front = new_front(n)
+    Emission([source], [n], 2, Pass.PHOTONS).start(front, slice(0, n))
+    linking = LightLinking.of(scene, [source])
+    hits, power = emission_segment(scene, light_tracer(scene), linking, front, PathNumbers(2)), front.power
     of_object = np.where(hits.hit, scene.object_of_triangle[hits.triangle], -1)
     return [float(power[of_object == i].sum()) for i in range(2)], float(3 * source.power[0])
 
@@ -294,3 +297,23 @@ def test_solid_lamps_sunk_into_a_ground_are_flush_emitters():
     of = np.repeat([0, 1, 2], [2, 12, 2])
     scene = of_objects(scene_of(*mesh, albedo=[0.5, 0.5], emission=[0, 1], material=of % 2), of)
     assert len(light_tracer(scene).flush_emitters) == 1
+
+
+def test_another_tracer_s_first_hits_are_gone_on_from():
+    """Where it agrees with Embree, all is as with Embree alone; what it misses is missed."""
+
+    class Blind:
+        def closest_hit(self, origins, *_, **__):
+            return Hits.none(len(origins))
+
+    scene = layers(sheet(3), sheet(3, z=-0.5), coverage=[0.5, 0.2])
+    tracer, (origins, directions) = light_tracer(scene), from_above(1000)
+    kinds = np.arange(1000).astype(np.uint8) % 3
+    alone = tracer.closest_hit(origins, directions, kinds)
+    same = tracer.with_first_hits(EmbreeTracer(scene)).closest_hit(origins, directions, kinds)
+    assert len(np.unique(alone.triangle)) > 2
+    for name in ("triangle", "distance", "u", "v", "tint"):
+        assert np.array_equal(getattr(same, name), getattr(alone, name))
+    assert np.array_equal(same.normal[same.hit], alone.normal[alone.hit])
+    assert not tracer.with_first_hits(Blind()).closest_hit(origins, directions).hit.any()
+    assert tracer.closest_hit(origins, directions).hit.any()
