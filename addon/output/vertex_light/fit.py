@@ -141,7 +141,9 @@ class FaceFit:
 
     def _onto_vertices(self, of_samples: np.ndarray) -> np.ndarray:
         """Sums (n,) of samples' values (s,), each shared out to its face's vertices by its weights."""
-        return np.bincount(self.corner.ravel(), (self.weight * of_samples[:, None]).ravel(), len(self.vertex_area))
+        shares = (self.weight * of_samples[:, None]).ravel()
+        # Without samples NumPy counts in whole numbers
+        return np.bincount(self.corner.ravel(), shares, len(self.vertex_area)).astype(np.float64)
 
     @cached_property
     def _diagonal(self) -> np.ndarray:
