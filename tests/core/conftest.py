@@ -31,6 +31,8 @@ def pytest_collection_modifyitems(config, items):
     if any(os.environ.get(name, "0") not in ("", "0") for name in ("NUMBA_DISABLE_JIT", "NUMBA_BOUNDSCHECK")):
         chosen = [item for item in items if item.get_closest_marker("plain")]
         config.hook.pytest_deselected(items=[item for item in items if item not in set(chosen)])
+        for item in chosen:  # NumPy warns of scalars' infinities and NaN, which compiled kernels make in silence
+            item.add_marker(pytest.mark.filterwarnings("ignore::RuntimeWarning"))
         items[:] = chosen
 
 
