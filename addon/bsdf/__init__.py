@@ -7,7 +7,6 @@ A lobe is a file (`diffuse`, `translucent`, `glossy`, `glass`): sample, evaluate
 
 from ..scene.closures import Lobe
 from .arrays import (
-    Samples,
     Surface,
     base_transmittance,
     diffuse_albedo,
@@ -18,7 +17,6 @@ from .arrays import (
     is_mirror,
     pdf_glossy,
     reflects_highlights,
-    sample_bsdf,
     surface_at,
     translucent_albedo,
 )
@@ -31,7 +29,6 @@ __all__ = [
     "SMOOTH",
     "SPECULAR_LOBES",
     "Lobe",
-    "Samples",
     "Surface",
     "base_transmittance",
     "diffuse_albedo",
@@ -42,7 +39,6 @@ __all__ = [
     "is_mirror",
     "pdf_glossy",
     "reflects_highlights",
-    "sample_bsdf",
     "surface_at",
     "translucent_albedo",
 ]

@@ -61,36 +61,6 @@ def surface_at(scene: Scene, triangle: np.ndarray, u: np.ndarray, v: np.ndarray,
     return Surface(scene.arrays, *at)
 
 
-@dataclass(frozen=True)
-class Samples:
-    """Scattered directions, see `mixture.Sample`.
-
-    Attributes
-    ----------
-    wi, weight : (n, 3) float32
-    lobe : (n,) uint8
-    specular : (n,) bool
-    rough : (n,) bool
-    """
-
-    wi: np.ndarray
-    weight: np.ndarray
-    lobe: np.ndarray
-    specular: np.ndarray
-    rough: np.ndarray
-
-
-def sample_bsdf(
-    surface: Surface, wo: np.ndarray, u: np.ndarray, lobes: int = mixture.ALL_LOBES, from_light: bool = False
-) -> Samples:
-    """One direction for each point, see `mixture.sample_bsdf`; wo and u are (n, 3) float32."""
-    n, f = len(surface), np.float32
-    out: Any = (*np.empty((2, n, 3), f), np.empty(n, np.uint8), *np.empty((2, n), bool))
-    arguments = (*surface._at, kernel_array(wo, f), kernel_array(u, f), lobes, from_light, *out)
-    _sample(surface.scene, *arguments)
-    return Samples(*out)
-
-
 def evaluate_glossy(surface: Surface, wo: np.ndarray, wi: np.ndarray) -> np.ndarray:
     """The f of the rough glossy lobes, 1/sr, (n, 3), of local directions (n, 3); wo is the viewing side."""
     return surface.asked(_evaluate_glossy, kernel_array(wo, np.float32), kernel_array(wi, np.float32))
@@ -139,16 +109,6 @@ def reflects_highlights(surface: Surface) -> np.ndarray:
 def is_mirror(surface: Surface) -> np.ndarray:
     """Whether light is scattered by smooth gloss or glass alone, (n,) bool."""
     return surface.asked(_is_mirror, columns=(), dtype=np.bool_)
-
-
-@kernel
-def _sample(scene, triangle, u, v, back, wo, numbers, lobes, from_light, wi, weight, lobe, specular, rough):
-    for i in range(len(triangle)):
-        bsdf, (a, b, c) = bsdf_of(scene, triangle[i], u[i], v[i], back[i]), row(numbers, i)
-        sample = mixture.sample_bsdf(scene, bsdf, row(wo, i), a, b, c, lobes, from_light)
-        put(wi, i, sample.wi)
-        put(weight, i, sample.weight)
-        lobe[i], specular[i], rough[i] = sample.lobe, sample.specular, sample.rough
 
 
 @kernel

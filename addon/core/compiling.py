@@ -35,7 +35,7 @@ KEPT_DAYS = 30
 """For which kernels are kept that nothing uses."""
 
 _HOW = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": False}
-_IMPORT = re.compile(r"^from (\.+)([\w.]*) import (\([^)]*\)|.*)$", re.MULTILINE)
+_IMPORT = re.compile(rf"^from (\.+|{re.escape(PACKAGE)}\.)([\w.]*) import (\([^)]*\)|.*)$", re.MULTILINE)
 _LOCK = RLock()
 
 
@@ -233,7 +233,8 @@ def _imported(source: Path) -> tuple[Path, ...]:
     """Files of the extension that a file imports."""
     files = []
     for dots, module, names in _IMPORT.findall(source.read_text(encoding="utf-8")):
-        base = source.parents[len(dots) - 1].joinpath(*module.split(".") if module else ())
+        top = ROOT if dots.strip(".") else source.parents[len(dots) - 1]  # tests import by the package's name
+        base = top.joinpath(*module.split(".") if module else ())
         candidates = [base.with_suffix(".py"), base / "__init__.py"]
         candidates += [base / f"{name}.py" for name in re.findall(r"\w+", names)]
         files += [path for path in candidates if path.is_file() and path.is_relative_to(ROOT)]

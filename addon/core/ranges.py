@@ -3,7 +3,7 @@
 import numpy as np
 
 
-def unrolled(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def repeat_ranges(counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Items that have `counts` (n,) parts each: of every part its item and its number within it, int64."""
     item = np.repeat(np.arange(len(counts)), counts)
     return item, np.arange(len(item)) - (np.cumsum(counts) - counts)[item]

@@ -12,7 +12,8 @@ from .light_volume.glossy_light import glossy_radiance
 from .mid_air import OpenBacks
 from .photon_splatting import OF_SCATTERED, splat_gloss, splat_irradiance, splat_photons
 from .photon_splatting.upsampling import upsampled
-from .radiance_cache.build import Survey, build_radiance_cache, survey_surfaces
+from .radiance_cache.build import build_radiance_cache
+from .radiance_cache.importance_pilot import ImportancePilot, importance_pilot
 from .radiance_cache.radiance_cache import RadianceCache
 from .rays.camera_gloss import camera_gloss, reflected_direct
 from .rays.camera_highlights import reflected_highlights
@@ -28,6 +29,7 @@ __all__ = [
     "Estimate",
     "FinalGather",
     "GatherRays",
+    "ImportancePilot",
     "Irradiance",
     "MidAir",
     "OpenBacks",
@@ -36,7 +38,6 @@ __all__ = [
     "ProbeLight",
     "RadianceCache",
     "SampleBudget",
-    "Survey",
     "build_radiance_cache",
     "camera_gloss",
     "caustics_at_probes",
@@ -44,6 +45,7 @@ __all__ = [
     "direct_slope",
     "gather_probes",
     "glossy_radiance",
+    "importance_pilot",
     "reflected_direct",
     "reflected_highlights",
     "screen_irradiance",
@@ -51,7 +53,6 @@ __all__ = [
     "splat_gloss",
     "splat_irradiance",
     "splat_photons",
-    "survey_surfaces",
     "thinned_density",
     "upsampled",
 ]

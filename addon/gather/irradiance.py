@@ -101,7 +101,7 @@ class Irradiance:
         What the bake did, for its report: photons, rays, elements.
     slope : (n, 3, 3) float32 or None, W/m²
         How the value changes with the normal, for each axis and colour: E(n') ≈ E + slope·(n' − n), by
-        `turned_normals`. None unless the receivers ask for it.
+        `normal_gradient`. None unless the receivers ask for it.
     gathered : (n,) bool or None
         Which receivers gathered by themselves; the others took their light from those. None: all did.
     caustics : (n, 3) float32 or None, W/m²

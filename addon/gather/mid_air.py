@@ -166,11 +166,18 @@ def _look(
     """Whether receivers' fronts are shut and their backs open, (n,) bool, and the points behind them, (n, 3)."""
     own = tracer.closest_hit(position, -normal, footprint)
     below = np.where(own.hit, own.distance, 0)[:, None]
-    back = position - 2 * below * normal
-    directions = gather_directions(np.repeat(normal, N_RAYS, axis=0), N_RAYS, random)
-    shares = []
-    for at, side in ((position, 1), (back, -1)):
-        hits = tracer.closest_hit(np.repeat(at, N_RAYS, axis=0), side * directions)
-        far = hits.hit & (hits.distance > np.repeat(near, N_RAYS))
-        shares.append(far.reshape(-1, N_RAYS).mean(axis=1))
-    return own.hit & (shares[0] <= SHUT) & (shares[1] >= OPEN), back.astype(np.float32)
+    back = (position - 2 * below * normal).astype(np.float32)
+    directions = gather_directions(np.repeat(normal, N_RAYS, axis=0), N_RAYS, random).reshape(-1, N_RAYS, 3)
+
+    def open_share(k: np.ndarray, at: np.ndarray, side: int) -> np.ndarray:
+        """Share of the rays of some receivers, from points `at`, to one side, that count."""
+        hits = tracer.closest_hit(np.repeat(at[k], N_RAYS, axis=0), side * directions[k].reshape(-1, 3))
+        far = hits.hit & (hits.distance > np.repeat(near[k], N_RAYS))
+        return far.reshape(-1, N_RAYS).mean(axis=1)
+
+    k = np.flatnonzero(own.hit)
+    k = k[open_share(k, position, 1) <= SHUT]
+    k = k[open_share(k, back, -1) >= OPEN]
+    turned = np.zeros(len(position), bool)
+    turned[k] = True
+    return turned, back

@@ -24,17 +24,35 @@ itself instead (by a quarter for light from above) and have half of this slope o
 
 import numpy as np
 
-from ..core.sampling.vectors import dot
+from ..core.compiling import kernel, kernel_array, part
+from ..core.vec3 import BLACK, ONE, TWO, ZERO, dot, plus, put, row, times
+
+_THREE, _FOUR, _FOUR_PER_PI = np.float32(3), np.float32(4), np.float32(4 / np.pi)
+
+
+@part
+def gradient_of_light(direction, normal):
+    """The g of a unit direction that light comes from, around a unit normal; 0 below the horizon."""
+    cosine = min(dot(direction, normal), ONE)
+    if cosine <= ZERO:
+        return BLACK
+    theta = np.arccos(cosine)
+    bend = np.sin(theta) - theta * cosine
+    along = (ONE - cosine) * (_THREE - cosine) / _FOUR - _FOUR_PER_PI * bend
+    return plus(times(direction, (ONE + cosine) / TWO), times(normal, along))
 
 
 def slope_of_light(directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """The g (n, 3) of unit directions (n, 3) that light comes from, around unit normals (n, 3); 0 below the horizon."""
-    cosine = np.clip(dot(directions, normals), -1, 1)
-    theta = np.arccos(cosine)
-    bend = np.sin(theta) - theta * cosine
-    along = (1 - cosine) * (3 - cosine) / 4 - np.float32(4 / np.pi) * bend
-    g = ((1 + cosine) / 2)[:, None] * directions + along[:, None] * normals
-    return np.where(cosine[:, None] > 0, g, np.float32(0))
+    """`gradient_of_light` of directions and normals (n, 3), (n, 3) float32."""
+    g = np.empty((len(directions), 3), np.float32)
+    _gradients(kernel_array(directions, np.float32), kernel_array(normals, np.float32), g)
+    return g
+
+
+@kernel
+def _gradients(directions, normals, g):
+    for k in range(len(directions)):
+        put(g, k, gradient_of_light(row(directions, k), row(normals, k)))
 
 
 def slope_of_samples(change: np.ndarray, turned: np.ndarray, normals: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..core.ranges import unrolled
+from ..core.ranges import repeat_ranges
 from .files import whole_file
 
 _SHORTEST_RUN, _LONGEST_RUN, _LONGEST_LITERAL = 4, 127, 128
@@ -52,7 +52,7 @@ def _runs(pixels: np.ndarray) -> bytes:
     code[place] = np.where(is_run, 128 + length, length)
     code[place[is_run] + 1] = data[start[is_run]]
     literal = np.flatnonzero(~is_run)
-    nth, within = unrolled(length[literal])
+    nth, within = repeat_ranges(length[literal])
     block = literal[nth]
     code[place[block] + 1 + within] = data[start[block] + within]
     return code.tobytes()
@@ -69,6 +69,6 @@ def _blocks(data: np.ndarray, width: int) -> tuple[np.ndarray, np.ndarray, np.nd
     start, is_run = start[opens], is_run[opens]
     length = np.diff(start, append=len(data))
     longest = np.where(is_run, _LONGEST_RUN, _LONGEST_LITERAL)
-    block, piece = unrolled(-(-length // longest))
+    block, piece = repeat_ranges(-(-length // longest))
     before = piece * longest[block]
     return start[block] + before, np.minimum(length[block] - before, longest[block]), is_run[block]

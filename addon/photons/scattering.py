@@ -52,11 +52,6 @@ class Scattered:
         chosen_rows: Any = (None if column is None else rows(column, chosen) for column in columns)
         return Scattered(*chosen_rows)
 
-    @staticmethod
-    def join(several: "list[Scattered]") -> "Scattered":
-        """All rays of several `Scattered`, in order."""
-        return Scattered(*(np.concatenate([getattr(p, field.name) for p in several]) for field in fields(Scattered)))
-
     @property
     def kind(self) -> np.ndarray:
         """Kind of the new rays, (n,) uint8 of `RayKind`."""
@@ -102,22 +97,6 @@ def scatter(
     return scattered
 
 
-def scatter_both_ways(
-    scene: Scene,
-    hits: Hits,
-    positions: np.ndarray,
-    directions: np.ndarray,
-    normals: np.ndarray,
-    random: np.random.Generator,
-) -> list[Scattered]:
-    """What surfaces of nothing but glass reflect of paths from a view, and what they let through; as `scatter` else."""
-    ways = [Scattered.empty(len(positions)) for _ in range(2)]
-    u = kernel_array(random.random((len(positions), 3), dtype=np.float32), np.float32)
-    arguments: Any = (*_at(hits, directions), u, *ways[0]._columns, *ways[1]._columns)
-    _scatter_both_ways(scene.arrays, *arguments)
-    return ways
-
-
 def _at(hits: Hits, directions: np.ndarray) -> Any:
     columns = (hits.triangle, np.int32), (hits.distance, np.float32), (hits.u, np.float32), (hits.v, np.float32)
     return *(kernel_array(*column) for column in columns), kernel_array(directions, np.float32)
@@ -135,26 +114,6 @@ def _scatter(
         put(out, i, scattered.direction)
         put(weight, i, scattered.weight)
         lobe[i], specular[i], rough[i] = scattered.lobe, scattered.specular, scattered.rough
-
-
-@kernel
-def _scatter_both_ways(
-    scene, triangle, distance, u, v, directions, random,
-    origins_1, out_1, weight_1, lobe_1, specular_1, rough_1,
-    origins_2, out_2, weight_2, lobe_2, specular_2, rough_2,
-):  # fmt: skip
-    for i in range(len(triangle)):
-        direction, (x, y, z) = row(directions, i), row(random, i)
-        hit = hit_at(scene, direction, triangle[i], distance[i], u[i], v[i])
-        up, down = parts.scatter_both_ways(scene, hit, direction, x, y, z)
-        put(origins_1, i, up.origin)
-        put(out_1, i, up.direction)
-        put(weight_1, i, up.weight)
-        lobe_1[i], specular_1[i], rough_1[i] = up.lobe, up.specular, up.rough
-        put(origins_2, i, down.origin)
-        put(out_2, i, down.direction)
-        put(weight_2, i, down.weight)
-        lobe_2[i], specular_2[i], rough_2[i] = down.lobe, down.specular, down.rough
 
 
 def shading_ratio(shading: np.ndarray, normals: np.ndarray, directions: np.ndarray) -> np.ndarray:

@@ -12,10 +12,10 @@ from ..core.progress import Progress
 from ..emitters import Source, light_sources, region_of
 from ..gather import (
     DirectLight,
+    ImportancePilot,
     Irradiance,
     MidAir,
-    Survey,
-    survey_surfaces,
+    importance_pilot,
 )
 from ..photons import GuidedSource, Photons, bounces_left, guide_sources, noise_of_photons, pilots_for, trace_photons
 from ..receivers import Receivers
@@ -112,30 +112,30 @@ def _set_up(
     region = region_of(receivers.position)
     light_tracer = TransparencyTracer(scene, tracer, workers.progress)
     of_photons = light_tracer.with_first_hits(photon_tracer) if photon_tracer else light_tracer
-    survey = None
+    pilot = None
     if settings.needs_cache:
-        survey = survey_surfaces(scene, light_tracer, receivers, region, settings.n_cache_elements, workers)
+        pilot = importance_pilot(scene, light_tracer, receivers, region, settings.n_cache_elements, workers)
     deadline = started + settings.time if settings.time else np.inf
-    return Setup(scene, receivers, settings, light_tracer, of_photons, region, survey, deadline, inspector)
+    return Setup(scene, receivers, settings, light_tracer, of_photons, region, pilot, deadline, inspector)
 
 
 def _solved(setup: Setup, scene: Scene, n_lights: int, workers: Workers) -> Solution:
     """The light of a scene, which is one of so many that have the time together."""
     setup = setup.lit_by(scene)
-    settings, survey, region, of_photons = setup.settings, setup.survey, setup.region, setup.photon_tracer
-    home = survey.home if survey else region
+    settings, pilot, region, of_photons = setup.settings, setup.pilot, setup.region, setup.photon_tracer
+    home = pilot.target_region if pilot else region
     sources = light_sources(scene, region if region.radius > 0 else home)
 
     # See what photons are worth to those who gather
     emitters, noise = sources, 0.0
-    if survey:
-        guided, seconds = _guided(scene, of_photons, sources, survey, settings, workers)
+    if pilot:
+        guided, seconds = _guided(scene, of_photons, sources, pilot, settings, workers)
         if settings.time:
             settings = affordable(settings, pilots_for(settings.n_photons) / seconds / n_lights)
         emitters, noise = list[Source](guided), noise_of_photons(guided, settings.n_photons)
 
     # Trace them
-    rest = workers.part(_PILOT_PART if survey else 0.0, 1.0)
+    rest = workers.part(_PILOT_PART if pilot else 0.0, 1.0)
     n_photons, n_bounces, volumes = settings.n_photons, settings.max_bounces, settings.gather == "photon_volumes"
     mid_air = _in_mid_air(scene, setup.tracer, setup.receivers, settings)
     log = mid_air.log if mid_air else None
@@ -180,7 +180,7 @@ def _guided(
     scene: Scene,
     tracer: TransparencyTracer,
     sources: list[Source],
-    survey: Survey,
+    pilot: ImportancePilot,
     settings: BakeSettings,
     workers: Workers,
 ) -> tuple[list[GuidedSource], float]:
@@ -188,9 +188,9 @@ def _guided(
     start = perf_counter()
 
     def worth(photons: Photons) -> np.ndarray:
-        return survey.worth(scene, photons)
+        return pilot.importance(scene, photons)
 
     part, n_pilots = workers.part(0.0, _PILOT_PART), pilots_for(settings.n_photons)
-    at, n_bounces = survey.home, settings.max_bounces
-    guided = guide_sources(scene, tracer, sources, n_pilots, n_bounces, worth, part, at, survey.worth_of_watt)
+    at, n_bounces = pilot.target_region, settings.max_bounces
+    guided = guide_sources(scene, tracer, sources, n_pilots, n_bounces, worth, part, at, pilot.importance_of_watt)
     return guided, perf_counter() - start

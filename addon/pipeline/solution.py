@@ -13,7 +13,7 @@ import numpy as np
 from ..core.inspector import Inspector
 from ..core.parallel import Workers
 from ..emitters import Source, Sphere
-from ..gather import DirectLight, GatherRays, Irradiance, MidAir, Survey, build_radiance_cache
+from ..gather import DirectLight, GatherRays, ImportancePilot, Irradiance, MidAir, build_radiance_cache
 from ..photons import Photons
 from ..receivers import Receivers
 from ..scene import Scene
@@ -36,7 +36,7 @@ class Setup:
         What photons are traced with.
     region : Sphere
         Around most receivers.
-    survey : Survey or None
+    pilot : ImportancePilot or None
         Of the surfaces that gather rays see; None where no rays are sent.
     deadline : float, s
         By `time.perf_counter`, of the final gather.
@@ -48,7 +48,7 @@ class Setup:
     tracer: TransparencyTracer
     photon_tracer: TransparencyTracer
     region: Sphere
-    survey: Survey | None
+    pilot: ImportancePilot | None
     deadline: float
     inspector: Inspector
 
@@ -132,8 +132,8 @@ class Solution:
 
     @cached_property
     def rays(self) -> GatherRays | None:
-        """Rays that gather from a radiance cache, which is made when they are first asked for; None without survey."""
-        if self.setup.survey is None:
+        """Rays that gather from a radiance cache, which is made when they are first asked for; None without pilot."""
+        if self.setup.pilot is None:
             return None
         if self.bounces_left is None:
             return self._rays(self.photons, self.direct, self.workers)
@@ -154,8 +154,8 @@ class Solution:
         self, photons: Photons, direct: DirectLight, workers: Workers, beyond: GatherRays | None = None
     ) -> GatherRays:
         """Rays that gather what some photons and some lamps bring."""
-        survey = self.setup.survey
-        assert survey is not None
+        pilot = self.setup.pilot
+        assert pilot is not None
         n_rays = self.settings.n_cache_rays if beyond or self.bounces_left is None else 0
-        cache = build_radiance_cache(self.scene, self.tracer, photons, direct, survey, n_rays, workers, beyond)
+        cache = build_radiance_cache(self.scene, self.tracer, photons, direct, pilot, n_rays, workers, beyond)
         return GatherRays(self.scene, self.tracer, direct, cache, beyond)

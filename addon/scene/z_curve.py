@@ -2,6 +2,9 @@
 
 import numpy as np
 
+CURVE_BITS = 21
+"""Of each axis in a code: cells of an edge of 2⁻ⁿ of the cube have the first 3 n bits of the 63 in common."""
+
 # Puts two zeros between the bits of a number.
 _SPREAD = [
     (np.uint64(shift), np.uint64(mask))
@@ -16,11 +19,11 @@ _SPREAD = [
 
 
 def z_curve(positions: np.ndarray) -> np.ndarray:
-    """Morton code of positions (n, 3) in the cube around them, 21 bits an axis, (n,) uint64."""
+    """Morton code of positions (n, 3) in the cube around them, (n,) uint64."""
     if len(positions) == 0:
         return np.zeros(0, np.uint64)
     low, high = positions.min(axis=0), positions.max(axis=0)
-    cells = ((positions - low) / max(float((high - low).max()), 1e-30) * (2**21 - 1)).astype(np.uint64)
+    cells = ((positions - low) / max(float((high - low).max()), 1e-30) * (2**CURVE_BITS - 1)).astype(np.uint64)
     code = np.zeros(len(positions), np.uint64)
     for axis in range(3):
         bits = cells[:, axis]

@@ -64,8 +64,10 @@ class CoincidentSurfaces:
     def arrays(self) -> CoincidentArrays:
         """What kernels take."""
         low, high = self._bounds()
-        any_ = len(self._second) > 0
-        return CoincidentArrays(any_, self._start, self._second, low, high, self._in_front, self._hidden)
+        shares = np.diff(self._start) > 0
+        return CoincidentArrays(
+            bool(shares.any()), shares, self._start, self._second, low, high, self._in_front, self._hidden
+        )
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest coordinates of the triangles `_second`, and a little more, (p, 3) float32 each."""

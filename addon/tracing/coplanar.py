@@ -21,6 +21,8 @@ class CoincidentArrays(NamedTuple):
     Attributes
     ----------
     any : bool
+    shares : (t,) bool
+        Which triangles have partners: one byte is sooner there than two of `start`.
     start : (t + 1,) int64
         Where the partners of each triangle start.
     partner : (p,) int32
@@ -33,6 +35,7 @@ class CoincidentArrays(NamedTuple):
     """
 
     any: bool
+    shares: np.ndarray
     start: np.ndarray
     partner: np.ndarray
     low: np.ndarray
@@ -58,18 +61,17 @@ def brought_forward(tracing, kind, triangle, u, v):
 
 
 @part
-def coplanar_occluded(tracing, triangle, u, v):
-    """Whether an opaque surface lies where a point of a triangle is, so that no light leaves it.
+def coplanar_occluded(tracing, hit):
+    """Whether an opaque surface lies where a `Hit` is, so that no light leaves it.
 
     See-through surfaces occlude nothing: `left_by_coincident` says what they do.
     """
     scene, coincident = tracing.scene, tracing.coincident
-    if not coincident.any:
+    if not (coincident.any and coincident.shares[hit.triangle]):
         return False
-    x = point_at(scene, triangle, u, v)
-    for k in range(coincident.start[triangle], coincident.start[triangle + 1]):
+    for k in range(coincident.start[hit.triangle], coincident.start[hit.triangle + 1]):
         opaque = not scene.materials.see_through[scene.material[coincident.partner[k]]]
-        if opaque and _lies_there(tracing, k, x, triangle):
+        if opaque and _lies_there(tracing, k, hit.position, hit.triangle):
             return True
     return False
 

@@ -17,10 +17,9 @@ from ..core.progress import Progress
 from ..core.vec3 import BLACK, ONE, WHITE, largest, length, minus, mul, put, row, times
 from ..scene import RayKind, Scene
 from ..scene.arrays import SceneArrays
-from ..scene.hit import barycentrics, look_up, point_at
-from . import coplanar
+from ..scene.hit import barycentrics, hit_at, look_up, point_at
 from .coincident import CoincidentSurfaces
-from .coplanar import CoincidentArrays, brought_forward, following, left_by_coincident, let_through
+from .coplanar import CoincidentArrays, brought_forward, coplanar_occluded, following, left_by_coincident, let_through
 from .embree import INFINITY, SHORT_OF_TARGET, EmbreeTracer, intersect, new_ray, occluded
 from .onward import onward
 from .protocol import Hits, Tracer
@@ -81,7 +80,7 @@ def stopped(tracing, room, origin, direction, kind, triangle, distance, u, v):
             tint = mul(tint, look_up(scene, materials.tint, triangle, u, v))
             met = triangle, distance, u, v
             triangle, distance, u, v, first = _after(tracing, room, direction, INFINITY, kind, met, first)
-    if tracing.coincident.any and triangle >= 0:
+    if tracing.coincident.any and triangle >= 0 and tracing.coincident.shares[triangle]:
         triangle, u, v = brought_forward(tracing, kind, triangle, u, v)
         tint = mul(tint, left_by_coincident(tracing, triangle, u, v))
     return triangle, distance, u, v, tint
@@ -136,7 +135,7 @@ def _after(tracing, room, direction, far, kind, passed, first):
         Triangle that the ray met first of those in the place passed; returned anew for the hit, at the end.
     """
     scene, (triangle, distance, u, v) = tracing.scene, passed
-    if tracing.coincident.any:
+    if tracing.coincident.any and tracing.coincident.shares[triangle]:
         other = following(tracing, kind, triangle, u, v, first)
         if other >= 0:
             u, v = barycentrics(scene, other, point_at(scene, triangle, u, v))
@@ -214,7 +213,10 @@ def _transmittances(tracing, room, origins, directions, far, blocks, passes):
 @kernel
 def _coplanar_occluded(tracing, triangle, u, v, result):
     for i in range(len(triangle)):
-        result[i] = triangle[i] >= 0 and coplanar.coplanar_occluded(tracing, triangle[i], u[i], v[i])
+        result[i] = False
+        if triangle[i] >= 0:
+            hit = hit_at(tracing.scene, BLACK, triangle[i], INFINITY, u[i], v[i])  # whatever the direction
+            result[i] = coplanar_occluded(tracing, hit)
 
 
 class TransparencyTracer:

@@ -20,7 +20,7 @@ from photon_bake.addon.core import parallel
 from photon_bake.addon.core.parallel import Turns, Workers, slices
 from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere, to_world
 from photon_bake.addon.emitters import Sphere, light_sources, region_of
-from photon_bake.addon.gather import DirectLight, GatherRays, build_radiance_cache, survey_surfaces
+from photon_bake.addon.gather import DirectLight, GatherRays, build_radiance_cache, importance_pilot
 from photon_bake.addon.gather.irradiance_cache.records import RecordMaker
 from photon_bake.addon.photons import guide_sources, pilots_for, trace_photons
 from photon_bake.addon.receivers import Receivers
@@ -53,11 +53,11 @@ class Engine:
         settings, workers, tracer = BakeSettings(), Workers(), EmbreeTracer(scene)
         light_tracer = TransparencyTracer(scene, tracer)
         region = region_of(receivers.position)
-        survey = survey_surfaces(scene, light_tracer, receivers, region, settings.n_cache_elements, workers)
-        home, n_photons, n_bounces = survey.home, settings.n_photons, settings.max_bounces
+        pilot = importance_pilot(scene, light_tracer, receivers, region, settings.n_cache_elements, workers)
+        home, n_photons, n_bounces = pilot.target_region, settings.n_photons, settings.max_bounces
 
         def worth(photons):
-            return survey.worth(scene, photons)
+            return pilot.importance(scene, photons)
 
         sources = light_sources(scene, region)
         n_pilots = pilots_for(n_photons)
@@ -65,7 +65,7 @@ class Engine:
         photons = trace_photons(scene, light_tracer, guided, n_photons, n_bounces, workers, region=home)
         direct = DirectLight(scene, light_tracer, sources)
         n_rays = settings.n_cache_rays
-        cache = build_radiance_cache(scene, light_tracer, photons, direct, survey, n_rays, workers)
+        cache = build_radiance_cache(scene, light_tracer, photons, direct, pilot, n_rays, workers)
         return Engine(scene, receivers, tracer, guided, home, GatherRays(scene, light_tracer, direct, cache))
 
     def trace(self, workers):

@@ -1,6 +1,6 @@
 """How surfaces scatter light: samplers against densities, furnaces, Fresnel's and Snell's laws, photons and paths."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from hashlib import sha256
 
 import numba
@@ -19,14 +19,15 @@ from photon_bake.addon.bsdf import (
     glass_albedo,
     glossy_albedo,
     is_mirror,
+    mixture,
     pdf_glossy,
     reflects_highlights,
-    sample_bsdf,
     surface_at,
     translucent_albedo,
 )
 from photon_bake.addon.bsdf import fresnel as fresnel_parts
 from photon_bake.addon.bsdf import microfacets as parts
+from photon_bake.addon.bsdf.closure import bsdf_of
 from photon_bake.addon.core.sampling.streams import sobol_chunks, stream
 from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere
 from photon_bake.addon.core.vec3 import dot, put, row
@@ -37,7 +38,7 @@ from photon_bake.tools.albedo_tables import tables as computed_tables
 N = 1 << 16
 SCALARS = ("fresnel_ior", "layer_f0", "glass_ior", "preserves_energy", "glass_fresnel")
 
-compiled = numba.njit(error_model="numpy")
+compiled = numba.njit(error_model="numpy", _nrt=False)
 
 
 def surface(n=N, back=False, **values) -> Surface:
@@ -74,6 +75,35 @@ def direction(cos, n=N, phi=0.4):
 
 def numbers(seed=1, n=N, dimensions=3):
     return next(sobol_chunks(dimensions, n, n, seed, 0))
+
+
+@dataclass
+class Samples:
+    """Scattered directions of n points, see `mixture.Sample`."""
+
+    wi: np.ndarray
+    weight: np.ndarray
+    lobe: np.ndarray
+    specular: np.ndarray
+    rough: np.ndarray
+
+
+def sample_bsdf(s, wo, u, lobes=mixture.ALL_LOBES, from_light=False) -> Samples:
+    """One direction for each point, by local wo (n, 3) and numbers (n, 3)."""
+    n = len(s)
+    found = Samples(*np.empty((2, n, 3), np.float32), np.empty(n, np.uint8), *np.empty((2, n), bool))
+    _sample(s.scene, s.triangle, s.u, s.v, s.back, wo, u, lobes, from_light, *vars(found).values())
+    return found
+
+
+@compiled
+def _sample(scene, triangle, u, v, back, wo, numbers, lobes, from_light, wi, weight, lobe, specular, rough):
+    for i in range(len(triangle)):
+        bsdf, (a, b, c) = bsdf_of(scene, triangle[i], u[i], v[i], back[i]), row(numbers, i)
+        sample = mixture.sample_bsdf(scene, bsdf, row(wo, i), a, b, c, lobes, from_light)
+        put(wi, i, sample.wi)
+        put(weight, i, sample.weight)
+        lobe[i], specular[i], rough[i] = sample.lobe, sample.specular, sample.rough
 
 
 # Parts, of numbers and of directions

@@ -84,6 +84,7 @@ def test_the_digest_is_of_the_file_and_all_that_it_imports():
     core = compiling.ROOT / "addon" / "core"
     numbers = core / "sampling" / "path_numbers.py"
     assert compiling._sources(numbers) == {numbers, core / "compiling.py"}
+    assert core / "compiling.py" in compiling._sources(Path(__file__))  # tests' kernels are made of parts too
     assert compiling.digest_of(core / "vec3.py") != compiling.digest_of(core / "sampling" / "path_numbers.py")
     assert compiling.digest_of_all([core / "vec3.py"]) == compiling.digest_of_all([core / "vec3.py"])
 

@@ -11,6 +11,8 @@ from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.tests.core.scenes import chi_square
 from scipy import stats
 
+pytestmark = pytest.mark.plain
+
 N = 100_000
 
 

@@ -13,6 +13,8 @@ from photon_bake.addon.tracing import embree_library
 from photon_bake.addon.tracing.embree import EmbreeTracer, new_ray
 from photon_bake.tests.core.scenes import merge, plane, scene_of
 
+pytestmark = pytest.mark.plain
+
 # What the wheels of embreex 4.4.0.post1 hold for Python 3.11 to 3.14
 WHEELS = {
     "manylinux_2_28_x86_64": ["embreex.libs/libembree4-4aef3270.so.4", "embreex.libs/libtbb-dcf63f8c.so.12"],

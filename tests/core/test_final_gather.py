@@ -141,6 +141,30 @@ def test_rays_are_shared_by_the_noise_of_others():
     assert (after.expected[beside] > 1.5 * before.expected[beside]).all()
 
 
+def test_sources_that_rays_hardly_ever_meet_widen_the_error(monkeypatch):
+    """A tiny window of radiance L that a ray meets with the probability p brings π p L; most records meet it never."""
+    position, n_rays, p, radiance = on_floor(2000), 64, 1e-4, 1e4
+    off2, said2, blind = [], [], []
+    for seed in range(6):
+        records = records_at(position, edge=0.1, radiance=1.0, n_rays=n_rays, noise=1e-3)
+        met = np.random.default_rng(seed).binomial(n_rays // N_BATCHES, p, (len(position), N_BATCHES))
+        records.total[:] += radiance * met[..., None]
+        near = around_floor(records)
+        weights = near.of_points(at := on_floor(500, seed=9), np.tile(UP, (500, 1)), Workers())
+        model = RecordErrorModel.of(records, others_of(records))
+        off2.append((weights.apply(model.blended(records.irradiance))[:, 0] - np.pi * (1 + p * radiance)) ** 2)
+        said2.append(model.variance(records, weights, at))
+        with monkeypatch.context() as patch:
+            patch.setattr(RecordErrorModel, "_widened", lambda self, _: self.per_ray)
+            blind.append(model.variance(records, weights, at))
+    off2, said2 = np.array(off2), np.array(said2)
+    dark = off2 < (1.5 * np.pi * p * radiance) ** 2
+    assert 0.6 < dark.mean() < 0.99
+    assert 0.5 < np.sqrt(off2.mean() / said2.mean()) < 1.4
+    said, said_blindly = (np.sqrt(np.mean(off2 / estimate)) for estimate in (said2, np.array(blind)))
+    assert said < 20 and said_blindly > 100 * said
+
+
 def test_least_rays_for_a_variance_and_least_variance_for_rays():
     """Neyman's allocation: records with more than the least have rays in proportion to √(sensitivity · per_ray)."""
     per_ray, sensitivity, has = RNG.uniform(0, 4, 200), RNG.uniform(0, 2, 200), np.full(200, 16)

@@ -167,6 +167,25 @@ def test_a_function_without_annotations_is_found():
     assert [name for _, name in without_annotations(ast.parse(source))] == ["bare", "b"]
 
 
+def test_every_file_of_the_zip_serves_the_extension():
+    """What only tests and benches use does not ship: each file is reached by imports from the root.
+
+    Or from what compiles kernels, a process of its own that finds its work by name.
+    """
+    warm_up = Path("addon/pipeline/warm_up")
+    reached, waiting = set(), [Path("__init__.py"), warm_up / "process.py", warm_up / "tiny_bakes.py"]
+    while waiting:
+        path = waiting.pop()
+        if path in reached:
+            continue
+        reached.add(path)
+        for _, module in imports(path, (ROOT / path).read_text(encoding="utf-8")):
+            base = Path(*module.split("."))
+            waiting += [one for one in (base.with_suffix(".py"), base / "__init__.py") if (ROOT / one).is_file()]
+    unused = [str(path) for path in FILES if path not in reached and path.name != "__init__.py"]
+    assert not unused, f"nothing of the extension imports {', '.join(unused)}"
+
+
 def manifest():
     return tomllib.loads((ROOT / "blender_manifest.toml").read_text(encoding="utf-8"))
 

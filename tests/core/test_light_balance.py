@@ -7,7 +7,7 @@ walls, with E the direct and indirect light together.
 import numpy as np
 import pytest
 from photon_bake.addon.pipeline.bake import bake
-from photon_bake.addon.scene import Channel, LightKind, Materials
+from photon_bake.addon.scene import Channel, Closures, LightKind, Lobe, Materials
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, receivers_at, scene_of
@@ -66,6 +66,27 @@ def wall_of(at):
 @pytest.mark.parametrize("roughness", [0.0, 0.1, 0.3, 0.6])
 def test_lossless_metal_walls(roughness):
     result = room(MIRRORED, materials(f0=WHITE, f90=WHITE, roughness=roughness))
+    assert result.value.mean() == pytest.approx(POWER / (16 * (1 - RHO)), rel=0.02)
+
+
+def test_lossless_walls_of_two_metals():
+    """A mirror and dull metal in one material: each is followed as it is, and together they lose nothing."""
+    channels = {
+        "weight": Channel.constant(np.float32([RHO, 0.4, 0.6])),
+        "roughness": Channel.constant(np.float32([1, 0.05, 0.6])),
+        "f0": Channel.constant(np.ones(3)),
+        "f90": Channel.constant(np.ones(3)),
+    }
+    closures = Closures(
+        start=np.array([0, 1, 3], np.int32),
+        kind=np.array([Lobe.DIFFUSE, Lobe.GLOSSY, Lobe.GLOSSY], np.int32),
+        ior=np.zeros(3, np.float32),
+        fresnel=np.ones(3, bool),
+        preserves_energy=np.ones(3, bool),
+        layer=np.full(3, -1, np.int32),
+        **channels,
+    )
+    result = room(MIRRORED, Materials.of(2, closures=closures))
     assert result.value.mean() == pytest.approx(POWER / (16 * (1 - RHO)), rel=0.02)
 
 

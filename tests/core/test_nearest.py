@@ -6,6 +6,8 @@ from photon_bake.addon.core.compiling import kernel
 from photon_bake.addon.core.nearest import PointTree, find_nearest, new_search
 from photon_bake.addon.core.vec3 import row
 
+pytestmark = pytest.mark.plain
+
 
 @kernel
 def nearest_of_all(tree, search, position, normal, nearly, number, distance2):

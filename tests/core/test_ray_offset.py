@@ -5,6 +5,8 @@ import pytest
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, scene_of
 
+pytestmark = pytest.mark.plain
+
 N = 300
 
 

@@ -22,8 +22,8 @@ class NoLight:
 
     n_lights = 1
 
-    def radiance_along(self, origins, directions, random):
-        return Incoming(np.zeros_like(origins), np.zeros_like(origins), Hits.none(len(origins)))
+    def radiance_of_paths(self, origins, directions, key, first):
+        return Incoming(np.zeros_like(origins), Hits.none(len(origins)))
 
 
 def both(photons, directional=False):

@@ -87,6 +87,13 @@ def test_flat_faces_of_a_box_have_light_of_their_own():
     assert np.allclose(light.irradiance.value, value[: len(vertices)], rtol=1e-4)
 
 
+def test_vertices_of_faces_without_samples_keep_their_light():
+    vertices, at = sampled([shown(*grid(6))])
+    at = replace(at, samples=at.samples.where(slice(0, 0)), receivers=vertices)
+    light = fitted(lambda p: 1 + p[:, 0], vertices, at)
+    assert light.irradiance.value[:, 0] == pytest.approx(1 + vertices.position[:, 0], abs=0.01)
+
+
 def test_a_step_makes_no_light_below_none_and_little_above_all():
     vertices, at = sampled([shown(*grid(9))])
     value = fitted(lambda p: (p[:, 0] > 0.5).astype(float), vertices, at).irradiance.value

@@ -98,8 +98,16 @@ def test_without_a_folder_there_is_no_process(compiler, tmp_path, monkeypatch):
     assert not one.running
 
 
+@pytest.mark.plain
+@pytest.mark.parametrize("number", range(len(tiny_bakes())))
+def test_every_stage_bakes(number):
+    """As machine code, as plain Python, and with indices checked: see tests/core/conftest.py."""
+    tiny_bakes()[number]()
+
+
 @needs_jit
 def test_after_tiny_bakes_other_bakes_compile_nothing():
+    """The test before this has run them."""
     for tiny in tiny_bakes():
         tiny()
     before = compiling.seconds_compiled()

@@ -12,7 +12,7 @@ from photon_bake.addon.blender.show.eevee_world import sky_share
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.output.lightmap import write_lightmap
 from photon_bake.addon.settings.lightmap import LightmapSettings
-from photon_bake.operators import command_line
+from photon_bake.operators.command_line import command
 from photon_bake.operators.jobs.bake_job import BakeJob
 from photon_bake.operators.targets.lightmap import LightmapRequest
 from photon_bake.operators.targets.vertices import VertexRequest
@@ -349,6 +349,6 @@ def test_nothing_to_show_is_said(empty_scene):
 def test_the_command_shows_light_if_asked(empty_scene):
     add_room()
     quick = ["--quality", "draft", "--photons", "1000", "--gather", "density"]
-    assert command_line.run(quick) == 0 and not is_shown(bpy.context.scene)
-    assert command_line.run([*quick, "--attribute", "Light", "--show"]) == 0 and is_shown(bpy.context.scene)
+    assert command.run(quick) == 0 and not is_shown(bpy.context.scene)
+    assert command.run([*quick, "--attribute", "Light", "--show"]) == 0 and is_shown(bpy.context.scene)
     assert bpy.context.scene.photon_bake.attribute == "Light"

@@ -73,7 +73,7 @@ def highlights(scene):
     """What the pass has of direct light on gloss in mirrors."""
     extracted, tracer, points = points_seen(scene, 4)
     direct = DirectLight(extracted, tracer, light_sources(extracted, region_of(points.seen.position)))
-    return points.picture(reflected_highlights(extracted, points, direct, tracer, 64, Workers())[0])
+    return points.picture(reflected_highlights(extracted, points, direct, tracer, 1024, Workers())[0])
 
 
 def hide(names):

@@ -11,7 +11,7 @@ from math import ceil, log2
 import bpy
 import numpy as np
 
-from ...core.ranges import unrolled
+from ...core.ranges import repeat_ranges
 from ..read.meshes.meshes import attribute
 
 TEXEL = 0.02
@@ -67,7 +67,7 @@ def make_atlas(mesh: "bpy.types.Mesh", chosen: np.ndarray, matrix: np.ndarray) -
     levels = _levels(areas, int(log2(side)))
     if levels is None:
         return None
-    face, corner = unrolled(n_corners)
+    face, corner = repeat_ranges(n_corners)
     texels = 2.0 ** levels[face, None]
     place = _cells(levels)[face] + INSET + _shape(corner, n_corners[face]) * (texels - 2 * INSET)
     uvs = np.full((len(mesh.loops), 2), -1, np.float32)
@@ -80,7 +80,7 @@ def _areas(mesh: "bpy.types.Mesh", start: np.ndarray, n_corners: np.ndarray, mat
     vertex = np.empty(len(mesh.loops), np.int32)
     mesh.loops.foreach_get("vertex_index", vertex)
     positions = attribute(mesh, "position", "vector", (len(mesh.vertices), 3), np.float32) @ matrix[:3, :3].T
-    face, triangle = unrolled(n_corners - 2)
+    face, triangle = repeat_ranges(n_corners - 2)
     first, second = start[face], start[face] + triangle + 1
     a, b, c = (positions[vertex[corner]] for corner in (first, second, second + 1))
     doubled = np.bincount(face, np.linalg.norm(np.cross(b - a, c - a), axis=1), len(start))

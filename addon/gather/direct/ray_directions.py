@@ -4,37 +4,39 @@ from functools import lru_cache
 
 import numpy as np
 
-from ...core.sampling.streams import below_one, sobol
-from ...core.sampling.warps import (
-    pdf_cosine_uniform_mixture,
-    sample_cosine_hemisphere,
-    sample_cosine_uniform_mixture,
-    to_world,
-)
+from ...core.compiling import kernel, part
+from ...core.sampling.streams import sobol
+from ...core.sampling.warps import cosine_hemisphere
+from ...core.vec3 import put, row, to_world
+
+_BELOW_ONE = np.float32(1 - 2**-24)
 
 
 def gather_directions(normals: np.ndarray, n_rays: int, random: np.random.Generator) -> np.ndarray:
     """Cosine-weighted directions around normals (n, 3), (n, 3) float32; every run of `n_rays` is stratified."""
-    return to_world(sample_cosine_hemisphere(_stratified(len(normals) // n_rays, n_rays, random)), normals)
-
-
-def halfway_directions(normals: np.ndarray, n_rays: int, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Directions between cosine-weighted and uniform, stratified as those, and 1/π over their density, (n,) float32.
-
-    For what light low above the horizon has a say in: weighed by cosine-weighted rays it would have no finite variance.
-    """
-    local = sample_cosine_uniform_mixture(_stratified(len(normals) // n_rays, n_rays, random))
-    return to_world(local, normals), 1 / (np.float32(np.pi) * pdf_cosine_uniform_mixture(local[:, 2]))
-
-
-def _stratified(n_runs: int, n_rays: int, random: np.random.Generator) -> np.ndarray:
-    """Points of the unit square, (n_runs · n_rays, 2): one Sobol set, shifted around the torus anew for each run."""
-    shifted = _sobol_set(n_rays) + random.random((n_runs, 1, 2), dtype=np.float32)
-    return below_one(shifted - np.floor(shifted)).reshape(-1, 2)
+    directions, shifts = np.empty_like(normals), random.random((len(normals) // n_rays, 2), dtype=np.float32)
+    _directions(normals, stratified_set(n_rays), shifts, directions)
+    return directions
 
 
 @lru_cache(maxsize=16)
-def _sobol_set(n: int) -> np.ndarray:
-    """The first n points of the Sobol sequence, (1, n, 2) float32."""
+def stratified_set(n: int) -> np.ndarray:
+    """The first n points of the Sobol sequence, (n, 2) float32, for `shifted`."""
     power_of_two = 1 << max(n - 1, 0).bit_length()
-    return sobol(2, 0).random(power_of_two)[None, :n].astype(np.float32)
+    return sobol(2, 0).random(power_of_two)[:n].astype(np.float32)
+
+
+@part
+def shifted(points, k, a, b):
+    """The k-th of a set of points of the unit square, all of it shifted around the torus by a, b in [0, 1)."""
+    u, v = points[k, 0] + a, points[k, 1] + b
+    return min(u - np.floor(u), _BELOW_ONE), min(v - np.floor(v), _BELOW_ONE)
+
+
+@kernel
+def _directions(normals, points, shifts, directions):
+    """Cosine-weighted directions around n normals; runs of as many as there are points share a shift, (runs, 2)."""
+    n = len(points)
+    for k in range(len(normals)):
+        u, v = shifted(points, k % n, shifts[k // n, 0], shifts[k // n, 1])
+        put(directions, k, to_world(cosine_hemisphere(u, v), row(normals, k)))

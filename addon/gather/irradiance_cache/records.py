@@ -6,21 +6,18 @@ from time import perf_counter
 import numpy as np
 
 from ...core.parallel import Turns
-from ...core.sampling.vectors import dot, rows
+from ...core.sampling.path_numbers import path_key
+from ...core.sampling.vectors import rows
 from ...receivers import Receivers
 from ...scene.z_curve import z_curve
-from ..direct.ray_directions import gather_directions, halfway_directions
-from ..normal_gradient import slope_of_light
 from ..rays.gather_rays import GatherRays
+from ..rays.receiver_rays import RaySums, gather_at
 
 N_BATCHES = 4
 STAGE = "Gathering light"
 _GATHER = 21  # stream of random numbers
-_FEWEST, _MOST = 1 << 16, 1 << 18  # rays that fly together: of those that are followed on, few are left at the end
-_CHUNKS = 8  # that rays are cut into where they may, so that all threads have work
-_LEAST_DISTANCE = np.float32(1e-6)  # m
-_RAY_BYTES = 600  # a ray takes, with what it meets
-_LIGHT_BYTES = 100  # it takes for each light more
+_CHUNK = 1 << 14  # rays
+_RAY_BYTES, _LIGHT_BYTES = 150, 24  # a ray takes, and it takes for each light more
 
 
 @dataclass(frozen=True)
@@ -174,43 +171,27 @@ class RecordMaker:
         began = perf_counter()
         if edge and len(chosen) * self.n_rays > self.left / 2:
             self.rays_a_batch = max(1, int(self.room / len(chosen)))
-        n_together = int(np.clip(len(chosen) * self.n_rays // _CHUNKS, _FEWEST, _MOST))
-        size, key = max(1, n_together // self.n_rays), (_GATHER, self._n_calls)
+        size, key = max(1, _CHUNK // self.n_rays), (_GATHER, self._n_calls)
         self._n_calls += 1
         at, n, n_lights = self._receivers, len(chosen), self.n_lights
         total, nearness = np.zeros((n, N_BATCHES, 3 * n_lights)), np.zeros(n)
         bend = _no_bend(n, at.directional, n_lights)
         # Neighbours are gathered together, whose rays meet the same surfaces: that is faster
         order = np.argsort(z_curve(at.position[chosen]), kind="stable") if n else np.zeros(0, int)
-
-        def gather(chunk: slice, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-            return self._gather(chosen[order[chunk]], random)
-
         workers, bytes_ = self._turns.next(), self.n_rays * (_RAY_BYTES + (n_lights - 1) * _LIGHT_BYTES)
-        for chunk, (sums, near, bent) in workers.chunks(STAGE, n, size, gather, key, row_bytes=bytes_):
-            total[order[chunk]], nearness[order[chunk]], bend[order[chunk]] = sums, near, bent
+        numbers, rays = path_key(workers.seed, *key), (N_BATCHES, self.rays_a_batch, at.directional)
+
+        def gather(chunk: slice, _: np.random.Generator) -> RaySums:
+            k = chosen[order[chunk]]
+            return gather_at(self._rays, rows(at.position, k), rows(at.normal, k), *rays, numbers, chunk.start)
+
+        for chunk, sums in workers.chunks(STAGE, n, size, gather, key, row_bytes=bytes_):
+            k = order[chunk]
+            total[k], nearness[k], bend[k] = sums.total, sums.nearness, sums.gradient
         self._n_sent += n * self.n_rays
         self._seconds += perf_counter() - began
         edges, n_rays = np.full(n, edge, np.float32), np.full(n, self.n_rays)
         return Records(chosen, at.position[chosen], at.normal[chosen], edges, total, n_rays, nearness, bend)
-
-    def _gather(self, chosen: np.ndarray, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Radiance summed over each batch's rays (r, batches, 3 l), which are stratified; nearness (r,) and bend."""
-        n, at = self.n_rays, self._receivers
-        origins, normals = np.repeat(rows(at.position, chosen), n, 0), np.repeat(rows(at.normal, chosen), n, 0)
-        if at.directional:
-            directions, weight = halfway_directions(normals, self.rays_a_batch, random)
-            share = weight * dot(directions, normals)
-        else:
-            directions, share = gather_directions(normals, self.rays_a_batch, random), np.ones(1, np.float32)
-        met = self._rays.radiance_along(origins, directions, random)
-        batches = (share[:, None] * met.reflected).reshape(len(chosen), N_BATCHES, self.rays_a_batch, -1)
-        nearness = (share / np.maximum(met.hits.distance, _LEAST_DISTANCE)).reshape(-1, n)
-        bend = _no_bend(len(chosen), at.directional, self.n_lights)
-        if at.directional:
-            slope = weight[:, None] * slope_of_light(directions, normals)
-            bend = slope.reshape(-1, n, 3).transpose(0, 2, 1) @ met.reflected.reshape(len(chosen), n, -1)
-        return batches.sum(axis=2, dtype=np.float64), nearness.sum(axis=1, dtype=np.float64), bend
 
 
 def _no_bend(n: int, directional: bool, n_lights: int) -> np.ndarray:

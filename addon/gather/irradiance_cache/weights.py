@@ -139,13 +139,13 @@ def _add_squares(record, weight, sums):
 def _splice(old, new, row, first_record, result):
     """Write each point's entries: those of its row of `new`, or where that is −1 its old ones."""
     for i in range(len(row)):
-        k, moved = row[i], first_record
-        begin, end = new.start[max(k, 0)], new.start[max(k, 0) + 1]
-        if k < 0:
+        k, at = row[i], result.start[i]
+        kept = k < 0
+        if kept:
             begin, end, moved = old.start[i], old.start[i + 1], np.int32(0)
-        at = result.start[i]
+        else:
+            begin, end, moved = new.start[k], new.start[k + 1], first_record
         for j in range(begin, end):
-            kept = k < 0
             result.record[at] = (old.record[j] if kept else new.record[j]) + moved
             result.weight[at] = old.weight[j] if kept else new.weight[j]
             at += 1

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from ...core.parallel import Workers
-from ...core.ranges import unrolled
+from ...core.ranges import repeat_ranges
 from ...core.sampling.vectors import dot
 from ...receivers import Camera, SeenSurface
 from ...receivers.camera.camera import LEAST_COSINE
@@ -77,7 +77,7 @@ class _Grid:
         near = (1 - np.abs(row[:, None] / self._step - i)) * (1 - np.abs(column[:, None] / self._step - j))
         inside = (i < self._shape[0]) & (j < self._shape[1]) & (near > 0)
         cell = np.where(inside, i * self._shape[1] + j, 0)
-        of_corner, k = unrolled(np.where(inside, self._start[cell + 1] - self._start[cell], 0).ravel())
+        of_corner, k = repeat_ranges(np.where(inside, self._start[cell + 1] - self._start[cell], 0).ravel())
         other, at = self._start[cell.ravel()[of_corner]] + k, chunk.start + of_corner // 4
         alike = self._alike(at, self.points[other]) * near.ravel()[of_corner].astype(np.float32)
         some = np.flatnonzero(alike > 0)

@@ -7,23 +7,33 @@ turned by half a turn, so that either has barycentric coordinates (a, b) of its 
 
 import numpy as np
 
-
-def cell_at(n: np.ndarray, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The cell k at barycentric coordinates (1−u−v, u, v) of triangles cut n times, and the coordinates a, b in it."""
-    x, y = u * n, v * n
-    i = np.clip(x.astype(np.int32), 0, n - 1)
-    j = np.clip(y.astype(np.int32), 0, n - 1 - i)
-    a, b = (x - i).astype(np.float32), (y - j).astype(np.float32)
-    upper = (a + b > 1) & (i + j < n - 1)
-    return i * (2 * n - i) + 2 * j + upper, np.where(upper, 1 - a, a), np.where(upper, 1 - b, b)
+from ...core.compiling import part
+from ...core.vec3 import ONE
 
 
-def point_in(n: np.ndarray, k: np.ndarray, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates u, v on triangles cut n times of the points a, b in cells k, float32."""
+@part
+def cell_at(n, u, v):
+    """The cell k at barycentric coordinates (1−u−v, u, v) of a triangle cut n times, and the coordinates a, b in it."""
+    if n == 1:
+        return np.int32(0), u, v
+    x, y = np.float64(u) * n, np.float64(v) * n
+    i = min(max(np.int32(x), np.int32(0)), n - np.int32(1))
+    j = min(max(np.int32(y), np.int32(0)), n - np.int32(1) - i)
+    a, b = np.float32(x - i), np.float32(y - j)
+    if a + b > ONE and i + j < n - 1:
+        return np.int32(i * (2 * n - i) + 2 * j + 1), ONE - a, ONE - b
+    return np.int32(i * (2 * n - i) + 2 * j), a, b
+
+
+@part
+def point_in(n, k, a, b):
+    """Coordinates u, v on a triangle cut n times of the point a, b in its cell k, float32."""
+    if n == 1:
+        return a, b
     # The rows from i on hold (n−i)² cells, so i is the largest with (n−i)² ≥ n² − k.
-    n, k = n.astype(np.int64), k.astype(np.int64)
-    i = n - np.ceil(np.sqrt(n * n - k)).astype(np.int64)
+    n, k = np.int64(n), np.int64(k)
+    i = n - np.int64(np.ceil(np.sqrt(np.float64(n * n - k))))
     rest = k - i * (2 * n - i)
-    j, upper = rest // 2, rest % 2 == 1
-    u, v = (i + np.where(upper, 1 - a, a)) / n, (j + np.where(upper, 1 - b, b)) / n
-    return u.astype(np.float32), v.astype(np.float32)
+    if rest % 2 == 1:
+        a, b = ONE - a, ONE - b
+    return np.float32((i + a) / n), np.float32((rest // 2 + b) / n)

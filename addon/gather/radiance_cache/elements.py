@@ -7,9 +7,12 @@ with their neighbours.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
+from ...core.compiling import kernel, part
+from ...core.vec3 import ONE
 from ...scene import Scene
 from ...scene.z_curve import z_curve
 from .barycentric_grid import cell_at, point_in
@@ -60,25 +63,17 @@ class SurfaceCells:
         """Area of each cell, (c,) float64, m²."""
         return scene.areas[self.triangle] / self.cuts[self.triangle].astype(np.float64) ** 2
 
-    @cached_property
-    def _cut(self) -> np.ndarray:
-        """Which triangles have more than one cell; not triangle −1, (t + 1,)."""
-        return np.append(self.cuts > 1, False)
-
     def find(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Cells at points of triangles and the coordinates in them; the number of cells for triangle −1."""
-        cell, k = self.first[triangle], np.flatnonzero(self._cut[triangle])
-        if len(k) == 0:
-            return cell, u, v
-        a, b = np.array(u), np.array(v)
-        nth, a[k], b[k] = cell_at(self.cuts[triangle[k]], u[k], v[k])
-        cell[k] += nth
+        """Cells at points of triangles and the coordinates in them, (n,) each."""
+        cell, a, b = np.empty(len(triangle), np.int32), *np.empty((2, len(triangle)), np.float32)
+        _find_cells(self.cuts, self.first, triangle, u, v, cell, a, b)
         return cell, a, b
 
     def points(self, cell: np.ndarray, a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Triangle, u and v of coordinates a, b in cells, (n,) each."""
-        triangle = self.triangle[cell]
-        return triangle, *point_in(self.cuts[triangle], cell - self.first[triangle], a, b)
+        triangle, (u, v) = self.triangle[cell], np.empty((2, len(cell)), np.float32)
+        _cell_points(self.cuts, self.first, triangle, cell, a, b, u, v)
+        return triangle, u, v
 
 
 @dataclass(frozen=True)
@@ -162,26 +157,114 @@ class SurfaceElements:
         return np.logical_or.reduceat(values[self._order], runs, axis=0)[run_of_element]
 
     @cached_property
-    def _padded(self) -> tuple[np.ndarray, np.ndarray]:
-        """`cuts` and `first`, and at last what makes `len(self)` the element of no cell."""
-        return np.append(self.cuts, np.int32(1)), np.append(self.first, np.int32(len(self)))
+    def arrays(self) -> "ElementArrays":
+        """The elements as kernels take them."""
+        start, end = self._run
+        cells, order = self.cells, self._order.astype(np.int32)
+        return ElementArrays(
+            cells.cuts, cells.first, self.cuts, self.first, cells.triangle, order, start, end, self._cumulative_area
+        )
 
     def find(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Elements at barycentric coordinates (1−u−v, u, v) of triangles, (n,) int32; `len(self)` for triangle −1."""
-        cuts, first = self._padded
-        cell, a, b = self.cells.find(triangle, u, v)
-        nth, _, _ = cell_at(cuts[cell], a, b)
-        return first[cell] + nth
+        found = np.full(len(triangle), len(self), np.int32)
+        _find_elements(self.arrays, triangle, u, v, found)
+        return found
 
     def sample(self, element: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Points uniform by area on elements, from (n, 3) numbers in [0, 1): triangle, u, v, (n,) each."""
-        start, end = (ends[element] for ends in self._run)
-        low, high = self._cumulative_area[start], self._cumulative_area[end]
-        place = np.searchsorted(self._cumulative_area, low + u[:, 2] * (high - low), side="right") - 1
-        cell = self._order[np.clip(place, start, end - 1)]
-        folded = u[:, 0] + u[:, 1] > 1
-        a, b = np.where(folded, 1 - u[:, 0], u[:, 0]), np.where(folded, 1 - u[:, 1], u[:, 1])
-        return self.cells.points(cell, *point_in(self.cuts[cell], element - self.first[cell], a, b))
+        triangle, (x, y) = np.empty(len(element), np.int32), np.empty((2, len(element)), np.float32)
+        _sample(self.arrays, element, u, triangle, x, y)
+        return triangle, x, y
+
+
+class ElementArrays(NamedTuple):
+    """Elements as kernels take them; see `SurfaceElements`.
+
+    Attributes
+    ----------
+    triangle_cuts, triangle_first
+        `cuts` and `first` of the cells.
+    cuts, first
+        Of the elements.
+    triangle : (c,) int32
+        Of each cell.
+    order : (c,) int32
+        Cells in the order of their elements.
+    start, end : (e,) int64
+        Where the cells of each element start and end in `order`.
+    cumulative_area : (c + 1,) float64, m²
+        Of the cells before each place of `order`.
+    """
+
+    triangle_cuts: np.ndarray
+    triangle_first: np.ndarray
+    cuts: np.ndarray
+    first: np.ndarray
+    triangle: np.ndarray
+    order: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    cumulative_area: np.ndarray
+
+
+@part
+def element_at(elements, triangle, u, v):
+    """The element at a point of a triangle."""
+    nth, a, b = cell_at(elements.triangle_cuts[triangle], u, v)
+    cell = elements.triangle_first[triangle] + nth
+    nth, _, _ = cell_at(elements.cuts[cell], a, b)
+    return elements.first[cell] + nth
+
+
+@part
+def point_on(elements, element, u, v, choice):
+    """A point uniform by area on an element from three numbers in [0, 1): its triangle and barycentric coordinates."""
+    first, last, areas = elements.start[element], elements.end[element] - 1, elements.cumulative_area
+    area = areas[first] + choice * (areas[last + 1] - areas[first])
+    while first < last:  # the last cell before which there is no more area than that
+        middle = (first + last + 1) // 2
+        if areas[middle] <= area:
+            first = middle
+        else:
+            last = middle - 1
+    cell = elements.order[first]
+    if u + v > ONE:
+        u, v = ONE - u, ONE - v
+    u, v = point_in(elements.cuts[cell], element - elements.first[cell], u, v)
+    triangle = elements.triangle[cell]
+    u, v = point_in(elements.triangle_cuts[triangle], cell - elements.triangle_first[triangle], u, v)
+    return triangle, u, v
+
+
+@kernel
+def _find_cells(cuts, first, triangle, u, v, cell, a, b):
+    """Cells at n points of triangles, and the coordinates in them."""
+    for k in range(len(triangle)):
+        nth, a[k], b[k] = cell_at(cuts[triangle[k]], u[k], v[k])
+        cell[k] = first[triangle[k]] + nth
+
+
+@kernel
+def _cell_points(cuts, first, triangle, cell, a, b, u, v):
+    """Barycentric coordinates on their triangles of n points of cells."""
+    for k in range(len(cell)):
+        u[k], v[k] = point_in(cuts[triangle[k]], cell[k] - first[triangle[k]], a[k], b[k])
+
+
+@kernel
+def _find_elements(elements, triangle, u, v, found):
+    """Elements at n points of triangles; nothing is written for triangle −1."""
+    for k in range(len(triangle)):
+        if triangle[k] >= 0:
+            found[k] = element_at(elements, triangle[k], u[k], v[k])
+
+
+@kernel
+def _sample(elements, element, numbers, triangle, u, v):
+    """Points on n elements, from (n, 3) numbers in [0, 1)."""
+    for k in range(len(element)):
+        triangle[k], u[k], v[k] = point_on(elements, element[k], numbers[k, 0], numbers[k, 1], numbers[k, 2])
 
 
 def _groups(scene: Scene, cells: SurfaceCells, small: np.ndarray, wanted: np.ndarray) -> np.ndarray:

@@ -9,10 +9,10 @@ from functools import cached_property
 
 import numpy as np
 
+from ...core.compiling import part
 from ...core.sampling.vectors import dot
 from ...photons import Photons
 from ...scene import Scene
-from ...tracing import Hits
 
 _LEAST_ENDS = 200  # of rays on an object, by which its sides are told apart
 _STRAY = 0.01
@@ -36,17 +36,17 @@ class HiddenSides:
         return bool(self.of_object.any())
 
     @staticmethod
-    def of(scene: Scene, ends: Hits, back: np.ndarray) -> "HiddenSides":
+    def of(scene: Scene, triangle: np.ndarray, back: np.ndarray) -> "HiddenSides":
         """Of all objects on which many rays end, the side on which next to none does.
 
         Parameters
         ----------
-        ends : Hits
-            Of rays from receivers, and from there on; all hit.
+        triangle : (n,) int32
+            On which rays from receivers ended, and rays from there on.
         back : (n,) bool
-            Whether they ended on the back of a triangle.
+            Whether they ended on its back.
         """
-        few, n = _few_end(scene, ends.triangle, back)
+        few, n = _few_end(scene, triangle, back)
         return HiddenSides(few & (n >= _LEAST_ENDS))
 
     def unlit(self, scene: Scene, photons: Photons) -> "HiddenSides":
@@ -54,15 +54,11 @@ class HiddenSides:
         back = dot(scene.normals[photons.triangle], photons.normal) < 0
         return HiddenSides(self.of_object & _few_end(scene, photons.triangle, back)[0])
 
-    def met(self, scene: Scene, hits: Hits, directions: np.ndarray) -> np.ndarray:
-        """Whether rays came to a hidden side, (n,) bool: they start inside of something."""
-        met = np.zeros(len(directions), bool)
-        if not self.any:
-            return met
-        k = np.flatnonzero(hits.hit)
-        back = hits.where(k).back(directions[k])
-        met[k] = self.of_object[2 * scene.object_of_triangle[hits.triangle[k]] + back]
-        return met
+
+@part
+def is_hidden(scene, hidden, triangle, back):
+    """Whether a side of a triangle is hidden (`HiddenSides.of_object`): rays that come to it start inside a solid."""
+    return hidden[2 * scene.object[triangle] + np.int32(back)]
 
 
 def _few_end(scene: Scene, triangle: np.ndarray, back: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

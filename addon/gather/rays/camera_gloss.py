@@ -2,10 +2,15 @@
 
 import numpy as np
 
+from ...bsdf.mixture import SPECULAR_LOBES
+from ...bsdf.scatter import scatter
+from ...core.compiling import kernel
 from ...core.parallel import Workers
-from ...photons.scattering import NARROW_LOBES, scatter
+from ...core.sampling.path_numbers import two_numbers
+from ...core.vec3 import BLACK, ZERO, put, row
 from ...receivers import CameraPoints
 from ...scene import Scene
+from ...scene.hit import hit_at
 from ..direct.direct_light import DirectLight
 from .gather_rays import GatherRays
 from .lobe_rays import LEAST_RAYS, mean_over_rays, ray_counts
@@ -15,6 +20,7 @@ N_DIRECT = 8
 
 _CHUNK = 1 << 16  # estimates
 _GLOSS, _DIRECT = 74, 75  # streams of random numbers
+_LEAVING = 1 << 15  # of a path's pairs of numbers, the first for the lobe that it leaves by
 
 
 def camera_gloss(
@@ -40,17 +46,33 @@ def camera_gloss(
     point = np.flatnonzero(scene.materials.glossy_or_glass[scene.material_of_triangle[points.seen.hits.triangle]])
     if rays is None or len(point) == 0:
         return radiance, stderr
-    counts = ray_counts(scene, points, point, n_rays, LEAST_RAYS)
+    counts, seen = ray_counts(scene, points, point, n_rays, LEAST_RAYS), points.seen
+    surfaces = seen.hits.triangle, seen.hits.u, seen.hits.v, seen.direction
 
-    def gather(of_ray: np.ndarray, random: np.random.Generator) -> np.ndarray:
-        k = point[of_ray]
-        seen = points.seen.where(k)
-        on = scatter(scene, seen.hits, seen.position, seen.direction, seen.normal, random, NARROW_LOBES)
-        met = rays.radiance_along(on.origins, on.directions, random, focused=True)
-        return points.tint[k] * on.weight * met.reflected
+    def gather(of_ray: np.ndarray, key: np.uint64, first: int) -> np.ndarray:
+        origins, directions, weight = np.empty((3, len(of_ray), 3), np.float32)
+        k, kind = point[of_ray], np.empty(len(of_ray), np.uint8)
+        _leave(scene.arrays, *surfaces, k, key, first, origins, directions, kind, weight)
+        met = rays.radiance_of_paths(origins, directions, key, first, kind, specular=True)
+        return points.tint[k] * weight * met.reflected
 
     radiance[point], stderr[point] = mean_over_rays(counts, gather, "Following gloss", _GLOSS, workers)
     return radiance, stderr
+
+
+@kernel
+def _leave(scene, triangle, u, v, direction, point, key, first, origins, directions, kinds, weights):
+    """Send rays on by the glossy and glass lobes of those surfaces `point` (n,) that directions came to."""
+    for ray in range(len(point)):
+        k, path = point[ray], first + ray
+        hit = hit_at(scene, row(direction, k), triangle[k], ZERO, u[k], v[k])
+        choice, _ = two_numbers(key, path, _LEAVING)
+        a, b = two_numbers(key, path, _LEAVING + 1)
+        on = scatter(scene, hit, row(direction, k), choice, a, b, SPECULAR_LOBES, False)
+        put(origins, ray, on.origin)
+        put(directions, ray, on.direction)
+        put(weights, ray, on.weight if on.alive else BLACK)
+        kinds[ray] = on.kind
 
 
 def reflected_direct(scene: Scene, points: CameraPoints, direct: DirectLight, workers: Workers) -> np.ndarray:

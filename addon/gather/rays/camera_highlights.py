@@ -5,23 +5,31 @@ that finds it more often (the maximum heuristic: Veach 1997, 9.2.4): lamps by th
 worlds, whose points `DirectLight` draws together, by whether the lobe is a peak there.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from ...bsdf import Surface, evaluate_broad, evaluate_glossy, pdf_glossy, surface_at
+from ...bsdf.closure import bsdf_at
+from ...bsdf.mixture import SPECULAR_LOBES, evaluate_broad, evaluate_glossy, pdf_glossy
+from ...bsdf.scatter import facing, scatter
+from ...core.compiling import kernel, part
 from ...core.parallel import Workers
-from ...emitters.lamp_hits import lamp_hits, lamps_along
-from ...photons.scattering import NARROW_LOBES, facing, local_axes, scatter
-from ...receivers import CameraPoints, SeenSurface
+from ...core.sampling.path_numbers import two_numbers
+from ...core.vec3 import BLACK, ONE, ZERO, direction_to, largest, mul, negative, plus, put, row, to_local
+from ...emitters.lamps import meet_lamp, radiance_of_lamps
+from ...emitters.world import world_radiance
+from ...receivers import CameraPoints
 from ...scene import Scene
+from ...scene.hit import emitted, hit_at, off_surface, shading_normal
 from ...tracing import TransparencyTracer
-from ...tracing.emission import emission_met
+from ...tracing.embree import new_ray
+from ...tracing.transparency import closest_hit
 from ..direct.direct_light import DirectLight
+from ..direct.sampling import sample_emitters
+from ..direct.visible import visible_share
 from .lobe_rays import mean_over_rays, ray_counts
 
 _LEAST_RAYS = 8  # of a point: highlights are bright however little gloss there is
 _HIGHLIGHTS = 76  # stream of random numbers
+_INFINITY = np.float32(np.inf)
 
 
 def reflected_highlights(
@@ -48,68 +56,68 @@ def reflected_highlights(
         return radiance, stderr
     counts = ray_counts(scene, points, point, n_rays, _LEAST_RAYS)
 
-    def light(of_ray: np.ndarray, random: np.random.Generator) -> np.ndarray:
-        k = point[of_ray]
-        at = _Glossy.of(scene, points.seen.where(k))
-        return points.tint[k] * (_by_points_of_lights(scene, at, direct, random) + _by_rays(scene, at, tracer, random))
+    seen = points.seen
+    at = tracer.arrays, direct.arrays, seen.hits.triangle, seen.hits.u, seen.hits.v, seen.direction
+
+    def light(of_ray: np.ndarray, key: np.uint64, first: int) -> np.ndarray:
+        k, found = point[of_ray], np.empty((len(of_ray), 3), np.float32)
+        _find(*at, new_ray(), k, key, first, found)
+        return points.tint[k] * found
 
     radiance[point], stderr[point] = mean_over_rays(counts, light, "Highlights in mirrors", _HIGHLIGHTS, workers)
     return radiance, stderr
 
 
-@dataclass(frozen=True)
-class _Glossy:
-    """n points: where they are seen, what they do to light, their normals and axes (n, 3, 3), and their objects."""
-
-    seen: SeenSurface
-    surface: Surface
-    normals: np.ndarray
-    axes: np.ndarray
-    objects: np.ndarray
-
-    @staticmethod
-    def of(scene: Scene, seen: SeenSurface) -> "_Glossy":
-        hits = seen.hits
-        surface = surface_at(scene, hits.triangle, hits.u, hits.v, hits.back(seen.direction))
-        normals = facing(seen.shading_normal, seen.normal, seen.direction)
-        return _Glossy(seen, surface, normals, local_axes(normals), scene.object_of_triangle[hits.triangle])
-
-    def local(self, directions: np.ndarray) -> np.ndarray:
-        """Directions (n, 3) in the points' frames."""
-        return np.einsum("nij,nj->ni", self.axes, directions)
+@kernel
+def _find(tracing, direct, triangle, u, v, direction, room, point, key, first, found):
+    """What one point of lights and one ray by the lobes find at each of those surfaces `point` (n,), W/(m² sr)."""
+    for ray in range(len(point)):
+        k, path = point[ray], first + ray
+        hit = hit_at(tracing.scene, row(direction, k), triangle[k], ZERO, u[k], v[k])
+        at = tracing, room, direct, hit, row(direction, k), key, path
+        put(found, ray, plus(_by_points_of_lights(*at), _by_rays(*at)))
 
 
-def _by_points_of_lights(scene: Scene, at: _Glossy, direct: DirectLight, random: np.random.Generator) -> np.ndarray:
-    """What points of lights give that rays by the rough glossy lobe find less often, (n, 3) float32, W/(m² sr)."""
-    seen = at.seen
-    origins = seen.position + scene.ray_offset(seen.hits.triangle, seen.position) * seen.normal
-    light = direct.sample(origins, at.normals, at.objects, random, rays_own=False)
-    wo, wi = at.local(-seen.direction), at.local(light.direction)
-    f = evaluate_broad(at.surface, wo, wi)
-    k = np.flatnonzero(light.source < len(scene.lights))
-    pdf = pdf_glossy(at.surface.where(k), wo[k], wi[k])
-    found = pdf <= lamp_hits(scene.lights, light.source[k], origins[k], light.direction[k]).density
-    f[k] = evaluate_glossy(at.surface.where(k), wo[k], wi[k]) * found[:, None]
-    return f * light.irradiance
+@part
+def _by_points_of_lights(tracing, room, direct, hit, direction, key, path):
+    """What a point of a light gives that rays by the rough glossy lobes find less often."""
+    scene = tracing.scene
+    origin, normal = off_surface(scene, hit, ONE), facing(shading_normal(scene, hit), hit.normal, direction)
+    object_ = scene.object[hit.triangle]
+    target, irradiance, lamp, lit = sample_emitters(direct, origin, normal, object_, False, key, path, 4)
+    if not lit:
+        return BLACK
+    towards, _ = direction_to(origin, target)
+    bsdf, wo, wi = bsdf_at(scene, hit), to_local(negative(direction), normal), to_local(towards, normal)
+    if lamp < len(direct.lamps.kind):
+        _, _, density = meet_lamp(direct.lamps, lamp, origin, towards)
+        f = evaluate_glossy(scene, bsdf, wo, wi) if pdf_glossy(scene, bsdf, wo, wi) <= density else BLACK
+    else:
+        f = evaluate_broad(scene, bsdf, wo, wi)
+    if largest(f) <= ZERO:
+        return BLACK
+    return mul(mul(f, irradiance), visible_share(direct, tracing, room, lamp, origin, target))
 
 
-def _by_rays(scene: Scene, at: _Glossy, tracer: TransparencyTracer, random: np.random.Generator) -> np.ndarray:
-    """What rays by the lobes meet that is left to them, (n, 3) float32, W/(m² sr)."""
-    seen = at.seen
-    on = scatter(scene, seen.hits, seen.position, seen.direction, seen.normal, random, NARROW_LOBES)
-    hits = tracer.closest_hit(on.origins, on.directions, on.kind)
-    assert on.rough is not None
-    pdf = pdf_glossy(at.surface, at.local(-seen.direction), at.local(on.directions))
-
-    met = lamps_along(
-        scene.lights,
-        on.origins,
-        on.directions,
-        hits.distance,
-        on.kind,
-        at.objects,
-        least_density=np.where(on.rough, pdf, np.float32(np.inf)),
-    )
-    k = np.flatnonzero(on.focused | (~hits.hit & (scene.world.image is None)))
-    met[k] += emission_met(scene, hits.where(k), on.directions[k])
-    return on.weight * hits.tinted(met)
+@part
+def _by_rays(tracing, room, direct, hit, direction, key, path):
+    """What a ray by the lobes meets that is left to it."""
+    scene = tracing.scene
+    choice, _ = two_numbers(key, path, 0)
+    a, b = two_numbers(key, path, 1)
+    on = scatter(scene, hit, direction, choice, a, b, SPECULAR_LOBES, False)
+    if not on.alive:
+        return BLACK
+    least_density = _INFINITY
+    if on.rough:
+        normal = facing(shading_normal(scene, hit), hit.normal, direction)
+        wo, wi = to_local(negative(direction), normal), to_local(on.direction, normal)
+        least_density = pdf_glossy(scene, bsdf_at(scene, hit), wo, wi)
+    triangle, distance, u, v, tint = closest_hit(tracing, room, on.origin, on.direction, on.kind)
+    object_ = scene.object[hit.triangle]
+    met = radiance_of_lamps(direct.lamps, on.origin, on.direction, distance, on.kind, object_, least_density)
+    if triangle < 0 and (on.specular or direct.world.height == 0):
+        met = plus(met, world_radiance(direct.world, on.direction))
+    elif triangle >= 0 and on.specular:
+        met = plus(met, emitted(scene, triangle, u, v))
+    return mul(mul(on.weight, tint), met)

@@ -4,36 +4,47 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ...bsdf import glass_albedo, glossy_albedo, surface_at
-from ...core.parallel import Workers
-from ...core.sampling.vectors import dot, largest
+from ...bsdf.closure import bsdf_at
+from ...bsdf.mixture import glass_albedo, glossy_albedo
+from ...core.compiling import kernel
+from ...core.parallel import Workers, slices
+from ...core.sampling.path_numbers import path_key
+from ...core.vec3 import ONE, ZERO, dot, largest, row
 from ...receivers import CameraPoints
 from ...scene import Scene
+from ...scene.hit import hit_at
 
 LEAST_RAYS = 2
 """Of a point: with fewer the error could not be told."""
 
-_CHUNK = 1 << 18  # rays
-_RAY_BYTES = 1200  # a ray takes, with what it meets
+_CHUNK = 1 << 15  # rays
+_COUNTED = 1 << 17  # points
+_RAY_BYTES = 150  # a ray takes, with what it meets
 
 
 def ray_counts(scene: Scene, points: CameraPoints, point: np.ndarray, n_rays: int, least: int) -> np.ndarray:
     """Rays that some points (k,) send, (k,) int64: `n_rays` if they reflect everything, others in proportion."""
-    counts = np.empty(len(point), np.int64)
-    for start in range(0, len(point), _CHUNK):
-        part = slice(start, start + _CHUNK)
-        seen = points.seen.where(point[part])
-        hits = seen.hits
-        surface = surface_at(scene, hits.triangle, hits.u, hits.v, hits.back(seen.direction))
-        albedo = largest(glossy_albedo(surface, np.abs(dot(seen.normal, seen.direction))))
-        albedo += largest(glass_albedo(surface))
-        counts[part] = np.ceil(n_rays * np.minimum(albedo, 1) * largest(points.tint[point[part]]))
-    return np.maximum(counts, least)
+    counts, seen = np.empty(len(point), np.int64), points.seen
+    for chunk in slices(len(point), _COUNTED):
+        surface = seen.hits.triangle, seen.hits.u, seen.hits.v, seen.direction, points.tint
+        _count(scene.arrays, *surface, point[chunk], n_rays, least, counts[chunk])
+    return counts
+
+
+@kernel
+def _count(scene, triangle, u, v, direction, tint, point, n_rays, least, counts):
+    """`ray_counts` of points."""
+    for i in range(len(point)):
+        k = point[i]
+        hit = hit_at(scene, row(direction, k), triangle[k], ZERO, u[k], v[k])
+        bsdf, cos = bsdf_at(scene, hit), abs(dot(hit.normal, row(direction, k)))
+        albedo = largest(glossy_albedo(scene, bsdf, cos)) + largest(glass_albedo(scene, bsdf))
+        counts[i] = max(np.int64(np.ceil(np.float32(n_rays) * min(albedo, ONE) * largest(row(tint, k)))), least)
 
 
 def mean_over_rays(
     counts: np.ndarray,
-    find: Callable[[np.ndarray, np.random.Generator], np.ndarray],
+    find: Callable[[np.ndarray, np.uint64, int], np.ndarray],
     stage: str,
     stream: int,
     workers: Workers,
@@ -45,25 +56,25 @@ def mean_over_rays(
     counts : (k,) int64
         Rays of each, at least two.
     find : callable
-        From points (n,), one of those k for each ray and in order, to what the rays find, (n, 3).
+        From points (n,), one of those k for each ray and in order, and the key of their random numbers and the number
+        of the first ray, to what the rays find, (n, 3).
     stage, stream
         For the progress and the random numbers.
     """
-    ends = np.concatenate([[0], np.cumsum(counts)])
+    ends, key = np.concatenate([[0], np.cumsum(counts)]), path_key(workers.seed, stream)
     sums, squares = np.zeros((len(counts), 3)), np.zeros(len(counts))
 
-    def look(chunk: slice, random: np.random.Generator) -> tuple[slice, np.ndarray, np.ndarray]:
+    def look(chunk: slice, _: np.random.Generator) -> None:
         first, last = np.searchsorted(ends, [chunk.start, chunk.stop])
-        some = slice(first, last)
         if first == last:  # the rest of a point's rays, which the chunk before has
-            return some, sums[some], squares[some]
-        light = find(np.repeat(np.arange(first, last), counts[some]), random)
-        starts = ends[some] - ends[first]
-        return some, np.add.reduceat(light, starts, axis=0), np.add.reduceat(light.mean(axis=1) ** 2, starts)
+            return
+        some, starts = slice(first, last), ends[first:last] - ends[first]
+        light = find(np.repeat(np.arange(first, last), counts[some]), key, int(ends[first]))
+        sums[some] = np.add.reduceat(light, starts, axis=0, dtype=np.float64)
+        squares[some] = np.add.reduceat(light.mean(axis=1, dtype=np.float64) ** 2, starts)
 
-    chunks = workers.chunks(stage, int(ends[-1]), _CHUNK, look, (stream,), row_bytes=_RAY_BYTES)
-    for _, (some, of_sums, of_squares) in chunks:
-        sums[some], squares[some] = of_sums, of_squares
+    for _ in workers.chunks(stage, int(ends[-1]), _CHUNK, look, (stream,), row_bytes=_RAY_BYTES):
+        pass
     mean = sums / counts[:, None]
     variance = np.maximum(squares / counts - mean.mean(axis=1) ** 2, 0) / (counts - 1)
     return mean.astype(np.float32), np.sqrt(variance).astype(np.float32)

@@ -4,8 +4,8 @@ Light is a linear function of the normal n', with four coefficients for each col
 
     E(n')/π = L0 + L1·n'
 
-It is exact at the texel's own normal n, and the best of its kind over the hemisphere around it (`turned_normals`): with
-the irradiance's slope B, L1 = B/π and L0 = E(n)/π − L1·n. Images hold L0, and for each axis a share from 0 to 1:
+It is exact at the texel's own normal n, and the best of its kind over the hemisphere around it (`normal_gradient`):
+with the irradiance's slope B, L1 = B/π and L0 = E(n)/π − L1·n. Images hold L0, and for each axis a share from 0 to 1:
 
     L1 = 2 L0 (2 share − 1)
 

@@ -14,19 +14,21 @@ below the tangent plane does not count, nor what is behind something that stands
 directions just above it tell how far each record sees. Caustics, which are sharp, and direct light stay as they are.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Any
+from dataclasses import replace
+from typing import NamedTuple, cast
 
 import numpy as np
 
+from ...core.compiling import kernel, part
+from ...core.nearest import PointTree, find_nearest, new_search
 from ...core.parallel import Workers
 from ...core.sampling.vectors import rows
-from ...core.sampling.warps import frame
+from ...core.vec3 import ONE, ZERO, dot, frame, minus, plus, put, row, times
 from ...gather import Irradiance
 from ...receivers import Receivers
+from ...scene import RayKind
 from ...tracing import Tracer
+from ...tracing.embree import EmbreeTracer, intersect, new_ray
 
 STAGE = "Denoising vertices"
 
@@ -35,9 +37,8 @@ N_NEIGHBOURS = (48, 100)
 
 MOST = 2.5
 
-_TURN = 1.0  # of the extent: a record as far away counts as near as one at the same place that is turned by 57°
-_TILT = 0.5  # difference of unit normals at which a record counts no more
-_HEIGHT = 0.25  # of the farthest record's distance, above or below the tangent plane, at which one counts no more
+_TILT2 = np.float32(0.25)  # squared difference of unit normals at which a record counts no more
+_HEIGHT = np.float32(0.25)  # of the farthest record's distance, over the tangent plane, at which one counts no more
 _RIDGE = (1e-6, 0.02, 0.02, 0.05, 0.05, 0.05)  # of the weights: how far few records may be extrapolated
 _CHANCE = 1.25  # times the squared differences that noise makes: by as much they may be more by chance
 _LOCAL = 8.0
@@ -45,11 +46,12 @@ _LOCAL = 8.0
 surroundings is smaller by 3 to 9 times over scattered records, and by 2 to 4 on a grid of them."""
 
 _AROUND, _TIMES = 24, (2, 4)  # records that differences are averaged over, so many times for each fit
-_NEARLY = 0.3  # relative: as much farther than the nearest records those may be that are found
+_NEARLY = np.float32(1.3**2)  # as much farther, squared, than the nearest records those may be that are found
 _NEAREST = 4  # records that a receiver changes with
-_WAYS, _RISE = 16, 0.2  # directions along the surface, and their slope: what rises less above it is nothing
-_CHUNK = 2048
-_RECORD_BYTES = N_NEIGHBOURS[-1] * 150
+_WAYS, _RISE = 16, np.float32(0.2)  # directions along the surface, and their slope: what rises less above is nothing
+_TERMS = 6  # of a parabola
+_CLOSE, _TINY = np.float32(1e-6), np.float32(1e-12)
+_CHUNK, _RECORD_CHUNK = 1 << 14, 1 << 9
 
 
 def denoised(
@@ -75,17 +77,19 @@ def denoised(
     indirect = light.passes["indirect"]
     taken = indirect[k] - (np.float32(0) if light.caustics is None else light.caustics[k])
     at = rows(receivers.position, k), rows(receivers.normal, k)
-    records = _Records(*at, taken, taken + own.off[k], own.taken[k], own.stderr[k], extent, tracer)
-    changes = _Changes.of(records, workers.part(0, 0.8))
+    records = _Records(PointTree.of(*at, extent), *at, taken, taken + own.off[k], own.taken[k], own.stderr[k])
+    changes = _changes(records, cast(EmbreeTracer, tracer), workers.part(0, 0.8))
     change, error = np.zeros_like(indirect), own.taken.copy()
     those = np.flatnonzero(has_say)
 
     def take(chunk: slice, _: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         i = those[chunk]
-        return changes.at(rows(receivers.position, i), rows(receivers.normal, i), own.taken[i])
+        value, stderr = np.empty((len(i), 3), np.float32), own.taken[i]
+        at = rows(receivers.position, i), rows(receivers.normal, i)
+        _take_changes(records, changes, new_search(min(_NEAREST + 1, len(k))), *at, value, stderr)
+        return value, stderr
 
-    last = workers.part(0.8, 1)
-    for chunk, (value, stderr) in last.chunks(STAGE, len(those), _CHUNK, take, (), row_bytes=_RECORD_BYTES):
+    for chunk, (value, stderr) in workers.part(0.8, 1).chunks(STAGE, len(those), _CHUNK, take, ()):
         change[those[chunk]], error[those[chunk]] = value, stderr
     lowest = min(float(indirect.min()), 0.0)
     passes = {**light.passes, "indirect": np.maximum(indirect + change, lowest)}
@@ -93,186 +97,244 @@ def denoised(
     return replace(light, value=np.sum(list(passes.values()), axis=0, dtype=np.float32), stderr=stderr, passes=passes)
 
 
-@dataclass(frozen=True)
-class _Records:
+class _Records(NamedTuple):
     """m receivers that gathered: where they are, what light they took and what their own rays found (m, 3), and the
     standard errors of both (m,).
     """
 
+    tree: PointTree
     position: np.ndarray
     normal: np.ndarray
     taken: np.ndarray
     light: np.ndarray
     error: np.ndarray
     stderr: np.ndarray
-    extent: float
-    tracer: Tracer
-
-    def __len__(self) -> int:
-        return len(self.position)
-
-    @cached_property
-    def tree(self) -> Any:
-        from scipy.spatial import cKDTree
-
-        return cKDTree(self._place(self.position, self.normal), balanced_tree=False)  # faster: 0.7 times the seconds
-
-    def _place(self, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
-        return np.concatenate([position, np.float32(_TURN * self.extent) * normal], axis=1)
-
-    def nearest(self, position: np.ndarray, normal: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
-        """Distance and number of the k records nearest to points, (n, k) each."""
-        distance, near = self.tree.query(self._place(position, normal), min(k, len(self)), eps=_NEARLY)
-        return distance.reshape(len(position), -1).astype(np.float32), near.reshape(len(position), -1).astype(np.int32)
-
-    def weights(self, way: np.ndarray, normal: np.ndarray, near: np.ndarray, reach: np.ndarray) -> np.ndarray:
-        """How much records `near` (n, k) count at points that see them at `way` (n, k, 3), up to a reach (n,)."""
-        height = np.einsum("nki,ni->nk", way, normal)
-        turn = np.einsum("nki,ni->nk", rows(self.normal, near), normal)
-        tilt2 = np.maximum(2 - 2 * turn, 0)
-        reach = reach[:, None]
-        weight = _bump(np.einsum("nki,nki->nk", way, way) / reach**2) * _bump(tilt2 / np.float32(_TILT**2))
-        return weight * _bump((height / (np.float32(_HEIGHT) * reach)) ** 2)
-
-    def nearness(self, chunk: slice, reach: np.ndarray) -> np.ndarray:
-        """Of what stands on the surface around some records, within reach (c,): 1/distance for each way, (c, ways)."""
-        position, normal = self.position[chunk], self.normal[chunk]
-        tangent, bitangent = frame(normal)
-        found = np.empty((len(position), _WAYS), np.float32)
-        for i, angle in enumerate(2 * np.pi * np.arange(_WAYS, dtype=np.float32) / _WAYS):
-            way = np.cos(angle) * tangent + np.sin(angle) * bitangent + np.float32(_RISE) * normal
-            way /= np.float32(np.hypot(1, _RISE))
-            found[:, i] = np.hypot(1, _RISE) / np.maximum(self.tracer.closest_hit(position, way, reach).distance, 1e-6)
-        return found
 
 
-@dataclass(frozen=True)
-class _Changes:
+class _Changes(NamedTuple):
     """How the light of records changes, (m, 3), what remains of its squared error, (m,) as a share, and how near things
     are to them, (m, ways).
     """
 
-    records: _Records
     change: np.ndarray
     left: np.ndarray
     nearness: np.ndarray
 
-    @staticmethod
-    def of(records: _Records, workers: Workers) -> "_Changes":
-        """By fits to the records, as far as each is trusted."""
-        n, n_fits, n_around = len(records), len(N_NEIGHBOURS), min(_AROUND, len(records))
-        fitted, variance = np.empty((n, n_fits, 3), np.float32), np.empty((n, n_fits), np.float32)
-        around, weight = np.empty((n, n_around), np.int32), np.empty((n, n_around), np.float32)
-        nearness = np.empty((n, _WAYS), np.float32)
-        arrays = fitted, variance, around, weight, nearness
-        assert records.tree is not None  # made before threads need it
 
-        def fit(chunk: slice, _: np.random.Generator) -> tuple[np.ndarray, ...]:
-            return _fitted(records, chunk, workers.progress.check)
+class _Fits(NamedTuple):
+    """What c records have of those around them.
 
-        for chunk, found in workers.chunks(STAGE, n, _CHUNK, fit, (), row_bytes=_RECORD_BYTES):
-            for array, values in zip(arrays, found, strict=True):
-                array[chunk] = values
-        taken, own = records.error[:, None] ** 2, records.stderr[:, None] ** 2
-        noise = np.maximum(np.minimum(taken, own) - variance, 0)
-        surplus = (fitted - records.taken[:, None]).mean(axis=2) ** 2 - _CHANCE * noise
-        for i, times in enumerate(_TIMES):
-            for _ in range(times):
-                workers.progress.check()
-                surplus[:, i] = np.einsum("nk,nk->n", weight, surplus[around, i])
-        of_fits = variance + _LOCAL * np.maximum(surplus, 0)
-        errors = np.concatenate([taken, own, of_fits], axis=1).astype(np.float64)
-        trust = np.maximum(errors, 1e-30) ** -2
-        trust /= trust.sum(axis=1, keepdims=True)
-        values = np.concatenate([records.light[:, None], fitted], axis=1) - records.taken[:, None]
-        change = np.einsum("nf,nfc->nc", trust[:, 1:], values).astype(np.float32)
-        left = (trust * errors).sum(axis=1) / np.maximum(errors[:, 0], 1e-30)
-        return _Changes(records, change, np.minimum(left, 1).astype(np.float32), nearness)
-
-    def at(self, position: np.ndarray, normal: np.ndarray, error: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """How the light of receivers changes, (n, 3), and its standard error then, (n,), from that before."""
-        distance, near = self.records.nearest(position, normal, _NEAREST + 1)
-        reach, near = np.maximum(distance[:, -1], np.float32(1e-12)), near[:, :-1]
-        way = rows(self.records.position, near) - position[:, None]
-        weight = self.records.weights(way, normal, near, reach)
-        axes = frame(rows(self.records.normal, near.ravel()))
-        x, y = (np.einsum("nki,nki->nk", way, axis.reshape(way.shape)) for axis in axes)
-        weight *= ~_blocked(-x, -y, rows(self.nearness, near))
-        weight /= np.maximum(weight.sum(axis=1, keepdims=True), np.float32(1e-12))
-        change = np.einsum("nk,nkc->nc", weight, rows(self.change, near))
-        most = np.float32(MOST) * error / np.maximum(np.abs(change.mean(axis=1)), np.float32(1e-30))
-        left = 1 - np.einsum("nk,nk->n", weight, 1 - self.left[near])
-        return change * np.minimum(most, 1)[:, None], error * np.sqrt(np.maximum(left, 0))
-
-
-def _fitted(records: _Records, chunk: slice, check: Callable[[], None]) -> tuple[np.ndarray, ...]:
-    """Of a chunk of records: light and variance of their fits, those around them, how much these count,
-    and what `nearness` tells.
+    Attributes
+    ----------
+    light : (c, f, 3) float32, variance : (c, f) float32
+        Of their fits.
+    around, weight : (c, 24) int32 and float32
+        Records whose differences count here, and how much: sums are one, or 0.
+    nearness : (c, ways) float32, 1/m
+        1/distance of what stands on the surface, within reach of the largest fit.
     """
-    position, normal = records.position[chunk], records.normal[chunk]
-    distance, near = records.nearest(position, normal, N_NEIGHBOURS[-1])
-    way = rows(records.position, near) - position[:, None]
-    x, y = (np.einsum("nki,ni->nk", way, axis) for axis in frame(normal))
-    nearness = records.nearness(chunk, distance[:, -1])
-    seen = ~_blocked(x, y, nearness[:, None])
-    variance = records.stderr**2
-    light, of_fit = [], []
-    for number in (min(n, near.shape[1]) for n in N_NEIGHBOURS):
-        check()
-        some, reach = near[:, :number], distance[:, number - 1] + np.float32(1e-12)
-        weight = records.weights(way[:, :number], normal, some, reach) * seen[:, :number]
-        own = _parabola(x[:, :number] / reach[:, None], y[:, :number] / reach[:, None], weight)
-        of_fit.append(np.einsum("nk,nk->n", own**2, variance[some]))
-        light.append(np.einsum("nk,nkc->nc", own, rows(records.light, some)))
-    n = min(_AROUND, near.shape[1])
-    around = records.weights(way[:, :n], normal, near[:, :n], distance[:, n - 1] + np.float32(1e-12)) * seen[:, :n]
-    around /= np.maximum(around.sum(axis=1, keepdims=True), np.float32(1e-30))
-    return np.stack(light, axis=1), np.stack(of_fit, axis=1), near[:, :n], around, nearness
+
+    light: np.ndarray
+    variance: np.ndarray
+    around: np.ndarray
+    weight: np.ndarray
+    nearness: np.ndarray
+
+    @staticmethod
+    def empty(n: int, n_around: int) -> "_Fits":
+        light, variance = np.empty((n, len(N_NEIGHBOURS), 3), np.float32), np.empty((n, len(N_NEIGHBOURS)), np.float32)
+        around, weight = np.empty((n, n_around), np.int32), np.empty((n, n_around), np.float32)
+        return _Fits(light, variance, around, weight, np.empty((n, _WAYS), np.float32))
 
 
-def _blocked(x: np.ndarray, y: np.ndarray, nearness: np.ndarray) -> np.ndarray:
-    """Whether something stands between records and places (n, k) around them, (n, k) bool.
+class _Fit(NamedTuple):
+    """Memory for a fit: places of k records in the tangent plane and how much they count; 6 × 6 sums, a solution."""
+
+    x: np.ndarray
+    y: np.ndarray
+    weight: np.ndarray
+    matrix: np.ndarray
+    solution: np.ndarray
+
+
+def _changes(records: _Records, tracer: EmbreeTracer, workers: Workers) -> _Changes:
+    """How records change by fits to the records, as far as each is trusted."""
+    n, k = len(records.position), min(N_NEIGHBOURS[-1], len(records.position))
+    fits, numbers = _Fits.empty(n, min(_AROUND, n)), np.array([min(number, k) for number in N_NEIGHBOURS])
+
+    def fit(chunk: slice, _: np.random.Generator) -> None:
+        x, y, weight = np.empty((3, k), np.float32)
+        memory = _Fit(x, y, weight, np.empty((_TERMS, _TERMS)), np.empty(_TERMS))
+        some = _Fits(*(values[chunk] for values in fits))
+        tree = tracer.handles[RayKind.DIFFUSE]
+        _fit_around(records, tree, new_ray(), new_search(k), memory, chunk.start, numbers, some)
+
+    for _ in workers.chunks(STAGE, n, _RECORD_CHUNK, fit, ()):
+        pass
+    taken, own = records.error[:, None] ** 2, records.stderr[:, None] ** 2
+    noise = np.maximum(np.minimum(taken, own) - fits.variance, 0)
+    surplus = (fits.light - records.taken[:, None]).mean(axis=2) ** 2 - _CHANCE * noise
+    for i, times_ in enumerate(_TIMES):
+        for _ in range(times_):
+            workers.progress.check()
+            surplus[:, i] = np.einsum("nk,nk->n", fits.weight, surplus[fits.around, i])
+    of_fits = fits.variance + _LOCAL * np.maximum(surplus, 0)
+    errors = np.concatenate([taken, own, of_fits], axis=1).astype(np.float64)
+    trust = np.maximum(errors, 1e-30) ** -2
+    trust /= trust.sum(axis=1, keepdims=True)
+    values = np.concatenate([records.light[:, None], fits.light], axis=1) - records.taken[:, None]
+    change = np.einsum("nf,nfc->nc", trust[:, 1:], values).astype(np.float32)
+    left = (trust * errors).sum(axis=1) / np.maximum(errors[:, 0], 1e-30)
+    return _Changes(change, np.minimum(left, 1).astype(np.float32), fits.nearness)
+
+
+@kernel
+def _fit_around(records, tree, room, search, memory, first, numbers, fits):
+    """Write what is around records, those from the `first` on."""
+    n_around = fits.around.shape[1]
+    for i in range(len(fits.around)):
+        at, up = row(records.position, first + i), row(records.normal, first + i)
+        find_nearest(records.tree, search, at, up, _NEARLY)
+        tangent, bitangent = frame(up)
+        _look_along(tree, room, at, up, np.sqrt(search.distance2[len(search.number) - 1]), fits.nearness, i)
+        for j in range(len(search.number)):
+            way = minus(row(records.position, search.number[j]), at)
+            memory.x[j], memory.y[j] = dot(way, tangent), dot(way, bitangent)
+        for f in range(len(numbers)):
+            reach = np.sqrt(search.distance2[numbers[f] - 1]) + _TINY
+            _weigh(records, search.number, memory, at, up, reach, numbers[f], fits.nearness, i)
+            _fit_parabola(records, search.number, memory, reach, numbers[f], fits, i, f)
+        reach = np.sqrt(search.distance2[n_around - 1]) + _TINY
+        total = _weigh(records, search.number, memory, at, up, reach, n_around, fits.nearness, i)
+        for j in range(n_around):
+            fits.around[i, j], fits.weight[i, j] = search.number[j], memory.weight[j] / max(total, np.float32(1e-30))
+
+
+@part
+def _look_along(tree, room, at, up, reach, nearness, i):
+    """Of what stands on the surface around a place, within reach: 1/distance for each way."""
+    tangent, bitangent = frame(up)
+    stretch = np.sqrt(ONE + _RISE * _RISE)
+    for j in range(_WAYS):
+        angle = np.float32(2 * np.pi / _WAYS) * np.float32(j)
+        way = plus(times(tangent, np.cos(angle)), plus(times(bitangent, np.sin(angle)), times(up, _RISE)))
+        _, distance, _, _ = intersect(tree, room, at, times(way, ONE / stretch), reach)
+        nearness[i, j] = stretch / max(distance, _CLOSE)
+
+
+@part
+def _weigh(records, number, memory, at, up, reach, n, nearness, i):
+    """How much each of n records counts at a place, up to a reach; returns their sum."""
+    total = ZERO
+    for j in range(n):
+        memory.weight[j] = ZERO
+        if not _blocked(memory.x[j], memory.y[j], nearness, i):
+            memory.weight[j] = _closeness(records, number[j], at, up, reach)
+        total += memory.weight[j]
+    return total
+
+
+@part
+def _closeness(records, record, at, up, reach):
+    """How much a record counts at a place from which it is seen, up to a reach."""
+    way = minus(row(records.position, record), at)
+    tilt2 = max(np.float32(2) - np.float32(2) * dot(row(records.normal, record), up), ZERO)
+    height = dot(way, up) / (_HEIGHT * reach)
+    return _bump(dot(way, way) / (reach * reach)) * _bump(tilt2 / _TILT2) * _bump(height * height)
+
+
+@part
+def _bump(x2):
+    """1 − x² where that is positive, of squares."""
+    return max(ONE - x2, ZERO)
+
+
+@part
+def _blocked(x, y, nearness, i):
+    """Whether something stands between the i-th record and a place (x, y) in its tangent plane.
 
     In all ways to a straight wall the inverse distance to it is a cosine, and so is about linear between two of them.
-
-    Parameters
-    ----------
-    nearness : (n, 1 or k, ways) float32, 1/m
     """
     way = np.arctan2(y, x) * np.float32(_WAYS / (2 * np.pi))
-    first = np.floor(way).astype(np.int32)
-    share = way - first
-    near, next_ = (np.take_along_axis(nearness, (first + i)[..., None] % _WAYS, axis=2)[..., 0] for i in (0, 1))
-    return np.hypot(x, y) * (near + share * (next_ - near)) > 1
+    first = np.floor(way)
+    share, j = way - first, np.int64(first) % _WAYS
+    near, next_ = nearness[i, j], nearness[i, (j + 1) % _WAYS]
+    return np.sqrt(x * x + y * y) * (near + share * (next_ - near)) > ONE
 
 
-def _parabola(x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """What records at places (n, k) add to the value at 0 of the parabola that is fitted to them, (n, k) float32."""
-    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
-    matrix = (weight[:, None] * terms) @ terms.transpose(0, 2, 1)
-    return weight * np.einsum("nt,ntk->nk", _first_solution(matrix, weight.sum(axis=1)), terms)
+@part
+def _fit_parabola(records, number, memory, reach, n, fits, i, f):
+    """Light and variance, at the middle, of the parabola that is fitted to n records."""
+    matrix, solution, total = memory.matrix, memory.solution, np.float64(0)
+    matrix[:] = 0.0
+    for j in range(n):
+        terms, weight = _terms(memory.x[j] / reach, memory.y[j] / reach), np.float64(memory.weight[j])
+        total += weight
+        for a in range(_TERMS):
+            for b in range(a + 1):
+                matrix[a, b] += weight * terms[a] * terms[b]
+    _first_column(matrix, solution, total)
+    light, variance = (0.0, 0.0, 0.0), 0.0
+    for j in range(n):
+        terms, share = _terms(memory.x[j] / reach, memory.y[j] / reach), 0.0
+        for a in range(_TERMS):
+            share += solution[a] * terms[a]
+        share *= memory.weight[j]
+        light = plus(light, times(row(records.light, number[j]), share))
+        variance += (share * records.stderr[number[j]]) ** 2
+    for c in range(3):
+        fits.light[i, f, c] = light[c]
+    fits.variance[i, f] = variance
 
 
-def _first_solution(matrix: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """First column of the inverses of positive definite matrices (n, 6, 6) with the ridge times `scale` (n,) added.
+@part
+def _terms(x, y):
+    u, v = np.float64(x), np.float64(y)
+    return 1.0, u, v, u * u, u * v, v * v
 
-    Elimination of the last row first leaves only forward substitution for the first column; over all matrices at once
-    that takes a twentieth of the time of `numpy.linalg.solve`.
+
+@part
+def _first_column(matrix, solution, scale):
+    """First column of the inverse of a positive definite matrix, its lower half given, with the ridge added.
+
+    Elimination of the last row first leaves only forward substitution for the first column.
     """
-    a = matrix.transpose(1, 2, 0).astype(np.float64)
-    n = len(a)
-    for i, ridge in enumerate(_RIDGE):
-        a[i, i] += ridge * scale + 1e-30
-    for i in range(n - 1, 0, -1):
+    for i in range(_TERMS):
+        matrix[i, i] += _RIDGE[i] * scale + 1e-30
+    for i in range(_TERMS - 1, 0, -1):
         for j in range(i):
-            a[j, : j + 1] -= a[i, j] / a[i, i] * a[i, : j + 1]
-    solution = np.empty((n, a.shape[2]))
-    solution[0] = 1 / a[0, 0]
-    for i in range(1, n):
-        solution[i] = -(a[i, :i] * solution[:i]).sum(axis=0) / a[i, i]
-    return solution.T.astype(np.float32)
+            factor = matrix[i, j] / matrix[i, i]
+            for k in range(j + 1):
+                matrix[j, k] -= factor * matrix[i, k]
+    solution[0] = 1.0 / matrix[0, 0]
+    for i in range(1, _TERMS):
+        total = 0.0
+        for k in range(i):
+            total += matrix[i, k] * solution[k]
+        solution[i] = -total / matrix[i, i]
 
 
-def _bump(x2: np.ndarray) -> np.ndarray:
-    """1 − x² where that is positive, of squares."""
-    return np.maximum(1 - x2, 0)
+@kernel
+def _take_changes(records, changes, search, position, normal, value, stderr):
+    """How the light of receivers changes, as the records nearest to them do, and its standard error then."""
+    nearest = len(search.number) - 1
+    for i in range(len(position)):
+        at, up = row(position, i), row(normal, i)
+        find_nearest(records.tree, search, at, up, _NEARLY)
+        reach = max(np.sqrt(search.distance2[nearest]), _TINY)
+        change, left, total = (ZERO, ZERO, ZERO), ZERO, ZERO
+        for j in range(nearest):
+            record = search.number[j]
+            tangent, bitangent = frame(row(records.normal, record))
+            way = minus(at, row(records.position, record))
+            if not _blocked(dot(way, tangent), dot(way, bitangent), changes.nearness, record):
+                weight = _closeness(records, record, at, up, reach)
+                total += weight
+                change = plus(change, times(row(changes.change, record), weight))
+                left += weight * (ONE - changes.left[record])
+        total = max(total, _TINY)
+        change = times(change, ONE / total)
+        mean = abs(change[0] + change[1] + change[2]) / np.float32(3)
+        most = np.float32(MOST) * stderr[i] / max(mean, np.float32(1e-30))
+        put(value, i, times(change, min(most, ONE)))
+        stderr[i] *= np.sqrt(max(ONE - left / total, ZERO))

@@ -97,7 +97,7 @@ def finish_vertices(
         for name, values in light.passes.items():
             fitted = fit.values(values[vertices], values[own], workers.progress)
             passes[name][vertices] = fitted
-            shown += fit.basis @ fitted
+            shown += fit.at_samples(fitted)
         stderr[vertices] = np.sqrt(fit.mean(light.stderr[vertices] ** 2, light.stderr[own] ** 2))
         off2 = (shown - light.value[own]).mean(axis=1) ** 2 - light.stderr[own].astype(np.float64) ** 2
         sums = np.stack([fit.sample_area * a for a in (off2, light.value[own].mean(axis=1), 1)], axis=1)

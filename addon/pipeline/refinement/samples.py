@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.ranges import unrolled
+from ...core.ranges import repeat_ranges
 from ...core.sampling.sequences import r2_sequence
 from ...core.sampling.streams import stream
 from ...core.sampling.warps import sample_uniform_triangle
@@ -43,7 +43,7 @@ class Samples:
     @staticmethod
     def placed(counts: np.ndarray, seed: int, turn: int) -> "Samples":
         """So many points (t,) in each triangle, evenly spread (R₂ sequence, shifted at random); still dark."""
-        triangle, k = unrolled(counts)
+        triangle, k = repeat_ranges(counts)
         shift = stream(seed, _STREAM, turn).random((len(counts), 2), np.float32)[triangle]
         b, c = sample_uniform_triangle(np.mod(shift + r2_sequence(k), np.float32(1)))
         weight, n = np.stack([1 - b - c, b, c], axis=1).astype(np.float32), len(triangle)

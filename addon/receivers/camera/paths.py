@@ -1,14 +1,23 @@
 """Samples followed from the camera over mirrors and clear glass, and the light that they meet there."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from ...bsdf import Lobe, is_mirror, surface_at
-from ...core.sampling.vectors import dot
-from ...emitters.lamp_hits import lamps_along
-from ...photons.scattering import NARROW_LOBES, Scattered, scatter, scatter_both_ways
+from ...bsdf.closure import bsdf_at
+from ...bsdf.mixture import GLASS, SPECULAR_LOBES, is_mirror
+from ...bsdf.scatter import scatter, scatter_both_ways
+from ...core.compiling import kernel, part
+from ...core.sampling.path_numbers import two_numbers
+from ...core.sampling.vectors import rows
+from ...core.vec3 import BLACK, ONE, ZERO, add, dot, mean, mul, plus, put, row
+from ...emitters.lamps import lamp_arrays, radiance_of_lamps
+from ...emitters.world import world_arrays, world_radiance
 from ...scene import RayKind, Scene
+from ...scene.hit import emitted, hit_at
 from ...tracing import Hits, TransparencyTracer
-from ...tracing.emission import emission_met
+from ...tracing.embree import new_ray
+from ...tracing.transparency import closest_hit
 
 _MOST_FOLLOWED = 8
 """Mirrors and surfaces of glass that a sample is followed over: through four bodies of glass."""
@@ -16,101 +25,146 @@ _MOST_FOLLOWED = 8
 _MOST_SPLIT = 2
 """Surfaces of glass, the first ones, at which a sample goes both ways: through one body, and what it mirrors inside."""
 
-_COLUMNS = ("directions", "throughput", "distance", "sample", "share", "n_followed", "lamplight")
+_N_BRANCHES = 1 << _MOST_SPLIT
+_GLOSSY_RAY, _TRANSMITTED_RAY = int(RayKind.GLOSSY), int(RayKind.TRANSMITTED)
+_TINY, _INFINITY = np.float32(1e-20), np.float32(np.inf)
 
 
+@dataclass(frozen=True)
 class FollowedPaths:
-    """Samples on their way, and what glass splits off them: n rays and where they end, all that there is of each.
+    """Where n samples end on surfaces, in their order; those that glass splits in several places, all there is of each.
 
     Attributes
     ----------
-    sample : (n,) int64
-    share, throughput, n_followed
+    sample : (k,) int64
+    hits : Hits
+    directions : (k, 3) float32
+    throughput, share, n_followed
         As in `CameraSamples`.
-    distance : (n,) float32, m
+    distance : (k,) float32, m
         Of all the way.
-    lamplight : (n, 3) float32, W/(m² sr)
-        Of the lamps met over more than one mirror or surface of glass.
+    beyond : (n, 3) float32, W/(m² sr)
+        What each sample meets of emission and lamps over more than one mirror or surface of glass.
     """
 
-    def __init__(self, hits: Hits, directions: np.ndarray, throughput: np.ndarray, distance: np.ndarray) -> None:
-        self.hits, self.directions = hits, directions
-        self.throughput, self.distance = throughput, distance
-        n = len(directions)
-        self.sample, self.share = np.arange(n), np.ones(n, np.float32)
-        self.n_followed, self.lamplight = np.zeros(n, np.uint8), np.zeros_like(throughput)
+    sample: np.ndarray
+    hits: Hits
+    directions: np.ndarray
+    throughput: np.ndarray
+    share: np.ndarray
+    distance: np.ndarray
+    n_followed: np.ndarray
+    beyond: np.ndarray
 
-    def follow(self, scene: Scene, tracer: TransparencyTracer, random: np.random.Generator) -> None:
-        """Send those on that met a mirror or clear glass, until they meet something else; a few are dropped."""
-        k = self._at_mirrors(scene, np.flatnonzero(self.hits.hit))
-        if len(k) == 0:
-            return
-        self.hits, self.distance = self.hits.with_tint(), self.distance.copy()
-        self.directions = self.directions.copy()
-        for step in range(_MOST_FOLLOWED):
-            if len(k) == 0:
-                return
-            k, on, normals, objects = self._scattered(scene, k, step < _MOST_SPLIT, random)
-            kind = np.where(dot(on.directions, normals) > 0, RayKind.GLOSSY, RayKind.TRANSMITTED)
-            onward = tracer.closest_hit(on.origins, on.directions, kind)
-            self.hits.put(k, onward)
-            self.directions[k] = on.directions
-            self.throughput[k] *= onward.tinted(on.weight)
-            if step > 0:
-                met = lamps_along(scene.lights, on.origins, on.directions, onward.distance, kind, objects)
-                self.lamplight[k] += self.throughput[k] * met
-            self.distance[k] += np.where(onward.hit, onward.distance, 0)
-            self.n_followed[k] += 1
-            k = self._at_mirrors(scene, k[onward.hit])
-        self.hits.put(k, Hits.none(len(k)))
-        self.throughput[k] = 0
 
-    def _scattered(
-        self, scene: Scene, k: np.ndarray, split: bool, random: np.random.Generator
-    ) -> tuple[np.ndarray, Scattered, np.ndarray, np.ndarray]:
-        """Which paths go on and where, from what normals (m, 3) and objects (m,); what goes nowhere ends here.
+def followed_paths(
+    scene: Scene, tracer: TransparencyTracer, hits: Hits, directions: np.ndarray, throughput: np.ndarray, key: np.uint64
+) -> FollowedPaths:
+    """Send those of n samples on that met a mirror or clear glass, until they meet something else; a few are dropped.
 
-        With `split`, those at surfaces of glass alone go both ways, one of them as a new path.
-        """
-        hits, directions = self.hits.where(k), self.directions[k]
-        positions, normals = hits.points(scene, directions)
-        materials, material = scene.materials, scene.material_of_triangle[hits.triangle]
-        both = split & ~materials.has(Lobe.GLOSSY)[material]
-        one, two = np.flatnonzero(~both), np.flatnonzero(both)
-        at = [(hits.where(i), positions[i], directions[i], normals[i], random) for i in (one, two)]
-        parts = [scatter(scene, *at[0], NARROW_LOBES), *scatter_both_ways(scene, *at[1])]
-        reflected, refracted = (part.weight.mean(axis=1) for part in parts[1:])
-        total = np.maximum(reflected + refracted, np.float32(1e-20))
-        rows = np.concatenate([k[one], self._copied(k[two]), k[two]])
-        self.share[rows] *= np.concatenate([np.ones(len(one), np.float32), reflected / total, refracted / total])
+    Parameters
+    ----------
+    hits : Hits
+        What the samples meet first, along directions (n, 3).
+    throughput : (n, 3) float32
+        What is left of the light on its way back.
+    key : uint64
+        Of the random numbers.
+    """
+    n = len(directions)
+    most, beyond = _N_BRANCHES * n, np.zeros((n, 3), np.float32)
+    sample, triangle, n_followed = np.empty(most, np.int64), np.empty(most, np.int32), np.empty(most, np.uint8)
+    (u, v, distance, share), (onward, left) = np.empty((4, most), np.float32), np.empty((2, most, 3), np.float32)
+    met = directions, hits.triangle, hits.distance, hits.u, hits.v, throughput
+    ends = sample, triangle, u, v, onward, left, share, distance, n_followed, beyond
+    lights = lamp_arrays(scene.lights), world_arrays(scene.world)
+    k = slice(_follow(tracer.arrays, new_ray(), *lights, key, *met, *ends))
+    on = Hits(triangle[k], distance[k], u[k], v[k], rows(scene.normals, triangle[k]))
+    return FollowedPaths(sample[k], on, onward[k], left[k], share[k], distance[k], n_followed[k], beyond)
 
-        on, of = Scattered.join(parts), np.concatenate([one, two, two])
-        alive = on.weight.any(axis=1)
-        self.hits.put(rows[~alive], Hits.none(int((~alive).sum())))
-        self.throughput[rows[~alive]] = 0
-        i = np.flatnonzero(alive)
-        return rows[i], on.where(i), normals[of[i]], scene.object_of_triangle[hits.triangle[of[i]]]
 
-    def _copied(self, k: np.ndarray) -> np.ndarray:
-        """Indices of copies of the paths k, which come after all others."""
-        n = len(self.sample)
-        self.hits = Hits.join([self.hits, self.hits.where(k)])
-        for name in _COLUMNS:
-            values = getattr(self, name)
-            setattr(self, name, np.concatenate([values, values[k]]))
-        self.lamplight[n:] = 0
-        return np.arange(n, n + len(k))
+@kernel
+def _follow(
+    tracing, room, lamps, world, key,
+    direction, triangle, distance, u, v, throughput,
+    sample, end_triangle, end_u, end_v, end_direction, end_throughput, share, way, n_followed, beyond,
+):  # fmt: skip
+    """Follow samples to all of their ends; returns how many there are on surfaces."""
+    n = 0
+    for path in range(len(triangle)):
+        for branch in range(_N_BRANCHES):
+            met = triangle[path], distance[path], u[path], v[path]
+            at = row(direction, path), met, row(throughput, path)
+            end, light, n_splits = _branch(tracing, room, lamps, world, key, path, branch, *at)
+            if branch >> n_splits == 0:
+                add(beyond, path, light)
+                if end[0] >= 0:
+                    sample[n], end_triangle[n], end_u[n], end_v[n] = path, end[0], end[1], end[2]
+                    share[n], way[n], n_followed[n] = end[5], end[6], end[7]
+                    put(end_direction, n, end[3])
+                    put(end_throughput, n, end[4])
+                    n += 1
+            if n_splits == 0:
+                break
+    return n
 
-    def _at_mirrors(self, scene: Scene, k: np.ndarray) -> np.ndarray:
-        """Those of the paths k that met something that scatters light in smooth lobes alone."""
-        materials = scene.materials
-        material = scene.material_of_triangle[self.hits.triangle[k]]
-        k = k[(materials.glossy_or_glass & ~materials.spreads_light)[material]]
-        met = self.hits.where(k)
-        return k[is_mirror(surface_at(scene, met.triangle, met.u, met.v, met.back(self.directions[k])))]
 
-    def light_beyond(self, scene: Scene) -> np.ndarray:
-        """What is emitted and met over more than one mirror or surface of glass, (samples, 3), W/(m² sr)."""
-        light, k = self.lamplight.copy(), np.flatnonzero(self.n_followed > 1)
-        light[k] += self.throughput[k] * emission_met(scene, self.hits.where(k), self.directions[k])
-        return np.stack([np.bincount(self.sample, column) for column in light.T], axis=1)
+@part
+def _branch(tracing, room, lamps, world, key, path, branch, direction, met, throughput):
+    """One way of a sample: bit k of `branch` says whether it is reflected where glass splits it for the k-th time.
+
+    Returns
+    -------
+    end : (triangle, u, v, direction, throughput, share, way, n_followed)
+        Triangle −1 where it comes to no surface.
+    light : triple
+        What it meets over more than one mirror or surface of glass.
+    n_splits : int
+    """
+    scene, (triangle, way, u, v) = tracing.scene, met
+    share, light, n_splits, n_followed = ONE, BLACK, 0, 0
+    for step in range(_MOST_FOLLOWED + 1):
+        if triangle < 0:
+            break
+        hit = hit_at(scene, direction, triangle, way, u, v)
+        bsdf = bsdf_at(scene, hit)
+        if not is_mirror(scene, bsdf):
+            break
+        # The numbers are those of other branches as long as the way is theirs
+        i = 2 * (_N_BRANCHES * step + (branch & ((1 << n_splits) - 1)))
+        choice, _ = two_numbers(key, path, i)
+        a, b = two_numbers(key, path, i + 1)
+        if step < _MOST_SPLIT and _is_glass(scene, bsdf):
+            on, other = scatter_both_ways(scene, hit, direction, choice, a, b)
+            if branch >> n_splits & 1 == 0:
+                on, other = other, on
+            share *= mean(on.weight) / max(mean(on.weight) + mean(other.weight), _TINY)
+            n_splits += 1
+        else:
+            on = scatter(scene, hit, direction, choice, a, b, SPECULAR_LOBES, False)
+        if step == _MOST_FOLLOWED or not on.alive:
+            triangle, throughput = np.int32(-1), BLACK
+            break
+        kind = _GLOSSY_RAY if dot(on.direction, hit.normal) > ZERO else _TRANSMITTED_RAY
+        triangle, distance, u, v, tint = closest_hit(tracing, room, on.origin, on.direction, kind)
+        direction, throughput = on.direction, mul(throughput, mul(on.weight, tint))
+        if step > 0:
+            object_ = scene.object[hit.triangle]
+            met_lamps = radiance_of_lamps(lamps, on.origin, direction, distance, kind, object_, _INFINITY)
+            light = plus(light, mul(throughput, met_lamps))
+        if triangle >= 0:
+            way += distance
+        n_followed += 1
+    if n_followed > 1:
+        shining = emitted(scene, triangle, u, v) if triangle >= 0 else world_radiance(world, direction)
+        light = plus(light, mul(throughput, shining))
+    return (triangle, u, v, direction, throughput, share, way, n_followed), light, n_splits
+
+
+@part
+def _is_glass(scene, bsdf):
+    """Whether a surface is of nothing but glass."""
+    n_others = 0
+    for k in range(bsdf.first, bsdf.last):
+        n_others += scene.materials.closures.kind[k] != GLASS
+    return n_others == 0

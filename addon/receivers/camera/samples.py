@@ -9,7 +9,7 @@ from ...core.sampling.vectors import rows
 from ...scene import Scene
 from ...tracing import Hits, TransparencyTracer
 from .camera import Camera, SeenSurface, first_hits, surface_seen
-from .paths import FollowedPaths
+from .paths import followed_paths
 from .pixel_filter import PixelFilter
 
 NOTHING = np.float32(1e10)
@@ -82,21 +82,19 @@ def camera_samples(
     facing_area = np.zeros(n, np.float32)
     facing_area[hit] = camera.pixel_area(position)
 
-    paths = FollowedPaths(hits, rays.directions, hits.tinted(np.ones((n, 3), np.float32)), hits.distance)
-    paths.follow(scene, tracer, random)
-    k = np.flatnonzero(paths.hits.hit)
-    k = k[np.argsort(paths.sample[k], kind="stable")]
-    sample = paths.sample[k]
-    grown = (paths.distance[k] / first_distance[sample]) ** 2
-    ends = paths.hits.where(k), rows(paths.directions, k)
-    seen = surface_seen(scene, sample // n_samples, *ends, facing_area[sample] * grown)
+    key = np.uint64(random.integers(1 << 63))
+    paths = followed_paths(scene, tracer, hits, rays.directions, hits.tinted(np.ones((n, 3), np.float32)), key)
+    sample = paths.sample
+    grown = (paths.distance / first_distance[sample]) ** 2
+    area = facing_area[sample] * grown
+    seen = surface_seen(scene, sample // n_samples, paths.hits, paths.directions, area)
     shape = (len(pixel), n_samples)
     return CameraSamples(
         seen=seen,
-        share=paths.share[k],
-        throughput=rows(paths.throughput, k),
-        n_followed=paths.n_followed[k],
+        share=paths.share,
+        throughput=paths.throughput,
+        n_followed=paths.n_followed,
         depth=depth.reshape(shape)[:, 0],
         normal=normals.reshape(*shape, 3).mean(axis=1),
-        beyond=paths.light_beyond(scene).reshape(*shape, 3).mean(axis=1),
+        beyond=paths.beyond.reshape(*shape, 3).mean(axis=1),
     )

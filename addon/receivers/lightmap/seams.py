@@ -8,7 +8,7 @@ import numpy as np
 from ...core.compiling import kernel, part
 from ...core.parallel import slices
 from ...core.progress import Progress
-from ...core.ranges import unrolled
+from ...core.ranges import repeat_ranges
 from ...core.sampling.vectors import dot, rows
 from ...core.vec3 import along as point_along
 from ...core.vec3 import dot as scalar_product
@@ -95,7 +95,7 @@ class _Edges(NamedTuple):
 
     def samples(self) -> tuple[np.ndarray, np.ndarray]:
         """Edge of each sample, and how far along it lies, evenly spaced."""
-        edge, nth = unrolled(self.n_samples)
+        edge, nth = repeat_ranges(self.n_samples)
         return edge, (nth + 0.5) / self.n_samples[edge]
 
     def folds(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -217,7 +217,7 @@ def _pairs(edges: _Edges, edge: np.ndarray, position: np.ndarray, progress: Prog
     """Every sample with every other edge that its edge may meet: samples and edges, (n,) each."""
     a, b = _edges_that_may_meet(edges, edge, position, progress)
     first = np.cumsum(edges.n_samples) - edges.n_samples
-    pair, nth = unrolled(edges.n_samples[a])
+    pair, nth = repeat_ranges(edges.n_samples[a])
     return first[a[pair]] + nth, b[pair]
 
 

@@ -46,13 +46,14 @@ def look_around(points: TexelPoints, tracer: Tracer, workers: Workers) -> Surrou
 
     def look(part: TexelPoints) -> np.ndarray:
         upwards = tracer.closest_hit(part.position, part.normal)
+        doubtful = upwards.hit & upwards.back(part.normal)
         near, n_backs = np.zeros(len(part), bool), np.zeros(len(part), np.int8)
         for step in _CORNERS:
-            hits, back, share = _along(part, step, tracer)
+            hits, back, share = _along(part, step, tracer, doubtful)
             facing = dot(np.where(back[:, None], -hits.normal, hits.normal), part.normal)
             near |= (share < 1) & (facing < _BENT)
             n_backs += back
-        return np.stack([near, upwards.hit & upwards.back(part.normal) & (n_backs >= _MOST)], axis=1)
+        return np.stack([near, doubtful & (n_backs >= _MOST)], axis=1)
 
     near, inside = _of_chunks(look, points, np.zeros((0, 2), bool), workers).T
     return Surroundings(near, inside)
@@ -67,7 +68,7 @@ def ways_out(points: TexelPoints, tracer: Tracer, workers: Workers) -> np.ndarra
     def look(part: TexelPoints) -> np.ndarray:
         nearest, way_out = np.full(len(part), np.inf, np.float32), np.zeros((len(part), 2), np.float32)
         for step in _NEIGHBOURS:
-            hits, back, share = _along(part, step, tracer)
+            hits, back, share = _along(part, step, tracer, np.zeros(len(part), bool))
             better = np.flatnonzero(back & (share < 1) & (hits.distance < nearest))
             nearest[better] = hits.distance[better]
             way_out[better] = (share[better, None] + np.float32(_BEYOND)) * np.array(step, np.float32)
@@ -76,12 +77,17 @@ def ways_out(points: TexelPoints, tracer: Tracer, workers: Workers) -> np.ndarra
     return _of_chunks(look, points, np.zeros((0, 2), np.float32), workers)
 
 
-def _along(points: TexelPoints, step: tuple[float, float], tracer: Tracer) -> tuple[Hits, np.ndarray, np.ndarray]:
-    """What rays along the surface meet: the hits, whether from the back, and where along a step in texels."""
+def _along(
+    points: TexelPoints, step: tuple[float, float], tracer: Tracer, far: np.ndarray
+) -> tuple[Hits, np.ndarray, np.ndarray]:
+    """What rays along the surface meet: the hits, whether from the back, and where along a step in texels.
+
+    Those of some points (n,) bool look as far as there is anything, and others no farther than the step.
+    """
     way = np.float32(step[0]) * points.across[:, 0] + np.float32(step[1]) * points.across[:, 1]
     reach = np.maximum(np.sqrt(dot(way, way)), np.float32(1e-30))
     direction = way / reach[:, None]
-    hits = tracer.closest_hit(points.position, direction)
+    hits = tracer.closest_hit(points.position, direction, np.where(far, np.float32(np.inf), reach))
     return hits, hits.hit & hits.back(direction), hits.distance / reach
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Hashable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -51,6 +52,12 @@ class Term:
     under: Hashable = None
 
     @property
+    def scatters(self) -> bool:
+        """Whether it scatters any light."""
+        rough = self.kind in (Lobe.GLOSSY, Lobe.GLASS)
+        return bool(self.weight.any()) and (not rough or bool(self.f0.any()) or bool(self.f90.any()))
+
+    @property
     def scattered(self) -> np.ndarray:
         """What it scatters of the light, about, (h, w, 3)."""
         if self.kind == Lobe.GLOSSY:
@@ -92,7 +99,7 @@ class ShaderSum:
         """Add a closure."""
         self.terms.append(Term(kind, weight, **values))  # type: ignore[arg-type]
 
-    @property
+    @cached_property
     def coverage(self) -> np.ndarray:
         """Share of the light that does not pass straight through, (h, w, 1).
 
@@ -120,7 +127,7 @@ class ShaderSum:
         """
         known: dict[Hashable, int] = {None: -1}
         found: list[Term] = []
-        waiting = [term for term in self.terms if term.scattered.any()]
+        waiting = [term for term in self.terms if term.scatters]
         while waiting:
             ready = [term for term in waiting if term.under in known] or waiting  # layers that scatter nothing are none
             waiting = [term for term in waiting if not any(term is one for one in ready)]

@@ -10,7 +10,7 @@ from photon_bake.addon.photons.emission import Emission, Pass
 from photon_bake.addon.photons.emission_segment import LightLinking, emission_segment
 from photon_bake.addon.photons.front import new_front
 from photon_bake.addon.scene import Channel, LightKind, Materials, RayKind, SceneObjects
-from photon_bake.addon.tracing import TransparencyTracer
+from photon_bake.addon.tracing import Hits, TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, of_objects, plane, scene_of
 
@@ -297,3 +297,23 @@ def test_solid_lamps_sunk_into_a_ground_are_flush_emitters():
     of = np.repeat([0, 1, 2], [2, 12, 2])
     scene = of_objects(scene_of(*mesh, albedo=[0.5, 0.5], emission=[0, 1], material=of % 2), of)
     assert len(light_tracer(scene).flush_emitters) == 1
+
+
+def test_another_tracer_s_first_hits_are_gone_on_from():
+    """Where it agrees with Embree, all is as with Embree alone; what it misses is missed."""
+
+    class Blind:
+        def closest_hit(self, origins, *_, **__):
+            return Hits.none(len(origins))
+
+    scene = layers(sheet(3), sheet(3, z=-0.5), coverage=[0.5, 0.2])
+    tracer, (origins, directions) = light_tracer(scene), from_above(1000)
+    kinds = np.arange(1000).astype(np.uint8) % 3
+    alone = tracer.closest_hit(origins, directions, kinds)
+    same = tracer.with_first_hits(EmbreeTracer(scene)).closest_hit(origins, directions, kinds)
+    assert len(np.unique(alone.triangle)) > 2
+    for name in ("triangle", "distance", "u", "v", "tint"):
+        assert np.array_equal(getattr(same, name), getattr(alone, name))
+    assert np.array_equal(same.normal[same.hit], alone.normal[alone.hit])
+    assert not tracer.with_first_hits(Blind()).closest_hit(origins, directions).hit.any()
+    assert tracer.closest_hit(origins, directions).hit.any()

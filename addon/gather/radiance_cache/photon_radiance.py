@@ -1,0 +1,94 @@
+"""Photons on surface elements: what they make of the radiance there, and what they are to those who look."""
+
+import numpy as np
+
+from ...bsdf.closure import bsdf_of
+from ...bsdf.mixture import DIFFUSE, TRANSLUCENT, total_weight
+from ...bsdf.scatter import shading_normal_correction
+from ...core.compiling import kernel, part
+from ...core.parallel import slices
+from ...core.vec3 import ZERO, add, dot, mean, mul, negative, plus, row, times
+from ...photons import PathKind, Photons
+from ...scene import Scene
+from ...scene.hit import barycentrics, shading_normal_at
+from .elements import SurfaceElements, element_at
+
+_CHUNK = 1 << 17
+_CAUSTIC = int(PathKind.CAUSTIC)
+
+
+def photon_radiance(
+    scene: Scene, photons: Photons, elements: SurfaceElements, coverage: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Diffuse radiance that photons make of the sides they fell on and of those behind, Σ ρΦ/(πAc).
+
+    Parameters
+    ----------
+    coverage : (2 e,) float32, optional
+        c, the share of each element that stops light; 1 without it.
+
+    Returns
+    -------
+    caustic, others : (2 e, 3) float32, W/(m² sr)
+        That of caustics, and of all others.
+    """
+    sums = np.zeros((2, 2 * len(elements), 3))
+    for chunk in slices(len(photons), _CHUNK):
+        some = photons.where(chunk)
+        at = some.triangle, some.position, some.normal
+        _add_photons(scene.arrays, elements.arrays, *at, some.direction, some.power, some.kind, *sums)
+    area = np.repeat(elements.areas, 2) * (1 if coverage is None else coverage)
+    caustic, others = (sums / (np.pi * area)[:, None]).astype(np.float32)
+    return caustic, others
+
+
+def photon_importance(
+    scene: Scene, photons: Photons, elements: SurfaceElements, hits_per_area: np.ndarray
+) -> np.ndarray:
+    """Power that is reflected, mean over colours, × `hits_per_area` (2 e,) of the side it falls on, (p,) float64.
+
+    Of caustics all power counts: they light receivers themselves, whatever the surface reflects.
+    """
+    importance = np.empty(len(photons))
+    for chunk in slices(len(photons), _CHUNK):
+        some = photons.where(chunk)
+        at = some.triangle, some.position, some.normal, some.power, some.kind
+        _importance(scene.arrays, elements.arrays, hits_per_area, *at, importance[chunk])
+    return importance
+
+
+@part
+def _side_at(elements, triangle, u, v, front, normal):
+    """The side of an element that a photon fell on: `front` is the triangle's normal, `normal` that of the side."""
+    return 2 * element_at(elements, triangle, u, v) + np.int32(dot(front, normal) < ZERO)
+
+
+@kernel
+def _add_photons(scene, elements, triangle, position, normal, direction, power, kind, caustic, others):
+    """Add what photons make of elements, ρΦ, to the sums of both sides, (2 e, 3) float64."""
+    for k in range(len(triangle)):
+        t, front = triangle[k], row(scene.normals, triangle[k])
+        u, v = barycentrics(scene, t, row(position, k))
+        side = _side_at(elements, t, u, v, front, row(normal, k))
+        back = side % 2 == 1
+        met = negative(front) if back else front
+        shading = shading_normal_at(scene, t, u, v, met, back)
+        arriving = times(row(power, k), shading_normal_correction(shading, met, row(direction, k)))
+        sums = caustic if kind[k] == _CAUSTIC else others
+        bsdf = bsdf_of(scene, t, u, v, back)
+        add(sums, side, mul(total_weight(scene, bsdf, DIFFUSE), arriving))
+        add(sums, side ^ 1, mul(total_weight(scene, bsdf, TRANSLUCENT), arriving))
+
+
+@kernel
+def _importance(scene, elements, hits_per_area, triangle, position, normal, power, kind, importance):
+    """`photon_importance` of photons."""
+    for k in range(len(triangle)):
+        t, light = triangle[k], row(power, k)
+        u, v = barycentrics(scene, t, row(position, k))
+        side = _side_at(elements, t, u, v, row(scene.normals, t), row(normal, k))
+        light = abs(light[0]), abs(light[1]), abs(light[2])
+        if kind[k] != _CAUSTIC:
+            bsdf = bsdf_of(scene, t, u, v, side % 2 == 1)
+            light = mul(plus(total_weight(scene, bsdf, DIFFUSE), total_weight(scene, bsdf, TRANSLUCENT)), light)
+        importance[k] = mean(light) * hits_per_area[side]

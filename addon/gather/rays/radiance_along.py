@@ -1,0 +1,178 @@
+"""The way of one gather ray, and the radiance that it meets.
+
+A ray that ends far away takes what the surface there reflects diffusely from the cache. Two things are found as a path
+tracer would find them, by direct light at the point and a further ray for the rest:
+
+- What ends nearer than the cache can resolve (in a corner, under a cupboard), where it would read an element that is
+  partly elsewhere (the secondary final gather of the π-engine, section 3.2.2).
+- What glossy and glass lobes reflect and transmit, which depends on the direction. Rays follow them in proportion to
+  their albedo. Light that lamps send over mirrors, glass and narrow gloss is left out: those are caustics, which
+  photons find far better. Where there are none, in what a camera sees in gloss, rays may be told to bring it.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...bsdf.closure import bsdf_at
+from ...bsdf.mixture import (
+    ALL_LOBES,
+    DIFFUSE,
+    GLOSSY,
+    SPECULAR_LOBES,
+    TRANSLUCENT,
+    base_transmittance,
+    evaluate_broad,
+    glass_albedo,
+    glossy_albedo,
+    reflects_highlights,
+    total_weight,
+)
+from ...bsdf.scatter import facing, scatter
+from ...core.compiling import part
+from ...core.sampling.path_numbers import two_numbers
+from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, dot, largest, mul, negative, plus, row, times, to_local
+from ...emitters.lamps import radiance_of_lamps
+from ...emitters.world import world_radiance
+from ...scene.hit import emitted, hit_at, off_surface, shading_normal
+from ...tracing.transparency import closest_hit
+from ..direct.sampling import DirectArrays, met_radiance, sample_emitters, unsampled_sky
+from ..direct.visible import visible_share
+from ..radiance_cache.radiance_cache import CacheArrays, side_at
+
+_MAX_NEAR_HITS = 4
+MAX_STEPS = 33
+"""Surfaces that a ray meets at most."""
+
+_LATE_SURVIVAL = np.float32(0.5)  # after the first few hits: a long tail of few paths brings little
+_FOLLOWED = TWO
+"""Rays that follow a narrow lobe, over its albedo: more of them cost time, fewer make noise."""
+
+_NUMBERS_A_STEP = 40  # pairs of a path's numbers
+_DIFFUSE_LIGHT, _GLOSSY_LIGHT = 3, 20  # the first of those that draw lights
+_PER_PI, _INFINITY = np.float32(1 / np.pi), np.float32(np.inf)
+
+
+class RayLight(NamedTuple):
+    """What gather rays bring: the cache, and direct light for where that is not asked."""
+
+    cache: CacheArrays
+    direct: DirectArrays
+
+
+@part
+def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, specular):
+    """Radiance that a ray meets on surfaces, W/(m² sr), and over them in the world; and the ray that is left.
+
+    Parameters
+    ----------
+    light : RayLight
+    first_step, last_step : int
+        Surfaces that the ray has met before, and at most meets.
+    ray : (direction, triangle, distance, u, v, throughput)
+        The next surface that it meets, as `closest_hit` has it, and what is left of the light on its way back.
+    specular : bool
+        Bring also what mirrors, glass and narrow gloss show of lamps, emission and worlds.
+    """
+    direction, triangle, distance, u, v, throughput = ray
+    scene, cache, radiance = tracing.scene, light.cache, BLACK
+    for step in range(first_step, last_step):
+        if triangle < 0 or largest(throughput) <= ZERO:
+            break
+        i, hit = step * _NUMBERS_A_STEP, hit_at(scene, direction, triangle, distance, u, v)
+        bsdf, side = bsdf_at(scene, hit), side_at(cache, hit)
+
+        # What broad lobes reflect the cache says, but not to those who are too near
+        near = step < _MAX_NEAR_HITS and distance < cache.reach[side >> 1] and _only_reflects(scene, bsdf)
+        if near:
+            at = light.direct, key, path, i + _DIFFUSE_LIGHT, hit, bsdf
+            broad = plus(_direct_light_reflected(tracing, room, *at), row(cache.caustic, side))
+        else:
+            broad = row(cache.radiance, side)
+        chance = ONE if near else ZERO  # of going on
+        if scene.materials.glossy_or_glass[scene.material[triangle]]:
+            cos = abs(dot(hit.normal, direction))
+            broad = mul(broad, base_transmittance(scene, bsdf, cos))
+            # Highlights are bright, however little gloss there is on average
+            if reflects_highlights(scene, bsdf):
+                seen = light.direct, key, path, i + _GLOSSY_LIGHT, hit, bsdf, direction
+                broad = plus(broad, _highlight(tracing, room, *seen))
+            if not near:
+                albedo = largest(glossy_albedo(scene, bsdf, cos)) + largest(glass_albedo(scene, bsdf))
+                chance = min(_FOLLOWED * albedo * min(largest(throughput), ONE), ONE)
+        radiance = plus(radiance, mul(throughput, broad))
+
+        # On, by those lobes that are not answered for
+        triangle = np.int32(-1)
+        if chance <= ZERO:
+            break
+        choice, follow = two_numbers(key, path, i)
+        if follow >= chance:
+            break
+        a, b = two_numbers(key, path, i + 1)
+        on = scatter(scene, hit, direction, choice, a, b, ALL_LOBES if near else SPECULAR_LOBES, False)
+        throughput = times(mul(throughput, on.weight), ONE / chance)
+        fate, _ = two_numbers(key, path, i + 2)
+        survival = min(largest(throughput), ONE if step < _MAX_NEAR_HITS else _LATE_SURVIVAL)
+        if not on.alive or fate >= survival:
+            break
+        triangle, distance, u, v, tint = closest_hit(tracing, room, on.origin, on.direction, on.kind)
+        direction, throughput = on.direction, times(mul(throughput, tint), ONE / survival)
+        shining = _emission_met(scene, light.direct, hit, on, triangle, distance, u, v, specular)
+        radiance = plus(radiance, mul(throughput, shining))
+    return radiance, (direction, triangle, distance, u, v, throughput)
+
+
+@part
+def _only_reflects(scene, bsdf):
+    """Whether a surface reflects diffusely, and nothing shines through it: that is lit from its other side, and only
+    the cache knows both.
+    """
+    return (
+        largest(total_weight(scene, bsdf, DIFFUSE)) > ZERO and largest(total_weight(scene, bsdf, TRANSLUCENT)) <= ZERO
+    )
+
+
+@part
+def _direct_light_reflected(tracing, room, direct, key, path, i, hit, bsdf):
+    """Direct light that the diffuse lobe reflects; what rays own of it comes with the next ray."""
+    scene = tracing.scene
+    origin, object_ = off_surface(scene, hit, ONE), scene.object[hit.triangle]
+    at = origin, shading_normal(scene, hit), object_
+    target, irradiance, lamp, lit = sample_emitters(direct, *at, True, key, path, i)
+    if not lit:
+        return BLACK
+    passes = visible_share(direct, tracing, room, lamp, origin, target)
+    return mul(mul(total_weight(scene, bsdf, DIFFUSE), passes), times(irradiance, _PER_PI))
+
+
+@part
+def _highlight(tracing, room, direct, key, path, i, hit, bsdf, direction):
+    """Direct light that rough glossy lobes reflect."""
+    scene = tracing.scene
+    origin, object_ = off_surface(scene, hit, ONE), scene.object[hit.triangle]
+    normal = facing(shading_normal(scene, hit), hit.normal, direction)
+    target, irradiance, lamp, lit = sample_emitters(direct, origin, normal, object_, False, key, path, i)
+    if not lit:
+        return BLACK
+    towards, _ = direction_to(origin, target)
+    wi, wo = to_local(towards, normal), to_local(negative(direction), normal)
+    reflected = mul(evaluate_broad(scene, bsdf, wo, wi), irradiance)
+    if largest(reflected) <= ZERO:
+        return BLACK
+    return mul(reflected, visible_share(direct, tracing, room, lamp, origin, target))
+
+
+@part
+def _emission_met(scene, direct, hit, on, triangle, distance, u, v, specular):
+    """What shines along a ray that a surface sent on and that is not found by points of lights."""
+    if on.lobe < GLOSSY:
+        normal = shading_normal(scene, hit)
+        if on.lobe == TRANSLUCENT:
+            normal = negative(normal)
+        return met_radiance(direct, triangle, distance, u, v, on.direction, normal)
+    if specular and on.specular:
+        shining = emitted(scene, triangle, u, v) if triangle >= 0 else world_radiance(direct.world, on.direction)
+        at = on.origin, on.direction, distance, on.kind, scene.object[hit.triangle]
+        return plus(shining, radiance_of_lamps(direct.lamps, *at, _INFINITY))
+    return BLACK if triangle >= 0 else unsampled_sky(direct)

@@ -1,0 +1,109 @@
+"""The rays of receivers: stratified directions around their normals, and sums of what these meet."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...core.compiling import kernel
+from ...core.sampling.path_numbers import two_numbers
+from ...core.sampling.warps import cosine_hemisphere, cosine_uniform_mixture
+from ...core.vec3 import ONE, TWO, dot, frame, plus, put, row, times
+from ..direct.ray_directions import shifted, stratified_set
+from ..normal_gradient import gradient_of_light
+from .gather_rays import GatherRays
+
+_LEAST_DISTANCE = np.float32(1e-6)  # m
+_HALF = np.float32(0.5)
+_SHIFT = 1 << 15  # of a path's pairs of numbers, the one that shifts a batch's directions
+
+
+class RaySums(NamedTuple):
+    """What the rays of r receivers met, summed over batches; see `Records`.
+
+    Attributes
+    ----------
+    total : (r, batches, 3 l) float64, W/(m² sr)
+    nearness : (r,) float64, 1/m
+    gradient : (r, 3, 3 l) float64, W/(m² sr)
+        (r, 0, 3 l) where it is not asked for.
+    """
+
+    total: np.ndarray
+    nearness: np.ndarray
+    gradient: np.ndarray
+
+
+def gather_at(
+    rays: GatherRays,
+    positions: np.ndarray,
+    normals: np.ndarray,
+    n_batches: int,
+    n_rays: int,
+    directional: bool,
+    key: np.uint64,
+    first: int,
+) -> RaySums:
+    """Send `n_rays` a batch from receivers (r, 3); cosine-weighted, or between that and uniform if `directional`.
+
+    Light low above the horizon has a say in how irradiance changes with the normal: weighed by cosine-weighted rays it
+    would have no finite variance.
+
+    Parameters
+    ----------
+    key, first
+        Of the random numbers, `path_key`, and the number of the first receiver.
+    """
+    n, n_lights, first = len(positions), rays.n_lights, first * n_batches * n_rays
+    origins, directions = np.empty((2, n * n_batches * n_rays, 3), np.float32)
+    weights = np.empty(n * n_batches * n_rays if directional else 0, np.float32)
+    points = stratified_set(n_rays)
+    _start(positions, normals, n_batches, points, key, first, origins, directions, weights)
+    met = rays.radiance_of_paths(origins, directions, key, first)
+    total, nearness = np.zeros((n, n_batches, 3 * n_lights)), np.zeros(n)
+    gradient = np.zeros((n, 3 if directional else 0, 3 * n_lights))
+    _sum(normals, directions, weights, met.reflected, met.hits.distance, total, nearness, gradient)
+    return RaySums(total, nearness, gradient)
+
+
+@kernel
+def _start(positions, normals, n_batches, points, key, first, origins, directions, weights):
+    """Rays of receivers, batch by batch; weights are 1/π over the density of their directions, if asked for."""
+    n, ray = len(points), 0
+    for receiver in range(len(positions)):
+        position, normal = row(positions, receiver), row(normals, receiver)
+        tangent, bitangent = frame(normal)
+        for _ in range(n_batches):
+            a, b = two_numbers(key, first + ray, _SHIFT)
+            for k in range(n):
+                u, v = shifted(points, k, a, b)
+                if len(weights) > 0:
+                    x, y, z = cosine_uniform_mixture(u, v)
+                    weights[ray] = TWO / (z + _HALF)  # the density is (cos θ + 1/2)/(2π)
+                else:
+                    x, y, z = cosine_hemisphere(u, v)
+                put(origins, ray, position)
+                put(directions, ray, plus(plus(times(tangent, x), times(bitangent, y)), times(normal, z)))
+                ray += 1
+
+
+@kernel
+def _sum(normals, directions, weights, radiance, distance, total, nearness, gradient):
+    """Sum what rays met over their batches and receivers; see `RaySums`."""
+    n_batches, n_channels = total.shape[1], total.shape[2]
+    n, ray = len(directions) // (len(total) * n_batches), 0
+    for receiver in range(len(total)):
+        for batch in range(n_batches):
+            for _ in range(n):
+                share = ONE
+                if len(weights) > 0:
+                    direction, normal = row(directions, ray), row(normals, receiver)
+                    share = weights[ray] * dot(direction, normal)
+                    g = times(gradient_of_light(direction, normal), weights[ray])
+                    for channel in range(n_channels):
+                        gradient[receiver, 0, channel] += g[0] * radiance[ray, channel]
+                        gradient[receiver, 1, channel] += g[1] * radiance[ray, channel]
+                        gradient[receiver, 2, channel] += g[2] * radiance[ray, channel]
+                for channel in range(n_channels):
+                    total[receiver, batch, channel] += share * radiance[ray, channel]
+                nearness[receiver] += share / max(distance[ray], _LEAST_DISTANCE)
+                ray += 1
