@@ -99,7 +99,7 @@ def test_half_a_sky():
 def test_a_furnace():
     """Walls of albedo ρ that are lit alike by themselves: L = ρ/(1 − ρ) of what they emit, from everywhere."""
     scene = scene_of(*box(1.0), albedo=0.5, emission=2.0)
-    light = light_at(scene, places((0, 0, 0), (0.5, -0.6, 0.7)), n_photons=100_000)
+    light = light_at(scene, places((0, 0, 0), (0.5, -0.6, 0.7)), n_photons=400_000)
     assert light.sh[:, 0] == pytest.approx(np.full((2, 3), 2 * np.sqrt(4 * np.pi)), rel=0.02)
     assert np.abs(light.sh[:, 1:]).max() < 0.25
     assert light.irradiance == pytest.approx(np.full((2, 6, 3), 2 * np.pi), rel=0.03)

@@ -76,6 +76,13 @@ def test_frames_are_orthonormal_and_right_handed(u):
     assert np.allclose(warps.to_world(z, normals), normals)
 
 
+def test_points_of_circles_are_cosines_and_sines():
+    v = np.append(np.arange(8) / 8, np.random.default_rng(3).random(N)).astype(np.float32)
+    found = warps.sample_uniform_disk(np.stack([np.ones_like(v), v], axis=1))
+    angle = 2 * np.pi * v.astype(np.float64)
+    assert np.abs(found - np.stack([np.cos(angle), np.sin(angle)], axis=1)).max() < 2e-7
+
+
 def test_octahedral_code_keeps_directions(u):
     vectors = warps.sample_uniform_sphere(u)
     vectors[:6] = np.concatenate([np.eye(3), -np.eye(3)])

