@@ -6,7 +6,6 @@ from photon_bake.addon.bsdf import evaluate_glossy, surface_at
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import light_sources, region_of
-from photon_bake.addon.emitters.lamp_hits import lamps_along
 from photon_bake.addon.emitters.mesh import radiance_of
 from photon_bake.addon.emitters.world import radiance_along
 from photon_bake.addon.gather import DirectLight, reflected_highlights
@@ -15,6 +14,7 @@ from photon_bake.addon.receivers import Camera, PixelFilter, camera_points
 from photon_bake.addon.scene import Channel, LightKind, Lights, Materials
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.tests.core.lamp_loops import lamps_along
 from photon_bake.tests.core.scenes import lamp, merge, plane, scene_of
 from photon_bake.tests.core.test_camera import AXES
 

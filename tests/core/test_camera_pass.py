@@ -49,8 +49,9 @@ def test_furnace_of_photon_splatting():
 
 
 def test_gloss_by_photons_is_that_by_rays():
-    """In the same furnace of walls that are half glossy."""
-    rays, volumes = (panorama(lit_box(diffuse=0.25, f0=0.25, f90=0.25, roughness=0.5), gather) for gather in GATHERS)
+    """In the same furnace of walls that are half glossy; by 100,000 photons the mean scatters by 1.4 %."""
+    walls = lit_box(diffuse=0.25, f0=0.25, f90=0.25, roughness=0.5)
+    rays, volumes = (panorama(walls, gather, n_photons=400_000) for gather in GATHERS)
     for name in ("indirect_diffuse", "glossy"):
         light = [of_walls(passes, getattr(passes, name)) for passes in (rays, volumes)]
         assert light[1] == pytest.approx(light[0], rel=0.02), name

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from photon_bake.addon.core.sampling.streams import sobol
 from photon_bake.addon.core.sampling.warps import sample_uniform_cone
-from photon_bake.addon.emitters.lamp_hits import lamp_hits, lamps_along, light_samples
 from photon_bake.addon.emitters.lamps import has_size
 from photon_bake.addon.scene import LightKind, RayKind
+from photon_bake.tests.core.lamp_loops import lamp_hits, lamps_along, light_samples
 from photon_bake.tests.core.scenes import lamp
 
 UP = {"position": (0.2, 0.1, 1), "direction": (0.3, 0.1, -1)}

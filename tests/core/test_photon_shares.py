@@ -48,9 +48,9 @@ def indirect(scene, **settings):
 
 @pytest.mark.parametrize("radius", [20, 1000])
 def test_a_sky_of_triangles_is_as_bright_as_a_world(radius):
-    """Whatever its radius; by Cycles both give 0.51 π W/m². The noise told is 0.16 by the mean of 70 seeds."""
-    light, noise = indirect(yard((ball(radius, n=16), 1)))
-    assert light == pytest.approx(0.51 * np.pi, rel=0.08)
+    """Whatever its radius; by Cycles both give 0.51 π W/m². Of one seed the mean scatters by 3 %: 1.009 by 40 seeds."""
+    light, noise = np.mean([indirect(yard((ball(radius, n=16), 1)), seed=seed) for seed in range(100, 104)], axis=0)
+    assert light == pytest.approx(0.51 * np.pi, rel=0.05)
     assert noise < 0.35
     assert indirect(yard(world=SKY, emission=0.0))[0] == pytest.approx(0.51 * np.pi, rel=0.05)
 

@@ -108,7 +108,7 @@ def bare_python(tmp_path):
     def run(code, *arguments):
         command = [sys.executable, "-I", "-S", "-c", code, str(site), *map(str, arguments)]
         environment = {**os.environ, "BLENDER_USER_RESOURCES": str(resources)}
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600)
         assert done.returncode == 0, done.stdout + done.stderr
         return done.stdout
 

@@ -75,7 +75,7 @@ def spot():
     lit_room("SPOT", (0.5, 0, 0), LEFT, energy=100, shadow_soft_size=0, spot_size=1, spot_blend=0)
 
 
-@case("Spot with a radius", GROUP)
+@case("Spot with a radius", GROUP, effort=2)
 def spot_radius():
     # The hole lets a third less of the light of a wide lamp through than of a point.
     lit_room("SPOT", (0, 0, 1), DOWN, energy=100, shadow_soft_size=0.4, spot_size=1.5, spot_blend=0)

@@ -210,7 +210,7 @@ def glass_ball():
     lamp("AREA", (0, 0, 1.9), size=3.0, energy=200)
 
 
-@case("Glass ball over what no light stops at (a caustic in mid-air)", GROUP, effort=16)
+@case("Glass ball over what no light stops at (a caustic in mid-air)", GROUP, effort=24)
 def glass_ball_in_mid_air():
     # The bright spot falls on probes half a metre above the floor, and through them.
     room(dim=0.6)

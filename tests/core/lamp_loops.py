@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from ..core.compiling import kernel, kernel_array
-from ..core.vec3 import put, row
-from ..scene import Lights
-from .lamps import lamp_arrays, meet_lamp, radiance_of_lamps, sample_lamp
+from photon_bake.addon.core.compiling import kernel, kernel_array
+from photon_bake.addon.core.vec3 import put, row
+from photon_bake.addon.emitters.lamps import lamp_arrays, meet_lamp, radiance_of_lamps, sample_lamp
+from photon_bake.addon.scene import Lights
 
 
 @dataclass(frozen=True)
