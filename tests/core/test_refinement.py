@@ -59,7 +59,8 @@ def mean_error(position, triangles, function, n=40_000):
     """Mean difference between light and what vertices say of it, over the area."""
     random = np.random.default_rng(1)
     a, b, c = (position[triangles[:, k]] for k in range(3))
-    area = np.abs(np.cross((b - a)[:, :2], (c - a)[:, :2]))
+    p, q = (b - a).T, (c - a).T
+    area = np.abs(p[0] * q[1] - p[1] * q[0])
     row = random.choice(len(triangles), n, p=area / area.sum())
     u, v = random.random((2, n))
     weight = np.stack([1 - np.sqrt(u), np.sqrt(u) * (1 - v), np.sqrt(u) * v], axis=1)

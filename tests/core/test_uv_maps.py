@@ -43,13 +43,18 @@ def n_charts(piece):
     return len(np.unique(piece.chart))
 
 
+def flat_cross(a, b):
+    """a × b of vectors in a plane, which NumPy no longer knows."""
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
 def share_twice(packed, faces):
     """Share of an image's points on triangles that lie on two of them, by points at random."""
     a, b, c = np.moveaxis(packed.uv[0][faces.triangles].astype(float), 1, 0)
     points = np.random.default_rng(0).random((4000, 2))
 
     def side(p, q):
-        return np.cross((q - p)[:, None], points[None] - p[:, None])
+        return flat_cross((q - p)[:, None], points[None] - p[:, None])
 
     sides = np.stack([side(a, b), side(b, c), side(c, a)])
     inside = ((sides > 1e-9).all(axis=0) | (sides < -1e-9).all(axis=0)).sum(axis=0)
@@ -89,7 +94,7 @@ def test_no_face_is_steeper_to_its_chart_than_the_angle():
     places = np.stack([np.cos(u) * np.sin(v), np.sin(u) * np.sin(v), np.cos(v)], axis=2).reshape(-1, 3)
     ball = Faces(places.astype(np.float32), ball.corner_vertex, ball.n_corners, ball.triangles)
     piece = unwrapped(ball)
-    flat = np.abs(np.cross(*np.moveaxis(piece.uv[ball.triangles][:, 1:] - piece.uv[ball.triangles][:, :1], 1, 0))) / 2
+    flat = np.abs(flat_cross(*np.moveaxis(piece.uv[ball.triangles][:, 1:] - piece.uv[ball.triangles][:, :1], 1, 0))) / 2
     corners = ball.corners()
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
     real = area > 1e-6
