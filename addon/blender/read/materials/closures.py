@@ -288,7 +288,8 @@ def _add_principled_glass(leaf: _Leaf, total: ShaderSum, base: np.ndarray) -> No
 def _add_pane(leaf: _Leaf, total: ShaderSum, base: np.ndarray) -> None:
     """Glass with a thin wall: mean reflection, and the rest straight through, or scattered as it is rough."""
     reflectance, way = mean_of_pane(leaf.ior)
-    leaf.add_glossy(total, leaf.weight * np.float32(reflectance), white(), white())  # a share, as what passes is the rest
+    # A share, as what passes is the rest
+    leaf.add_glossy(total, leaf.weight * np.float32(reflectance), white(), white())
     passing = leaf.weight * (1 - reflectance) * base**way
     total.transparent = total.transparent + passing * (1 - leaf.roughness)
     total.add(Lobe.TRANSLUCENT, passing * leaf.roughness)
