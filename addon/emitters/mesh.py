@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.compiling import kernel, kernel_array, part
 from ..core.sampling.cutpoint_table import CutpointTable, cutpoint_table, drawn_cell
-from ..core.sampling.streams import sobol
+from ..core.sampling.sobol import fixed_points
 from ..core.sampling.warps import TWO_PI, cosine_hemisphere, sample_uniform_triangle, uniform_triangle
 from ..core.vec3 import BLACK, ONE, TWO, ZERO, along, direction_to, dot, negative, put, row, times, to_world
 from ..scene import Scene
@@ -189,7 +189,7 @@ def _mean_emission(scene: Scene, triangles: np.ndarray) -> np.ndarray:
     textured = (materials.emission.texture >= 0) | (materials.coverage.texture >= 0)
     varying = np.flatnonzero(textured[scene.material_of_triangle[triangles]])
     n_points = 1 << int(np.clip(np.log2(_N_POINTS / max(len(varying), 1)), 4, 12))
-    u, v = sample_uniform_triangle(sobol(2, 0).random(n_points).astype(np.float32))
+    u, v = sample_uniform_triangle(fixed_points(n_points))
     size = _N_POINTS // n_points
     for chunk in (varying[start : start + size] for start in range(0, len(varying), size)):
         triangle = np.repeat(triangles[chunk], n_points)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..core.compiling import kernel_array
-from ..core.sampling.streams import sobol
+from ..core.sampling.sobol import fixed_points
 from ..scene import ALL_BOUNCES, Scene
 from .aiming.discs import Discs, discs_around
 from .aiming.guided import Guide, guide_cells
@@ -126,7 +126,7 @@ class Source:
 
 @cache
 def _points_for_power() -> np.ndarray:
-    return sobol(N_DIMENSIONS, 0).random(_N_FOR_POWER).astype(np.float32)
+    return fixed_points(_N_FOR_POWER, N_DIMENSIONS)
 
 
 def emitters_of(sources: Sequence[Source]) -> Emitters:

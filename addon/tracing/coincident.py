@@ -15,7 +15,7 @@ import numpy as np
 from ..core.compiling import kernel
 from ..core.parallel import slices
 from ..core.progress import Progress
-from ..core.sampling.streams import sobol
+from ..core.sampling.sobol import fixed_points
 from ..core.sampling.warps import sample_uniform_triangle
 from ..core.vec3 import along, dot, row, times
 from ..scene import RayKind, Scene
@@ -109,7 +109,7 @@ def _places(n: int) -> int:
 @cache
 def _points_within() -> np.ndarray:
     """Points of a triangle, (_MOST_POINTS, 2) float32: its middle and others."""
-    others = np.stack(sample_uniform_triangle(sobol(2, 0).random(_MOST_POINTS).astype(np.float32)), axis=1)
+    others = np.stack(sample_uniform_triangle(fixed_points(_MOST_POINTS)), axis=1)
     return np.concatenate([np.full((1, 2), 1 / 3, np.float32), others[:-1]])
 
 

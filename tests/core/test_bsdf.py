@@ -28,7 +28,8 @@ from photon_bake.addon.bsdf import (
 from photon_bake.addon.bsdf import fresnel as fresnel_parts
 from photon_bake.addon.bsdf import microfacets as parts
 from photon_bake.addon.bsdf.closure import bsdf_of
-from photon_bake.addon.core.sampling.streams import sobol_chunks, stream
+from photon_bake.addon.core.sampling.sobol import sobol_points, sobol_seeds
+from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere
 from photon_bake.addon.core.vec3 import dot, put, row
 from photon_bake.addon.scene import Channel, Closures, Materials
@@ -74,7 +75,7 @@ def direction(cos, n=N, phi=0.4):
 
 
 def numbers(seed=1, n=N, dimensions=3):
-    return next(sobol_chunks(dimensions, n, n, seed, 0))
+    return sobol_points(sobol_seeds(1, seed), 0, 0, n)[:, :dimensions]
 
 
 @dataclass

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.core.sampling.streams import sobol_chunks, stream
+from photon_bake.addon.core.sampling.sobol import sobol_points, sobol_seeds
+from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.emitters.emission import N_DIMENSIONS
 from photon_bake.addon.emitters.mesh import emissive_triangles, radiance_of
@@ -26,8 +27,7 @@ def source_of(lights=None, region=WHOLE, **scene):
 
 
 def emitted(source, n=N):
-    (u,) = sobol_chunks(N_DIMENSIONS, n, n, 11, 1)
-    return source.emit(u)
+    return source.emit(sobol_points(sobol_seeds(1, 11), 0, 0, n))
 
 
 def power_on_plane(rays, half=1.0, z=0.0):

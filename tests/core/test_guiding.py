@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
-from photon_bake.addon.core.sampling.streams import sobol
+from photon_bake.addon.core.sampling.sobol import fixed_points
 from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.photons import GuidedSource, guide_sources, trace_photons
 from photon_bake.addon.photons.guiding import EVEN
@@ -16,7 +16,7 @@ N = 1 << 16
 
 
 def unit_points(n=N):
-    return sobol(5, 3).random(n).astype(np.float32)
+    return fixed_points(n, 5)
 
 
 def guided_by(importance, lights=None, **scene):

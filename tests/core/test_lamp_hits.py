@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.core.sampling.streams import sobol
+from photon_bake.addon.core.sampling.sobol import fixed_points
 from photon_bake.addon.core.sampling.warps import sample_uniform_cone
 from photon_bake.addon.emitters.lamps import has_size
 from photon_bake.addon.scene import LightKind, RayKind
@@ -28,7 +28,7 @@ COS_MAX = 0.5  # of a cone that has all of them
 def test_rays_find_what_points_of_lamps_give(name):
     """∫ L cos θ dω over directions, and over points of the lamp; and the density is one over all of the lamp."""
     lights, n = LAMPS[name], 1 << 15
-    u = sobol(2, 1).random(n).astype(np.float32)
+    u = fixed_points(n)
     zero, one = np.zeros((n, 3), np.float32), np.zeros(n, int)
     given = light_samples(lights, one, zero, zero + np.float32([0, 0, 1]), u, np.float32(10))[1].mean(axis=0)
     directions = sample_uniform_cone(u, np.float32(COS_MAX))

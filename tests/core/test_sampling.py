@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from photon_bake.addon.core.parallel import slices
 from photon_bake.addon.core.sampling import warps
 from photon_bake.addon.core.sampling.octahedral import decode_octahedral, encode_octahedral
 from photon_bake.addon.core.sampling.sobol import N_DIMENSIONS, sobol_points, sobol_seeds
-from photon_bake.addon.core.sampling.streams import below_one, sobol_chunks, stream
+from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.tests.core.scenes import chi_square, chi_square_of_directions
 from scipy import stats
 from scipy.stats import qmc
@@ -97,12 +98,13 @@ def test_streams_depend_on_seed_and_key_only():
 
 
 def test_sobol_chunks_are_one_sequence():
-    whole = np.concatenate(list(sobol_chunks(3, 1000, 1000, 7, 1)))
-    parts = np.concatenate(list(sobol_chunks(3, 1000, 128, 7, 1)))
+    seeds = sobol_seeds(1, 7, 1)
+    whole = sobol_points(seeds, 0, 0, 1000)
+    parts = np.concatenate([sobol_points(seeds, 0, part.start, part.stop - part.start) for part in slices(1000, 128)])
     assert np.array_equal(whole, parts)
     assert whole.dtype == np.float32 and whole.min() >= 0 and whole.max() < 1
     # Far more even than random points: each of 8 × 8 × 8 cells of 512 points holds one
-    cells = (np.concatenate(list(sobol_chunks(3, 512, 512, 7, 1))) * 8).astype(int)
+    cells = (whole[:512, :3] * 8).astype(int)
     assert len(np.unique(cells @ [64, 8, 1])) > 480
 
 
@@ -133,7 +135,3 @@ def test_sobol_sequences_are_their_own_and_need_no_points_before():
     assert np.array_equal(sobol_points(seeds, 0, 100, 50), sobol_points(seeds, 0, 0, 150)[100:])
     assert np.array_equal(sobol_seeds(5, 7)[:2], seeds)
     assert (sobol_points(seeds, 0, 0, 1000) != sobol_points(seeds, 1, 0, 1000)).all()
-
-
-def test_below_one():
-    assert below_one(np.array([1 - 1e-12, 0.5]))[0] < 1

@@ -96,3 +96,8 @@ def sobol_points(seeds: np.ndarray, sequence: int, first: int, n: int) -> np.nda
     points = np.empty((n, N_DIMENSIONS), np.float32)
     _fill(seeds, sequence, first, points)
     return points
+
+
+def fixed_points(n: int, n_dimensions: int = 2) -> np.ndarray:
+    """The first n points of one sequence, (n, n_dimensions) float32 in [0, 1): the same in every bake."""
+    return np.ascontiguousarray(sobol_points(sobol_seeds(1, 0), 0, 0, n)[:, :n_dimensions])

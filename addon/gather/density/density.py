@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from ...core import vec3
 from ...core.compiling import kernel, kernel_array, part
 from ...core.parallel import Workers
-from ...core.sampling.streams import below_one, sobol
+from ...core.sampling.sobol import fixed_points
 from ...core.sampling.vectors import dot, rows
 from ...core.sampling.warps import frame, sample_uniform_disk
 from ...core.vec3 import mean, minus, plus, put, row, times
@@ -225,7 +225,7 @@ def points_of_discs(x: np.ndarray, normals: np.ndarray, r: np.ndarray, disc: np.
         The same points in a disc of radius 1; evenly spread without it.
     """
     if disc is None:
-        disc = sample_uniform_disk(below_one(sobol(2, 0).random(_N_DISC_RAYS)))
+        disc = sample_uniform_disk(fixed_points(_N_DISC_RAYS))
     tangent, bitangent = frame(normals)
     offset = disc[None, :, :1] * tangent[:, None] + disc[None, :, 1:] * bitangent[:, None]
     points: np.ndarray = x[:, None] + r[:, None, None] * offset

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from ...core.compiling import kernel, part
-from ...core.sampling.streams import sobol
+from ...core.sampling.sobol import fixed_points
 from ...core.sampling.warps import cosine_hemisphere
 from ...core.vec3 import put, row, to_world
 
@@ -22,8 +22,7 @@ def gather_directions(normals: np.ndarray, n_rays: int, random: np.random.Genera
 @lru_cache(maxsize=16)
 def stratified_set(n: int) -> np.ndarray:
     """The first n points of the Sobol sequence, (n, 2) float32, for `shifted`."""
-    power_of_two = 1 << max(n - 1, 0).bit_length()
-    return sobol(2, 0).random(power_of_two)[:n].astype(np.float32)
+    return fixed_points(n)
 
 
 @part

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from ...core.parallel import Workers
-from ...core.sampling.streams import below_one, sobol
+from ...core.sampling.sobol import fixed_points
 from ...core.sampling.vectors import dot
 from ...core.sampling.warps import sample_uniform_disk
 from ...receivers import Camera, SeenSurface
@@ -34,7 +34,7 @@ def share_of_splats(
         Of the splats that light each point; 0: none.
     """
     near = np.flatnonzero(to_edge <= radius * (radius > 0))
-    u = below_one(sobol(2, 0).random(_N_RAYS))
+    u = fixed_points(_N_RAYS)
     # ∫κ dA within ρr is 2ρ² − ρ⁴
     disc = sample_uniform_disk(np.stack([1 - np.sqrt(1 - u[:, 0]), u[:, 1]], axis=1))
     share = np.ones(len(seen), np.float32)
