@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.sampling.streams import PathNumbers
+from ..core.sampling.path_numbers import PathNumbers
 from ..core.sampling.vectors import rows
 from ..emitters import Source
 from ..scene import Scene

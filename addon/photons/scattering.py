@@ -8,7 +8,7 @@ import numpy as np
 from ..bsdf import ALL_LOBES, SPECULAR_LOBES
 from ..bsdf import scatter as parts
 from ..core.compiling import kernel, kernel_array
-from ..core.sampling.streams import PathNumbers
+from ..core.sampling.path_numbers import PathNumbers
 from ..core.sampling.vectors import dot, rows
 from ..core.sampling.warps import frame
 from ..core.vec3 import put, row

@@ -11,8 +11,7 @@ from ..bsdf.mixture import ALL_LOBES
 from ..bsdf.scatter import scatter
 from ..core.compiling import kernel, part
 from ..core.parallel import Workers, slices
-from ..core.sampling.path_numbers import path_key, two_numbers
-from ..core.sampling.streams import PathNumbers
+from ..core.sampling.path_numbers import PathNumbers, path_key, two_numbers
 from ..core.vec3 import BLACK, ONE, ZERO, dot, largest, mul, negative, times
 from ..emitters import Source, Sphere
 from ..scene import ALL_BOUNCES, RayKind, Scene, seen_by

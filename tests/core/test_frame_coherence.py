@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
-from photon_bake.addon.core.sampling.streams import PathNumbers
+from photon_bake.addon.core.sampling.path_numbers import PathNumbers
 from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.photons import emitted_rays, trace_photons
 from photon_bake.addon.scene import LightKind

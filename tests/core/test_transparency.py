@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.core.sampling.streams import PathNumbers
+from photon_bake.addon.core.sampling.path_numbers import PathNumbers
 from photon_bake.addon.emitters import bounding_sphere, light_sources
 from photon_bake.addon.photons.emission import Emission, Pass
 from photon_bake.addon.photons.emission_segment import LightLinking, emission_segment

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...core.parallel import Workers
-from ...core.sampling.streams import PathNumbers
+from ...core.sampling.path_numbers import PathNumbers
 from ...photons import Photons
 from ..density.density import LOW_DENSITY
 
