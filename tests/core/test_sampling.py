@@ -20,22 +20,23 @@ def u():
 
 
 def test_cosine_hemisphere(u):
-    assert chi_square_of_directions(warps.sample_cosine_hemisphere(u), warps.pdf_cosine_hemisphere) > 1e-3
+    assert chi_square_of_directions(warps.sample_cosine_hemisphere(u), lambda z: np.maximum(z, 0) / np.pi) > 1e-3
 
 
 def test_cosine_uniform_mixture(u):
-    assert chi_square_of_directions(warps.sample_cosine_uniform_mixture(u), warps.pdf_cosine_uniform_mixture) > 1e-3
+    directions = warps.sample_cosine_uniform_mixture(u)
+    assert chi_square_of_directions(directions, lambda z: (z >= 0) * (z + 0.5) / (2 * np.pi)) > 1e-3
 
 
 def test_uniform_sphere(u):
     directions = warps.sample_uniform_sphere(u)
-    assert chi_square_of_directions(directions, lambda z: np.full_like(z, warps.pdf_uniform_sphere())) > 1e-3
+    assert chi_square_of_directions(directions, lambda z: np.full_like(z, 1 / (4 * np.pi))) > 1e-3
 
 
 @pytest.mark.parametrize("cos_max", [-1.0, 0.0, 0.35, 0.9])
 def test_uniform_cone(u, cos_max):
     directions = warps.sample_uniform_cone(u, cos_max)
-    assert chi_square_of_directions(directions, lambda z: (z >= cos_max) * warps.pdf_uniform_cone(cos_max)) > 1e-3
+    assert chi_square_of_directions(directions, lambda z: (z >= cos_max) / (2 * np.pi * (1 - cos_max))) > 1e-3
 
 
 def test_narrow_cones_stay_narrow(u):
@@ -53,7 +54,6 @@ def test_uniform_disk(u):
         [np.linspace(0, 1, 21), np.linspace(-np.pi, np.pi, 17)],
     )
     assert chi_square(counts, np.full(counts.shape, N / counts.size)) > 1e-3
-    assert warps.pdf_uniform_disk() == pytest.approx(1 / np.pi)
 
 
 def test_uniform_triangle(u):
