@@ -165,13 +165,11 @@ def _build(place, number, low, high, first, last, second, stack):
         axis, widest = _box(place, number, begin, end, low, high, node)
         if end - begin <= _LEAF or not widest > ZERO:
             continue
-        middle = (begin + end) // 2
+        middle = begin
         if level < _EVEN_FROM:
             middle = _part_by(place, axis, number, begin, end, (low[node, axis] + high[node, axis]) / np.float32(2))
-        if middle <= begin or middle >= end:
+        if not begin < middle < end:
             middle = (begin + end) // 2
-            _part_at(place, axis, number, begin, end, middle)
-        elif level >= _EVEN_FROM:
             _part_at(place, axis, number, begin, end, middle)
         stack[n_left, 0], stack[n_left, 1], stack[n_left, 2], stack[n_left, 3] = middle, end, node, level + 1
         n_left += 1
