@@ -6,6 +6,7 @@ import numpy as np
 from photon_bake.addon.core.sampling.vectors import dot
 from photon_bake.addon.tracing.cube_maps.cube_maps import CubeMaps
 from photon_bake.addon.tracing.cube_maps.search.map_hit import Found
+from photon_bake.tests.cube_map_methods.looks import nearest_to, seen_towards
 from photon_bake.tests.cube_map_methods.secant import CLOSE, refine
 
 _Q = 8
@@ -32,7 +33,7 @@ class Fan:
         found = Found.none(len(origins))
         testing_point, texel = self._testing_points(origins, directions, found)
         s = dot(testing_point - origins, directions)  # dp, from the photon instead of V' (Eq. 1)
-        which = self.maps.nearest_to(testing_point)
+        which = nearest_to(self.maps, testing_point)
         refined, ratio, refined_texel = refine(self.maps, which, origins, directions, s, found)
         close = np.isfinite(self.maps.distance[refined_texel]) & (np.abs(ratio - 1) < CLOSE)
         way = testing_point - origins
@@ -46,7 +47,7 @@ class Fan:
         self, origins: np.ndarray, directions: np.ndarray, found: Found
     ) -> tuple[np.ndarray, np.ndarray]:
         """Initial testing points I (n, 3) in world space, and their texels (n,), −1 where there is none."""
-        which = self.maps.nearest_to(origins)
+        which = nearest_to(self.maps, origins)
         t, r = origins - self.maps.centres[which], directions
         to_photon = t / np.maximum(np.sqrt(dot(t, t)), np.float32(1e-30))[:, None]
         across = r - dot(to_photon, r)[:, None] * to_photon
@@ -67,7 +68,7 @@ class Fan:
 
             # The middle of the best section is the new testing point, if the map sees something there
             q = turn.by((low[live] + high[live]) / 2)
-            seen_in, distance = self.maps.towards(which[live], q, 0)
+            seen_in, distance = seen_towards(self.maps, which[live], q, 0)
             new = some & np.isfinite(distance)
             moved = np.where(new, distance, 0)[:, None] * q - point[live]
             point[live[new]] += moved[new]
@@ -77,7 +78,7 @@ class Fan:
 
     def _energy(self, which: np.ndarray, t: np.ndarray, r: np.ndarray, q: np.ndarray, level: int) -> np.ndarray:
         """The energy f of what maps see in directions q (n, 3), (n,); infinite where that cannot be a hit."""
-        _, distance = self.maps.towards(which, q, level)
+        _, distance = seen_towards(self.maps, which, q, level)
         sees = np.isfinite(distance)
         p = np.where(sees, distance, 0)[:, None] * q - t
         length, along = np.sqrt(dot(p, p)), dot(p, r)

@@ -6,6 +6,7 @@ import numpy as np
 from photon_bake.addon.core.sampling.vectors import dot
 from photon_bake.addon.tracing.cube_maps.cube_maps import CubeMaps
 from photon_bake.addon.tracing.cube_maps.search.map_hit import Found
+from photon_bake.tests.cube_map_methods.looks import seen_towards
 from photon_bake.tests.cube_map_methods.secant import refine
 
 
@@ -27,7 +28,7 @@ class Plane:
         least_cosine = np.float32(np.cos(1 / self.maps.size))
         for number, centre in enumerate(self.maps.centres):
             which, t = np.full(len(origins), number), origins - centre
-            _, distance = self.maps.towards(which, directions, 0)
+            _, distance = seen_towards(self.maps, which, directions, 0)
             found.n_look_ups += len(origins)
             dp = np.where(np.isfinite(distance), distance, 0) - dot(t, directions)
             s, _, texel = refine(self.maps, which, origins, directions, dp, found)

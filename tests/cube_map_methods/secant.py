@@ -4,6 +4,7 @@ import numpy as np
 from photon_bake.addon.core.sampling.vectors import dot
 from photon_bake.addon.tracing.cube_maps.cube_maps import CubeMaps
 from photon_bake.addon.tracing.cube_maps.search.map_hit import Found
+from photon_bake.tests.cube_map_methods.looks import seen_towards
 
 CLOSE = np.float32(0.05)
 """How far from 1 the ratio of a point that counts as met may be."""
@@ -42,7 +43,7 @@ def refine(
     live = np.arange(len(s))
     for _ in range(_N_STEPS):
         p = t[live] + s[live, None] * directions[live]
-        texel[live], distance = maps.towards(which[live], p, 0)
+        texel[live], distance = seen_towards(maps, which[live], p, 0)
         ratio[live] = np.sqrt(dot(p, p)) / distance
         found.n_look_ups += len(live)
         on = (np.abs(ratio[live] - 1) > _DONE) & np.isfinite(distance)

@@ -5,7 +5,6 @@ from functools import cached_property
 from time import perf_counter
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ...core.compiling import kernel_array
 from ...core.parallel import Workers
@@ -116,10 +115,6 @@ class CubeMaps:
         return np.cumsum(6 * len(self) * sides**2) - 6 * len(self) * sides**2
 
     @cached_property
-    def _tree(self) -> cKDTree:
-        return cKDTree(self.centres)
-
-    @cached_property
     def arrays(self) -> MapArrays:
         """What kernels read."""
         return MapArrays(
@@ -138,24 +133,6 @@ class CubeMaps:
         texel, z = np.empty(len(p), np.int64), np.empty(len(p), np.float32)
         texels_at(self.arrays, kernel_array(which, np.int64), kernel_array(p, np.float32), texel, z)
         return texel, z
-
-    def towards(self, which: np.ndarray, p: np.ndarray, level: int) -> tuple[np.ndarray, np.ndarray]:
-        """What maps (n,) see in directions p (n, 3) of any length: texels (n,) and distances (n,), m.
-
-        At coarser levels of the mip chain the distance is that of the nearest depth z in the cell.
-        """
-        texel, z = self.texel(which, p)
-        if level == 0:
-            return texel, self.distance[texel]
-        face_and_row, column = np.divmod(texel, self.size)
-        face, row = np.divmod(face_and_row, self.size)
-        side = self.size >> level
-        cell = self.level_start[level] + (face * side + (row >> level)) * side + (column >> level)
-        return texel, self.nearest[cell] * np.sqrt(dot(p, p)) / z
-
-    def nearest_to(self, positions: np.ndarray) -> np.ndarray:
-        """Maps whose centres are nearest to positions (n, 3), (n,) int64."""
-        return self._tree.query(positions)[1]
 
     def plane(self, texel: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Plane n · p = h of texels (n,): normals (n, 3) and h (n,) < 0; h is −∞ where a texel sees nothing."""
