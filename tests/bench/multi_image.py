@@ -20,7 +20,7 @@ from photon_bake.addon.pipeline.outputs import N_LIGHT_RAYS
 from photon_bake.addon.scene import Scene
 from photon_bake.addon.scene.surface_points import surface_points
 from photon_bake.addon.tracing import Hits, TransparencyTracer
-from photon_bake.addon.tracing.cube_maps import LightRays, MultiImageTracer, Tally, lit_region
+from photon_bake.addon.tracing.cube_maps import LightRays, MultiImageTracer, Statistics, lit_region
 from photon_bake.addon.tracing.cube_maps.box import through_box
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.cube_map_methods.fan import Fan
@@ -105,12 +105,12 @@ def right(case, hits, shares_of_diagonal=RIGHT):
 
 def trace(case, tracer):
     """Hits, look-ups a ray, microseconds a ray, and rays by loops."""
-    tracer.tally = Tally()
+    tracer.statistics = Statistics()
     start = perf_counter()
     hits = tracer.closest_hit(case.origins, case.directions)
     seconds = perf_counter() - start
     n = len(case.origins)
-    return hits, tracer.tally.n_look_ups / n, seconds / n * 1e6, tracer.tally.n_rays_of_loops
+    return hits, tracer.statistics.n_look_ups / n, seconds / n * 1e6, tracer.statistics.n_rays_of_loops
 
 
 def method_rows(case):

@@ -2,16 +2,18 @@
 
 import numpy as np
 import pytest
+from photon_bake.addon.core.compiling import kernel
 from photon_bake.addon.core.errors import Cancelled
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.core.sampling.warps import sample_uniform_sphere
+from photon_bake.addon.core.vec3 import row
 from photon_bake.addon.scene import RayKind
-from photon_bake.addon.tracing.cube_maps import CubeMaps, LightRays, MultiImageTracer, Tally, lit_region
+from photon_bake.addon.tracing.cube_maps import CubeMaps, LightRays, MultiImageTracer, Statistics, lit_region
 from photon_bake.addon.tracing.cube_maps.cube_maps import _texel_directions
 from photon_bake.addon.tracing.cube_maps.placement import placed, regular, seen_solid_angle
-from photon_bake.addon.tracing.cube_maps.search.map_index import Guide
+from photon_bake.addon.tracing.cube_maps.search.map_index import MapIndex, cell_at
 from photon_bake.addon.tracing.cube_maps.search.segments import LitSides
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, scene_of
@@ -223,15 +225,15 @@ def test_taking_maps_tells_how_far_it_is_and_can_be_cancelled():
         images(scene_of(*box()), workers=Workers(progress=cancelled))
 
 
-def test_tally_counts_what_rays_take():
+def test_statistics_count_what_rays_take():
     tracer = images(scene_of(*box()))
     origins = np.zeros((100, 3), np.float32)
-    tracer.tally = Tally()
+    tracer.statistics = Statistics()
     tracer.closest_hit(origins, directions(100))
     tracer.closest_hit(origins + 9, directions(100))  # these start outside, and most pass by
-    assert tracer.tally.n_rays == 200 and tracer.tally.n_rays_of_loops.sum() == 200
-    assert tracer.tally.n_rays_of_loops[0] > 80
-    assert 100 * 2 < tracer.tally.n_look_ups < 200 * 50
+    assert tracer.statistics.n_rays == 200 and tracer.statistics.n_rays_of_loops.sum() == 200
+    assert tracer.statistics.n_rays_of_loops[0] > 80
+    assert 100 * 2 < tracer.statistics.n_look_ups < 200 * 50
 
 
 def test_texels_say_what_embree_sees():
@@ -270,15 +272,27 @@ def test_mip_chain_is_conservative():
     assert len(maps.nearest) == maps.level_start[-1] + 12
 
 
-def test_guide_names_maps_that_see_the_place():
+@kernel
+def cells_at(index, positions, cell):
+    for i in range(len(positions)):
+        cell[i] = cell_at(index, row(positions, i))
+
+
+def maps_to_ask(index, positions):
+    cell = np.empty(len(positions), np.int64)
+    cells_at(index.arrays, positions, cell)
+    return index.choices[cell]
+
+
+def test_index_names_maps_that_see_the_place():
     """Two rooms, one map in each: either room's places ask the map in it first."""
     scene = scene_of(*merge(box(0.5), (box(0.5)[0] + np.float32([1, 0, 0]), box(0.5)[1])))
     maps = maps_at(scene, (0, 0, 0), (1, 0, 0))
-    guide = Guide.of(maps, np.array([[-0.5, -0.5, -0.5], [1.5, 0.5, 0.5]], np.float32), scene.bounds, Workers())
+    index = MapIndex.of(maps, np.array([[-0.5, -0.5, -0.5], [1.5, 0.5, 0.5]], np.float32), scene.bounds, Workers())
     places = stream(2).uniform(-0.45, 0.45, (500, 3)).astype(np.float32)
     for room in (0, 1):
-        assert (guide.at(places + np.float32([room, 0, 0]))[:, 0] == room).mean() > 0.9
-    assert guide.at(np.array([[1e6, 0, 0], [-1e6, 1e6, 1e6]], np.float32)).shape == (2, 2)
+        assert (maps_to_ask(index, places + np.float32([room, 0, 0]))[:, 0] == room).mean() > 0.9
+    assert maps_to_ask(index, np.array([[1e6, 0, 0], [-1e6, 1e6, 1e6]], np.float32)).shape == (2, 2)
 
 
 def test_placed_maps_see_more_than_regular_ones():

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from photon_bake.addon.core.sampling.vectors import dot
 from photon_bake.addon.tracing.cube_maps.cube_maps import CubeMaps
-from photon_bake.addon.tracing.cube_maps.search.map_hit import Found
+from photon_bake.addon.tracing.cube_maps.search.map_hit import MapHits
 from photon_bake.tests.cube_map_methods.looks import nearest_to, seen_towards
 from photon_bake.tests.cube_map_methods.secant import CLOSE, refine
 
@@ -23,14 +23,14 @@ class Fan:
     The energy f(p) = d² a (Eq. 2, 3) is taken with d relative to |p − t|, and for points that are clear of the photon.
     As the paper has it, in metres and everywhere, it prefers the photon's own surface, where |p − t| is small.
 
-    `Found.loops` are the partitions.
+    `MapHits.loops` are the partitions.
     """
 
     maps: CubeMaps
 
-    def find(self, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray) -> Found:
+    def find(self, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray) -> MapHits:
         """See `Method.find`."""
-        found = Found.none(len(origins))
+        found = MapHits.none(len(origins))
         testing_point, texel = self._testing_points(origins, directions, found)
         s = dot(testing_point - origins, directions)  # dp, from the photon instead of V' (Eq. 1)
         which = nearest_to(self.maps, testing_point)
@@ -44,7 +44,7 @@ class Fan:
         return found
 
     def _testing_points(
-        self, origins: np.ndarray, directions: np.ndarray, found: Found
+        self, origins: np.ndarray, directions: np.ndarray, found: MapHits
     ) -> tuple[np.ndarray, np.ndarray]:
         """Initial testing points I (n, 3) in world space, and their texels (n,), −1 where there is none."""
         which = nearest_to(self.maps, origins)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from photon_bake.addon.core.sampling.vectors import dot
 from photon_bake.addon.tracing.cube_maps.cube_maps import CubeMaps
-from photon_bake.addon.tracing.cube_maps.search.map_hit import Found
+from photon_bake.addon.tracing.cube_maps.search.map_hit import MapHits
 from photon_bake.tests.cube_map_methods.looks import seen_towards
 from photon_bake.tests.cube_map_methods.secant import refine
 
@@ -17,14 +17,14 @@ class Plane:
     Where the ray meets that plane, the secant method starts, in each map. Of the points that the maps come to, the one
     nearest to the photon is taken among those that it sees within half a texel of the ray's direction.
 
-    `Found.loops` are the maps tried.
+    `MapHits.loops` are the maps tried.
     """
 
     maps: CubeMaps
 
-    def find(self, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray) -> Found:
+    def find(self, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray) -> MapHits:
         """See `Method.find`."""
-        found = Found.none(len(origins))
+        found = MapHits.none(len(origins))
         least_cosine = np.float32(np.cos(1 / self.maps.size))
         for number, centre in enumerate(self.maps.centres):
             which, t = np.full(len(origins), number), origins - centre

@@ -3,7 +3,7 @@
 import numpy as np
 from photon_bake.addon.core.sampling.vectors import dot
 from photon_bake.addon.tracing.cube_maps.cube_maps import CubeMaps
-from photon_bake.addon.tracing.cube_maps.search.map_hit import Found
+from photon_bake.addon.tracing.cube_maps.search.map_hit import MapHits
 from photon_bake.tests.cube_map_methods.looks import seen_towards
 
 CLOSE = np.float32(0.05)
@@ -14,7 +14,7 @@ _N_STEPS = 8
 
 
 def refine(
-    maps: CubeMaps, which: np.ndarray, origins: np.ndarray, directions: np.ndarray, guess: np.ndarray, found: Found
+    maps: CubeMaps, which: np.ndarray, origins: np.ndarray, directions: np.ndarray, guess: np.ndarray, found: MapHits
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Where rays meet what their maps see, from a guess of the distance.
 

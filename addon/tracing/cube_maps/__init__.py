@@ -7,7 +7,7 @@ graphics card this needs no tree; the kernels here read as those of a graphics c
 from .cube_maps import CubeMaps
 from .placement import lit_region
 from .search.segments import LightRays
-from .search.statistics import Tally
+from .search.statistics import Statistics
 from .tracer import MultiImageTracer
 
-__all__ = ["CubeMaps", "LightRays", "MultiImageTracer", "Tally", "lit_region"]
+__all__ = ["CubeMaps", "LightRays", "MultiImageTracer", "Statistics", "lit_region"]

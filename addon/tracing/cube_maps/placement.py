@@ -59,17 +59,17 @@ def placed(
     candidates = _candidates(scene, tracer, region, sides, inside, random)
     fine = np.linalg.norm(region[1] - region[0]) * _FINE
 
-    def worth(place: np.ndarray) -> np.ndarray:
+    def score(place: np.ndarray) -> np.ndarray:
         # Texels a surface area, over that of texels that cover fine²
         density = seen_solid_angle(tracer, place, sides) * (size * fine / 2) ** 2
         return 0.5 * (density > 0) + 0.5 * density / (1 + density)
 
-    worths = np.stack(list(each(workers, worth, list(candidates))))
+    scores = np.stack(list(each(workers, score, list(candidates))))
     weights = np.where(inside, _INSIDE / max(inside.sum(), 1), (1 - _INSIDE) / max((~inside).sum(), 1))
     best, chosen = np.zeros(len(weights)), []
     for _ in range(n_maps):
-        chosen.append(int((np.maximum(worths - best, 0) @ weights).argmax()))
-        best = np.maximum(best, worths[chosen[-1]])
+        chosen.append(int((np.maximum(scores - best, 0) @ weights).argmax()))
+        best = np.maximum(best, scores[chosen[-1]])
     return candidates[chosen]
 
 

@@ -13,10 +13,10 @@ from .box import thickened, through_box, widened
 from .cube_maps import CubeMaps
 from .placement import placed, regular
 from .search.crossing import Crossing
-from .search.map_hit import Found, Method
-from .search.map_index import Guide
+from .search.map_hit import MapHits, Method
+from .search.map_index import MapIndex
 from .search.segments import LightRays
-from .search.statistics import Tally
+from .search.statistics import Statistics
 
 _CHUNK = 1 << 13  # rays, which take less than 0.05 s
 _SHORT_OF_TARGET = np.float32(1 - 1e-4)
@@ -32,14 +32,14 @@ class MultiImageTracer:
 
     Attributes
     ----------
-    tally : Tally or None
+    statistics : Statistics or None
         Counts what rays take, while there is one.
     """
 
     def __init__(self, scene: Scene, methods: list[Method]) -> None:
         self._scene, self._methods = scene, methods
         self._bounds = widened(scene.bounds, _MARGIN)
-        self.tally: Tally | None = None
+        self.statistics: Statistics | None = None
 
     @staticmethod
     def build(
@@ -83,7 +83,7 @@ class MultiImageTracer:
             maps = CubeMaps.taken_from(centres, size, scene, tracer, kind, workers.part(0.5, 0.8))
             if method is not None:
                 return method(maps)
-            return Crossing(maps, Guide.of(maps, region, scene.bounds, workers.part(0.8, 1)))
+            return Crossing(maps, MapIndex.of(maps, region, scene.bounds, workers.part(0.8, 1)))
 
         return MultiImageTracer(scene, tree_of_each_kind(scene.objects, method_for))
 
@@ -126,9 +126,9 @@ class MultiImageTracer:
         occluded[k] = ~self._methods[RayKind.SHADOW].maps.goes_through(found.texel[k], targets[k])
         return occluded
 
-    def _find(self, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray, kind: RayKind) -> Found:
+    def _find(self, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray, kind: RayKind) -> MapHits:
         """What rays meet on their way through the scene's bounds; outside of them there is nothing."""
-        found = Found.none(len(origins))
+        found = MapHits.none(len(origins))
         enter, leave = through_box(self._bounds, origins, directions)
         through = np.flatnonzero(enter < np.minimum(leave, t_max))
         farthest = np.minimum(leave + np.float32(_BEYOND * self._scene.diagonal), t_max)
@@ -137,6 +137,6 @@ class MultiImageTracer:
             part = self._methods[kind].find(start, directions[k], farthest[k] - enter[k])
             found.distance[k], found.texel[k], found.loops[k] = part.distance + enter[k], part.texel, part.loops
             found.n_look_ups += part.n_look_ups
-        if self.tally is not None:
-            self.tally.add(found)
+        if self.statistics is not None:
+            self.statistics.add(found)
         return found

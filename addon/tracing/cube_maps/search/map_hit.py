@@ -9,7 +9,7 @@ from ..cube_maps import CubeMaps
 
 
 @dataclass
-class Found:
+class MapHits:
     """Where n rays meet the surfaces of cube maps, filled in by the method that looks.
 
     Attributes
@@ -30,9 +30,9 @@ class Found:
     n_look_ups: int = 0
 
     @staticmethod
-    def none(n: int) -> "Found":
+    def none(n: int) -> "MapHits":
         """As many rays that meet nothing."""
-        return Found(np.full(n, np.inf, np.float32), np.full(n, -1), np.zeros(n, np.int32))
+        return MapHits(np.full(n, np.inf, np.float32), np.full(n, -1), np.zeros(n, np.int32))
 
 
 class Method(Protocol):
@@ -41,6 +41,6 @@ class Method(Protocol):
     @property
     def maps(self) -> CubeMaps: ...
 
-    def find(self, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray) -> Found:
+    def find(self, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray) -> MapHits:
         """Where rays (n, 3) in world space meet a surface nearer than `t_max` (n,), float32, m."""
         ...

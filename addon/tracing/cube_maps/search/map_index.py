@@ -6,11 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....core.compiling import kernel, kernel_array, part
+from ....core.compiling import kernel_array, part
 from ....core.parallel import Workers
 from ....core.sampling.streams import stream
 from ....core.sampling.vectors import dot
-from ....core.vec3 import row
 from ..cube_maps import CubeMaps
 from ..stage import each
 
@@ -20,8 +19,8 @@ _N_POINTS = 4  # of a cell, where visibility is looked at
 _STREAM = 51
 
 
-class GuideArrays(NamedTuple):
-    """The arrays of a `Guide`, for kernels."""
+class MapIndexArrays(NamedTuple):
+    """The arrays of a `MapIndex`, for kernels."""
 
     x: np.ndarray
     y: np.ndarray
@@ -31,11 +30,11 @@ class GuideArrays(NamedTuple):
 
 
 @part
-def cell_at(guide, p):
-    """The cell of a guide that a point is in; outside of them all the nearest."""
-    column = _interval(guide.x, p[0])
-    column = column * (len(guide.y) - 1) + _interval(guide.y, p[1])
-    return column * (len(guide.z) - 1) + _interval(guide.z, p[2])
+def cell_at(index, p):
+    """The cell of an index that a point is in; outside of them all the nearest."""
+    column = _interval(index.x, p[0])
+    column = column * (len(index.y) - 1) + _interval(index.y, p[1])
+    return column * (len(index.z) - 1) + _interval(index.z, p[2])
 
 
 @part
@@ -51,14 +50,8 @@ def _interval(edges, x):
     return low
 
 
-@kernel
-def _cells_at(guide, positions, cell):
-    for i in range(len(positions)):
-        cell[i] = cell_at(guide, row(positions, i))
-
-
 @dataclass(frozen=True)
-class Guide:
+class MapIndex:
     """A grid whose cells know the maps that see them best: however many maps there are, a ray asks a few.
 
     Over a region the cells are cubes; a shell of large cells around them reaches to the bounds of the scene.
@@ -78,8 +71,8 @@ class Guide:
     reach: float
 
     @staticmethod
-    def of(maps: CubeMaps, region: np.ndarray, bounds: np.ndarray, workers: Workers) -> "Guide":
-        """The guide to maps in a region (2, 3) of a scene with some bounds (2, 3).
+    def of(maps: CubeMaps, region: np.ndarray, bounds: np.ndarray, workers: Workers) -> "MapIndex":
+        """The index to maps in a region (2, 3) of a scene with some bounds (2, 3).
 
         A map is the better the more points of a cell it sees, and the nearer it is, since its texels are then small.
         """
@@ -94,7 +87,7 @@ class Guide:
         )
         places = stream(workers.seed, _STREAM).random((_N_POINTS, *corner.shape), np.float32)
 
-        def worth(number: int) -> np.ndarray:
+        def score(number: int) -> np.ndarray:
             which, n_seen = np.full(len(corner), number), np.zeros(len(corner), np.float32)
             for place in places:
                 p = corner + place * size - maps.centres[number]
@@ -103,18 +96,12 @@ class Guide:
             to_middle = corner + size / 2 - maps.centres[number]
             return (1 + n_seen) / (np.sqrt(dot(to_middle, to_middle)) + size.max(axis=1))
 
-        worths = np.stack(list(each(workers, worth, range(len(maps)))), axis=1)
-        choices = np.argsort(-worths, axis=1, kind="stable")[:, :_N_CHOICES].astype(np.int32)
-        return Guide((x, y, z), choices, float(side * np.sqrt(3)))
-
-    def at(self, positions: np.ndarray) -> np.ndarray:
-        """Maps to ask at positions (n, 3), the best first, (n, c) int32."""
-        cell = np.empty(len(positions), np.int64)
-        _cells_at(self.arrays, kernel_array(positions, np.float32), cell)
-        return self.choices[cell]
+        scores = np.stack(list(each(workers, score, range(len(maps)))), axis=1)
+        choices = np.argsort(-scores, axis=1, kind="stable")[:, :_N_CHOICES].astype(np.int32)
+        return MapIndex((x, y, z), choices, float(side * np.sqrt(3)))
 
     @cached_property
-    def arrays(self) -> GuideArrays:
+    def arrays(self) -> MapIndexArrays:
         """What kernels read."""
         x, y, z = (kernel_array(edges, np.float32) for edges in self.edges)
-        return GuideArrays(x, y, z, kernel_array(self.choices, np.int32), np.float32(self.reach))
+        return MapIndexArrays(x, y, z, kernel_array(self.choices, np.int32), np.float32(self.reach))

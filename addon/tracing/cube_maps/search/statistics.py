@@ -4,10 +4,10 @@ from threading import Lock
 
 import numpy as np
 
-from .map_hit import Found
+from .map_hit import MapHits
 
 
-class Tally:
+class Statistics:
     """Adds up what rays took, from any thread.
 
     Attributes
@@ -23,7 +23,7 @@ class Tally:
         self.n_rays_of_loops = np.zeros(0, np.int64)
         self._lock = Lock()
 
-    def add(self, found: Found) -> None:
+    def add(self, found: MapHits) -> None:
         """Add some rays."""
         with self._lock:
             self.n_rays += len(found.loops)
