@@ -1,11 +1,13 @@
 """The scene: triangles, and what they are made of and lit by."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ..core.compiling import kernel_array
+from ..core.parallel import slices
 from ..core.sampling.octahedral import encode_octahedral
 from ..core.sampling.vectors import dot, rows
 from . import hit
@@ -112,14 +114,17 @@ class Scene:
         """Length of the bounds' diagonal, m."""
         return float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
 
+    def _chunks(self) -> Iterator[tuple[slice, np.ndarray, np.ndarray, np.ndarray]]:
+        """Slices of the triangles and their corners, (3, n) float64 each: NumPy is fast along rows of coordinates."""
+        for part in slices(self.n_triangles, _CHUNK):
+            a, b, c = (rows(self.vertices, self.triangles[part, i]).astype(np.float64).T for i in range(3))
+            yield part, a, b, c
+
     @cached_property
     def _normals_and_areas(self) -> tuple[np.ndarray, np.ndarray]:
         """Unit normals (t, 3) float32 and areas (t,) float64, in chunks: of a large scene the edges would be larger."""
         normals, areas = np.empty((self.n_triangles, 3), np.float32), np.empty(self.n_triangles)
-        for start in range(0, self.n_triangles, _CHUNK):
-            part = slice(start, start + _CHUNK)
-            # Rows are coordinates: along them NumPy is several times as fast
-            a, b, c = (self.vertices.take(self.triangles[part, i], axis=0).astype(np.float64).T for i in range(3))
+        for part, a, b, c in self._chunks():
             ab, ac = b - a, c - a
             cross = ab[[1, 2, 0]] * ac[[2, 0, 1]] - ab[[2, 0, 1]] * ac[[1, 2, 0]]
             length = np.sqrt(np.einsum("in,in->n", cross, cross))
@@ -245,9 +250,7 @@ class Scene:
         their width is not taken, since such a step could lead past other surfaces, and little light is on them.
         """
         errors = np.empty(self.n_triangles, np.float32)
-        for start in range(0, self.n_triangles, _CHUNK):
-            part = slice(start, start + _CHUNK)
-            a, b, c = (self.vertices.take(self.triangles[part, i], axis=0).astype(np.float64).T for i in range(3))
+        for part, a, b, c in self._chunks():
             ab, ac, area = np.abs(b - a), np.abs(c - a), self.areas[part]
             extents = np.maximum(np.maximum(ab, ac), np.abs(c - b))
             products = (ab[[1, 2, 0]] * ac[[2, 0, 1]] + ab[[2, 0, 1]] * ac[[1, 2, 0]]) / (2 * area)
