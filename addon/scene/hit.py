@@ -184,6 +184,7 @@ def texel(textures, image, x, y):
         x, y = min(max(x, ZERO), ONE), min(max(y, ZERO), ONE)
     else:
         x, y = x - np.floor(x), y - np.floor(y)
+    x, y = x if x > ZERO else ZERO, y if y > ZERO else ZERO  # where a UV map has no number, too
     column = min(np.int32(x * np.float32(width)), width - 1)
     line = min(np.int32(y * np.float32(height)), height - 1)
     return row(textures.pixels, textures.offset[image] + line * width + column)

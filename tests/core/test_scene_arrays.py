@@ -62,6 +62,9 @@ def test_flat_triangles_are_shaded_by_their_own_normal():
         (True, (1.25, -0.25), 1),  # goes on with its edges
         (True, (1.0, 1.0), 3),
         (False, (0.75, 0.25), 1),
+        (False, (np.nan, 0.75), 2),  # as at 0: a kernel reads whatever its index says
+        (True, (np.inf, np.nan), 1),
+        (False, (np.inf, 0.75), 2),
     ],
 )
 def test_textures_give_the_nearest_texel(extends, uv, texel):
