@@ -67,7 +67,6 @@ class DirectLight:
         chance = power / power.sum() / 2 + lit / lit.sum() / 2 if lit.any() else power
         lamps, mesh, world = (np.float32(c) for c in (chance[:-2].sum(), chance[-2], chance[-1]))
         self.arrays = DirectArrays(
-            scene.arrays,
             of.lamps,
             of.mesh,
             of.world,
@@ -158,7 +157,8 @@ class DirectLight:
         radiance = np.empty((len(directions), 3), np.float32)
         ways = kernel_array(directions, np.float32), kernel_array(normals, np.float32)
         distance, u, v = (kernel_array(of, np.float32) for of in (hits.distance, hits.u, hits.v))
-        _meet_many(self.arrays, kernel_array(hits.triangle, np.int32), distance, u, v, *ways, radiance)
+        at = kernel_array(hits.triangle, np.int32), distance, u, v, *ways
+        _meet_many(self.arrays, self.tracer.arrays.scene, *at, radiance)
         return radiance
 
     def unsampled_sky(self, hits: Hits, directions: np.ndarray) -> np.ndarray:
@@ -203,7 +203,8 @@ def _light_many(direct, tracing, room, positions, normals, objects, n_samples, w
 def _sample_many(direct, tracing, room, positions, normals, objects, rays_own, key, irradiance, towards, sources):
     for k in range(len(positions)):
         position, normal = row(positions, k), row(normals, k)
-        target, light, lamp, lit = sample_emitters(direct, position, normal, objects[k], rays_own, key, k, 0)
+        at = position, normal, objects[k]
+        target, light, lamp, lit = sample_emitters(direct, tracing.scene, *at, rays_own, key, k, 0)
         if lit:
             light = mul(light, visible_share(direct, tracing, room, lamp, position, target))
         way, _ = direction_to(position, target)
@@ -213,9 +214,10 @@ def _sample_many(direct, tracing, room, positions, normals, objects, rays_own, k
 
 
 @kernel
-def _meet_many(direct, triangle, distance, u, v, directions, normals, radiance):
+def _meet_many(direct, scene, triangle, distance, u, v, directions, normals, radiance):
     for k in range(len(triangle)):
-        light = met_radiance(direct, triangle[k], distance[k], u[k], v[k], row(directions, k), row(normals, k))
+        at = triangle[k], distance[k], u[k], v[k], row(directions, k), row(normals, k)
+        light = met_radiance(direct, scene, *at)
         put(radiance, k, light)
 
 
