@@ -223,7 +223,7 @@ def test_constant_world_is_for_rays():
     direct = direct_of(scene_of(*plane(0.1, z=-50), world=0.5))
     at = receivers_at(np.zeros((1000, 3)), UP)
     assert not direct.irradiance(at.position, at.normal, None, stream(1)).any()
-    assert np.allclose(direct.irradiance_with_sky(at.position, at.normal, None, stream(1)), np.pi / 2)
+    assert np.allclose(direct.irradiance(at.position, at.normal, None, stream(1), with_sky=True), np.pi / 2)
 
 
 def test_textured_emission():

@@ -98,12 +98,6 @@ class DirectLight:
         """
         return self.mean_irradiance(positions, normals, objects, 1, _key(random), with_sky=with_sky)
 
-    def irradiance_with_sky(
-        self, positions: np.ndarray, normals: np.ndarray, objects: np.ndarray | None, random: np.random.Generator
-    ) -> np.ndarray:
-        """One estimate of all direct irradiance at each point, (n, 3) float32, W/m²; see `irradiance`."""
-        return self.irradiance(positions, normals, objects, random, with_sky=True)
-
     def mean_irradiance(
         self,
         positions: np.ndarray,
