@@ -141,20 +141,19 @@ class SurfaceElements:
     @cached_property
     def areas(self) -> np.ndarray:
         """Area of each element, (e,) float64, m²."""
-        if len(self) == 0:
-            return np.zeros(0)
         start, _ = self._run
-        runs, run_of_element = np.unique(start, return_inverse=True)
-        area = np.add.reduceat(self.cell_areas[self._order], runs)[run_of_element]
-        return area / self.cuts[self._order[start]].astype(np.float64) ** 2
+        return self._reduced(np.add, self.cell_areas) / self.cuts[self._order[start]].astype(np.float64) ** 2
 
     def of_cells(self, values: np.ndarray) -> np.ndarray:
         """Whether a flag (c, …) bool is set on any cell of each element, (e, …) bool."""
-        if len(self) == 0:
-            return np.zeros((0, *values.shape[1:]), bool)
+        return self._reduced(np.logical_or, values)
+
+    def _reduced(self, reduce: np.ufunc, values: np.ndarray) -> np.ndarray:
+        """Values (c, …) of each element's cells made one, (e, …)."""
         start, _ = self._run
         runs, run_of_element = np.unique(start, return_inverse=True)
-        return np.logical_or.reduceat(values[self._order], runs, axis=0)[run_of_element]
+        reduced: np.ndarray = reduce.reduceat(values[self._order], runs, axis=0)[run_of_element]
+        return reduced
 
     @cached_property
     def arrays(self) -> "ElementArrays":
