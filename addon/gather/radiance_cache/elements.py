@@ -170,12 +170,6 @@ class SurfaceElements:
         _find_elements(self.arrays, triangle, u, v, found)
         return found
 
-    def sample(self, element: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Points uniform by area on elements, from (n, 3) numbers in [0, 1): triangle, u, v, (n,) each."""
-        triangle, (x, y) = np.empty(len(element), np.int32), np.empty((2, len(element)), np.float32)
-        _sample(self.arrays, element, u, triangle, x, y)
-        return triangle, x, y
-
 
 class ElementArrays(NamedTuple):
     """Elements as kernels take them; see `SurfaceElements`.
@@ -257,13 +251,6 @@ def _find_elements(elements, triangle, u, v, found):
     for k in range(len(triangle)):
         if triangle[k] >= 0:
             found[k] = element_at(elements, triangle[k], u[k], v[k])
-
-
-@kernel
-def _sample(elements, element, numbers, triangle, u, v):
-    """Points on n elements, from (n, 3) numbers in [0, 1)."""
-    for k in range(len(element)):
-        triangle[k], u[k], v[k] = point_on(elements, element[k], numbers[k, 0], numbers[k, 1], numbers[k, 2])
 
 
 def _groups(scene: Scene, cells: SurfaceCells, small: np.ndarray, wanted: np.ndarray) -> np.ndarray:
