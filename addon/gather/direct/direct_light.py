@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.compiling import kernel, kernel_array
-from ...core.vec3 import BLACK, ONE, direction_to, mul, plus, put, row, times
+from ...core.vec3 import BLACK, ONE, ZERO, direction_to, dot, mul, plus, put, row, times
 from ...emitters import Source
 from ...emitters.aiming.regions import Sphere
 from ...emitters.row import MESH, WORLD
@@ -137,8 +137,8 @@ class DirectLight:
         objects : (n,) int32 or None
             The objects that the points are on, for lamps that do not light all; None: they light all.
         rays_own : bool
-            Leave out what a cosine-weighted ray finds more often. The caller sends one from each point, and adds what
-            `met` says of it.
+            Leave out what a cosine-weighted ray finds more often. The caller sends one from each point, and adds
+            `met_radiance` of it.
         """
         irradiance, towards = np.empty((2, len(positions), 3), np.float32)
         source, at = np.empty(len(positions), np.int64), _points(positions, normals, objects)
@@ -146,14 +146,11 @@ class DirectLight:
         _sample_many(self.arrays, self.tracer.arrays, new_ray(), *at, rays_own, _key(random), *to)
         return Incident(*to)
 
-    def met(self, hits: Hits, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """`met_radiance` of rays that start from surfaces with `normals` (n, 3), (n, 3) float32."""
-        radiance = np.empty((len(directions), 3), np.float32)
-        ways = kernel_array(directions, np.float32), kernel_array(normals, np.float32)
-        distance, u, v = (kernel_array(of, np.float32) for of in (hits.distance, hits.u, hits.v))
-        at = kernel_array(hits.triangle, np.int32), distance, u, v, *ways
-        _meet_many(self.arrays, self.tracer.arrays.scene, *at, radiance)
-        return radiance
+    def met(self, hits: Hits, directions: np.ndarray, sides: np.ndarray) -> np.ndarray:
+        """`met_radiance` of n rays from surfaces that face sides a (s, 3): Σ_a (ω·a)⁺² L(ω), (n, 3) float32."""
+        at, radiance = (hits.triangle, hits.distance, hits.u, hits.v), np.empty((len(directions), 3), np.float32)
+        _meet_many(self.arrays, self.tracer.arrays.scene, *at, directions, sides, radiance)
+        return hits.tinted(radiance)
 
     def unsampled_sky(self, hits: Hits, directions: np.ndarray) -> np.ndarray:
         """Radiance of a constant world where rays meet nothing, (n, 3) float32; none of a world that is a picture."""
@@ -208,11 +205,15 @@ def _sample_many(direct, tracing, room, positions, normals, objects, rays_own, k
 
 
 @kernel
-def _meet_many(direct, scene, triangle, distance, u, v, directions, normals, radiance):
+def _meet_many(direct, scene, triangle, distance, u, v, directions, sides, radiance):
     for k in range(len(triangle)):
-        at = triangle[k], distance[k], u[k], v[k], row(directions, k), row(normals, k)
-        light = met_radiance(direct, scene, *at)
-        put(radiance, k, light)
+        direction, total = row(directions, k), BLACK
+        for side in range(len(sides)):
+            cosine = dot(direction, row(sides, side))
+            if cosine > ZERO:
+                at = triangle[k], distance[k], u[k], v[k], direction, row(sides, side)
+                total = plus(total, times(met_radiance(direct, scene, *at), cosine * cosine))
+        put(radiance, k, total)
 
 
 @kernel
