@@ -14,7 +14,7 @@ from ...scene import Scene
 from ...tracing import Hits, TransparencyTracer
 from ...tracing.embree import new_ray
 from .lamp_choice import lamp_grid
-from .sampling import MAX_CANDIDATES, DirectArrays, met_radiance, sample_emitters, unsampled_sky
+from .sampling import MAX_CANDIDATES, DirectArrays, met_radiance, sample_emitters
 from .visible import direct_light, visible_share
 
 
@@ -99,12 +99,6 @@ class DirectLight:
         """
         return self.mean_irradiance(positions, normals, objects, 1, _key(random), with_sky=with_sky)
 
-    def irradiance_with_sky(
-        self, positions: np.ndarray, normals: np.ndarray, objects: np.ndarray | None, random: np.random.Generator
-    ) -> np.ndarray:
-        """One estimate of all direct irradiance at each point, (n, 3) float32, W/m²; see `irradiance`."""
-        return self.irradiance(positions, normals, objects, random, with_sky=True)
-
     def mean_irradiance(
         self,
         positions: np.ndarray,
@@ -161,12 +155,6 @@ class DirectLight:
         _meet_many(self.arrays, kernel_array(hits.triangle, np.int32), distance, u, v, *ways, radiance)
         return radiance
 
-    def unsampled_sky(self, hits: Hits, directions: np.ndarray) -> np.ndarray:
-        """Radiance of a constant world where rays meet nothing, (n, 3) float32; none of a world that is a picture."""
-        radiance = np.empty((len(directions), 3), np.float32)
-        _look_at_sky(self.arrays, kernel_array(hits.triangle, np.int32), radiance)
-        return radiance
-
 
 def _blockers(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """`has_blockers` and `blockers` of `DirectArrays`."""
@@ -217,9 +205,3 @@ def _meet_many(direct, triangle, distance, u, v, directions, normals, radiance):
     for k in range(len(triangle)):
         light = met_radiance(direct, triangle[k], distance[k], u[k], v[k], row(directions, k), row(normals, k))
         put(radiance, k, light)
-
-
-@kernel
-def _look_at_sky(direct, triangle, radiance):
-    for k in range(len(triangle)):
-        put(radiance, k, unsampled_sky(direct) if triangle[k] < 0 else BLACK)

@@ -92,7 +92,7 @@ def reflected_direct(scene: Scene, points: CameraPoints, direct: DirectLight, wo
 
     def light(chunk: slice, random: np.random.Generator) -> np.ndarray:
         k = np.repeat(row[chunk], N_DIRECT)
-        irradiance = direct.irradiance_with_sky(at.position[k], at.normal[k], objects[k], random)
+        irradiance = direct.irradiance(at.position[k], at.normal[k], objects[k], random, with_sky=True)
         return irradiance.reshape(-1, N_DIRECT, 3).mean(axis=1)
 
     chunks = workers.chunks("Lighting mirrors", len(row), _CHUNK // N_DIRECT, light, (_DIRECT,)) if len(row) else ()
