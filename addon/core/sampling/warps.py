@@ -1,4 +1,4 @@
-"""Warps from the unit square to directions and surfaces, each with its density: parts of kernels, and loops over them.
+"""Warps from the unit square to directions and surfaces, with their densities: parts of kernels, and loops over them.
 
 Directions are unit vectors; z is the local axis. Arrays are float32; `u` is (n, 2) in [0, 1).
 """
@@ -38,14 +38,15 @@ def uniform_sphere(u, v):
 
 @part
 def uniform_cone(u, v, cos_max):
-    """A direction uniform by solid angle within the angle arccos(`cos_max`, float64) of +z; see `pdf_uniform_cone`."""
+    """A direction uniform by solid angle within arccos(`cos_max`, float64) of +z: density 1/(2π(1 − cos_max))."""
     return at_versine(u * (1.0 - cos_max), v)
 
 
 @part
 def versine_octaves(u, v, narrow):
-    """A direction around +z, about as many in each octave of the versine 1 − cos θ above `narrow`; see
-    `pdf_versine_octaves`.
+    """A direction around +z, about as many in each octave of the versine v = 1 − cos θ above s = `narrow`.
+
+    Its density is 1/(2π (s + v) ln(1 + 2/s)).
     """
     return at_versine(narrow * np.expm1(u * np.log1p(TWO / narrow)), v)
 
@@ -125,17 +126,6 @@ def sample_uniform_triangle(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @kernel
-def _spheres(u, out):
-    for i in range(len(u)):
-        put(out, i, uniform_sphere(u[i, 0], u[i, 1]))
-
-
-def sample_uniform_sphere(u: np.ndarray) -> np.ndarray:
-    """`uniform_sphere` of many, (n, 3)."""
-    return _directions(_spheres, u)
-
-
-@kernel
 def _cones(u, cos_max, out):
     for i in range(len(u)):
         put(out, i, uniform_cone(u[i, 0], u[i, 1], cos_max[i]))
@@ -147,17 +137,6 @@ def sample_uniform_cone(u: np.ndarray, cos_max: np.ndarray | float) -> np.ndarra
 
 
 @kernel
-def _octaves(u, narrow, out):
-    for i in range(len(u)):
-        put(out, i, versine_octaves(u[i, 0], u[i, 1], narrow[i]))
-
-
-def sample_versine_octaves(u: np.ndarray, narrow: np.ndarray) -> np.ndarray:
-    """`versine_octaves` of many, (n, 3)."""
-    return _directions(_octaves, u, kernel_array(narrow, np.float32))
-
-
-@kernel
 def _hemispheres(u, out):
     for i in range(len(u)):
         put(out, i, cosine_hemisphere(u[i, 0], u[i, 1]))
@@ -166,17 +145,6 @@ def _hemispheres(u, out):
 def sample_cosine_hemisphere(u: np.ndarray) -> np.ndarray:
     """`cosine_hemisphere` of many, (n, 3)."""
     return _directions(_hemispheres, u)
-
-
-@kernel
-def _mixtures(u, out):
-    for i in range(len(u)):
-        put(out, i, cosine_uniform_mixture(u[i, 0], u[i, 1]))
-
-
-def sample_cosine_uniform_mixture(u: np.ndarray) -> np.ndarray:
-    """`cosine_uniform_mixture` of many, (n, 3)."""
-    return _directions(_mixtures, u)
 
 
 @kernel
@@ -210,33 +178,3 @@ def _directions(loop: Any, first: np.ndarray, *others: np.ndarray) -> np.ndarray
     out = np.empty((len(first), 3), np.float32)
     loop(kernel_array(first, np.float32), *others, out)
     return out
-
-
-def pdf_uniform_cone(cos_max: np.ndarray | float) -> np.ndarray | float:
-    """Density of `uniform_cone` by solid angle: 1/(2π(1−cos_max))."""
-    return 1 / (2 * np.pi * (1 - cos_max))
-
-
-def pdf_uniform_sphere() -> float:
-    """Density of `uniform_sphere` by solid angle: 1/(4π)."""
-    return 1 / (4 * np.pi)
-
-
-def pdf_uniform_disk() -> float:
-    """Density of `uniform_disk` by area: 1/π."""
-    return 1 / np.pi
-
-
-def pdf_versine_octaves(versine: np.ndarray, narrow: np.ndarray) -> np.ndarray:
-    """Density of `versine_octaves` by solid angle: with v the versine and s narrow, 1/(2π (s+v) ln(1 + 2/s))."""
-    return 1 / (2 * np.pi * (narrow + versine) * np.log1p(2 / narrow))
-
-
-def pdf_cosine_hemisphere(cos_theta: np.ndarray) -> np.ndarray:
-    """Density of `cosine_hemisphere` by solid angle: cos θ/π above the horizon, 0 below."""
-    return np.maximum(cos_theta, 0) / np.float32(np.pi)
-
-
-def pdf_cosine_uniform_mixture(cos_theta: np.ndarray) -> np.ndarray:
-    """Density of `cosine_uniform_mixture` by solid angle: (cos θ + 1/2)/(2π) above the horizon, 0 below."""
-    return np.where(cos_theta >= 0, (cos_theta + np.float32(0.5)) / TWO_PI, np.float32(0))

@@ -14,7 +14,7 @@ from ...scene import Scene
 from ...tracing import Hits, TransparencyTracer
 from ...tracing.embree import new_ray
 from .lamp_choice import lamp_grid
-from .sampling import MAX_CANDIDATES, DirectArrays, met_radiance, sample_emitters, unsampled_sky
+from .sampling import MAX_CANDIDATES, DirectArrays, met_radiance, sample_emitters
 from .visible import direct_light, visible_share
 
 
@@ -152,12 +152,6 @@ class DirectLight:
         _meet_many(self.arrays, self.tracer.arrays.scene, *at, directions, sides, radiance)
         return hits.tinted(radiance)
 
-    def unsampled_sky(self, hits: Hits, directions: np.ndarray) -> np.ndarray:
-        """Radiance of a constant world where rays meet nothing, (n, 3) float32; none of a world that is a picture."""
-        radiance = np.empty((len(directions), 3), np.float32)
-        _look_at_sky(self.arrays, kernel_array(hits.triangle, np.int32), radiance)
-        return radiance
-
 
 def _blockers(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """`has_blockers` and `blockers` of `DirectArrays`."""
@@ -214,9 +208,3 @@ def _meet_many(direct, scene, triangle, distance, u, v, directions, sides, radia
                 at = triangle[k], distance[k], u[k], v[k], direction, row(sides, side)
                 total = plus(total, times(met_radiance(direct, scene, *at), cosine * cosine))
         put(radiance, k, total)
-
-
-@kernel
-def _look_at_sky(direct, triangle, radiance):
-    for k in range(len(triangle)):
-        put(radiance, k, unsampled_sky(direct) if triangle[k] < 0 else BLACK)

@@ -96,6 +96,7 @@ def sample_emitters(direct, scene, position, normal, object_, rays_own, key, pat
                 target, light, lamp, kept, choice = at, given, of, weight, choice / share
             else:
                 choice = (choice - share) / (ONE - share)
+            choice = min(choice, _BELOW_ONE)  # at 1 a candidate that is all of the total would not be kept
     if total <= ZERO:
         return target, BLACK, lamp, False
     return target, times(light, total / (np.float32(direct.n_candidates) * kept)), lamp, True
