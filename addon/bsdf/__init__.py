@@ -1,21 +1,17 @@
 """How a surface scatters light: closures sampled, evaluated and weighed against each other, in a local frame.
 
-A lobe is a file (`diffuse`, `translucent`, `glossy`, `glass`): sample, evaluate, pdf and albedo of one closure.
+A lobe is a file (`diffuse`, `translucent`, `glossy`, `glass`): how one closure is sampled, and where it takes more than
+its weight to say so its f, density and albedo.
 `mixture` adds the closures of a point up, and `scatter` says what becomes of a ray there; both are parts of kernels.
-`arrays` has the mixture's functions for many points at a time.
+`arrays` has those of the mixture's functions that array code asks for many points at a time.
 """
 
 from ..scene.closures import Lobe
 from .arrays import (
     Surface,
-    base_transmittance,
     diffuse_albedo,
-    evaluate_broad,
     evaluate_glossy,
-    glass_albedo,
     glossy_albedo,
-    is_mirror,
-    pdf_glossy,
     reflects_highlights,
     surface_at,
     translucent_albedo,
@@ -30,14 +26,9 @@ __all__ = [
     "SPECULAR_LOBES",
     "Lobe",
     "Surface",
-    "base_transmittance",
     "diffuse_albedo",
-    "evaluate_broad",
     "evaluate_glossy",
-    "glass_albedo",
     "glossy_albedo",
-    "is_mirror",
-    "pdf_glossy",
     "reflects_highlights",
     "surface_at",
     "translucent_albedo",

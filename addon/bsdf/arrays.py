@@ -66,16 +66,6 @@ def evaluate_glossy(surface: Surface, wo: np.ndarray, wi: np.ndarray) -> np.ndar
     return surface.asked(_evaluate_glossy, kernel_array(wo, np.float32), kernel_array(wi, np.float32))
 
 
-def evaluate_broad(surface: Surface, wo: np.ndarray, wi: np.ndarray) -> np.ndarray:
-    """As `evaluate_glossy`, and 0 where it is left to photons."""
-    return surface.asked(_evaluate_broad, kernel_array(wo, np.float32), kernel_array(wi, np.float32))
-
-
-def pdf_glossy(surface: Surface, wo: np.ndarray, wi: np.ndarray) -> np.ndarray:
-    """Density of wi by solid angle when the rough glossy lobes are sampled from wo, (n,)."""
-    return surface.asked(_pdf_glossy, kernel_array(wo, np.float32), kernel_array(wi, np.float32), columns=())
-
-
 def diffuse_albedo(surface: Surface, cos: np.ndarray) -> np.ndarray:
     """What layers leave of the diffuse albedo of points seen at cosines (n,), (n, 3)."""
     return surface.asked(_diffuse_albedo, kernel_array(cos, np.float32))
@@ -91,24 +81,9 @@ def glossy_albedo(surface: Surface, cos: np.ndarray) -> np.ndarray:
     return surface.asked(_glossy_albedo, kernel_array(cos, np.float32))
 
 
-def glass_albedo(surface: Surface) -> np.ndarray:
-    """What glass reflects or transmits, whichever is more, (n, 3)."""
-    return surface.asked(_glass_albedo)
-
-
-def base_transmittance(surface: Surface, cos: np.ndarray) -> np.ndarray:
-    """Share of what the Lambertian lobes would scatter that layers leave to them, (n, 3)."""
-    return surface.asked(_base_transmittance, kernel_array(cos, np.float32))
-
-
 def reflects_highlights(surface: Surface) -> np.ndarray:
     """Whether a glossy lobe is rough enough for shadow rays to find light by it, (n,) bool."""
     return surface.asked(_reflects_highlights, columns=(), dtype=np.bool_)
-
-
-def is_mirror(surface: Surface) -> np.ndarray:
-    """Whether light is scattered by smooth gloss or glass alone, (n,) bool."""
-    return surface.asked(_is_mirror, columns=(), dtype=np.bool_)
 
 
 @kernel
@@ -116,20 +91,6 @@ def _evaluate_glossy(scene, triangle, u, v, back, wo, wi, out):
     for i in range(len(triangle)):
         bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
         put(out, i, mixture.evaluate_glossy(scene, bsdf, row(wo, i), row(wi, i)))
-
-
-@kernel
-def _evaluate_broad(scene, triangle, u, v, back, wo, wi, out):
-    for i in range(len(triangle)):
-        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
-        put(out, i, mixture.evaluate_broad(scene, bsdf, row(wo, i), row(wi, i)))
-
-
-@kernel
-def _pdf_glossy(scene, triangle, u, v, back, wo, wi, out):
-    for i in range(len(triangle)):
-        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
-        out[i] = mixture.pdf_glossy(scene, bsdf, row(wo, i), row(wi, i))
 
 
 @kernel
@@ -151,24 +112,6 @@ def _glossy_albedo(scene, triangle, u, v, back, cos, out):
 
 
 @kernel
-def _glass_albedo(scene, triangle, u, v, back, out):
-    for i in range(len(triangle)):
-        put(out, i, mixture.glass_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i])))
-
-
-@kernel
-def _base_transmittance(scene, triangle, u, v, back, cos, out):
-    for i in range(len(triangle)):
-        put(out, i, mixture.base_transmittance(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
-
-
-@kernel
 def _reflects_highlights(scene, triangle, u, v, back, out):
     for i in range(len(triangle)):
         out[i] = mixture.reflects_highlights(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]))
-
-
-@kernel
-def _is_mirror(scene, triangle, u, v, back, out):
-    for i in range(len(triangle)):
-        out[i] = mixture.is_mirror(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]))

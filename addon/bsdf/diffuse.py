@@ -5,12 +5,6 @@ from ..core.sampling.warps import cosine_hemisphere
 
 
 @part
-def albedo(closure):
-    """What it reflects in all."""
-    return closure.weight
-
-
-@part
 def sample(closure, u, v):
     """A direction, and f |cos| over its density."""
     return cosine_hemisphere(u, v), closure.weight

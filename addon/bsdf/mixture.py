@@ -20,7 +20,7 @@ ALL_LOBES = (1 << len(Lobe)) - 1
 SPECULAR_LOBES = 1 << GLOSSY | 1 << GLASS
 """Sets of lobes as bits; the second those that a radiance cache, which knows no directions, does not answer for."""
 
-_TINY, _BELOW_ONE = np.float32(1e-7), np.float32(1 - 2**-24)
+_TINY, _BELOW_ONE, _INFINITY = np.float32(1e-7), np.float32(1 - 2**-24), np.float32(np.inf)
 _UP = ZERO, ZERO, ONE
 
 __all__ = ["ALL_LOBES", "SPECULAR_LOBES", "Bsdf", "Sample", "bsdf_at", "sample_bsdf"]
@@ -135,25 +135,25 @@ def transmittance_to(scene, bsdf, closure, cos):
 @part
 def evaluate_broad(scene, bsdf, wo, wi):
     """What shadow rays ask for of the glossy lobes: f in 1/sr without the cosine, and 0 where it is left to photons."""
-    f = BLACK
-    for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] == GLOSSY:
-            closure = closure_at(scene, bsdf, k)
-            of_one = glossy.evaluate(closure, wo, wi)
-            if largest(of_one) < glossy.PEAK:
-                f = plus(f, times(of_one, transmittance_to(scene, bsdf, closure, wo[2])))
-    return f
+    return _evaluate(scene, bsdf, wo, wi, glossy.PEAK)
 
 
 @part
 def evaluate_glossy(scene, bsdf, wo, wi):
     """The f of all rough glossy lobes in 1/sr, without the cosine; wo is the viewing side."""
+    return _evaluate(scene, bsdf, wo, wi, _INFINITY)
+
+
+@part
+def _evaluate(scene, bsdf, wo, wi, peak):
+    """The f of those glossy lobes that are below a peak."""
     f = BLACK
     for k in range(bsdf.first, bsdf.last):
         if scene.materials.closures.kind[k] == GLOSSY:
             closure = closure_at(scene, bsdf, k)
-            left = transmittance_to(scene, bsdf, closure, wo[2])
-            f = plus(f, times(glossy.evaluate(closure, wo, wi), left))
+            of_one = glossy.evaluate(closure, wo, wi)
+            if largest(of_one) < peak:
+                f = plus(f, times(of_one, transmittance_to(scene, bsdf, closure, wo[2])))
     return f
 
 
@@ -178,37 +178,33 @@ def total_weight(scene, bsdf, kind):
 
 
 @part
-def _broad_albedo(scene, bsdf, kind, cos):
+def _albedo(scene, bsdf, kind, cos):
+    """What the closures of a kind scatter in all of light seen at `cos`, with what layers leave of it."""
     total = BLACK
     for k in range(bsdf.first, bsdf.last):
         if scene.materials.closures.kind[k] == kind:
             closure = closure_at(scene, bsdf, k)
-            total = plus(total, times(closure.weight, transmittance_to(scene, bsdf, closure, cos)))
+            of_one = glossy.albedo(closure, cos) if kind == GLOSSY else closure.weight
+            total = plus(total, times(of_one, transmittance_to(scene, bsdf, closure, cos)))
     return total
 
 
 @part
 def diffuse_albedo(scene, bsdf, cos):
     """What a surface seen at `cos` reflects diffusely, with what layers leave of it."""
-    return _broad_albedo(scene, bsdf, DIFFUSE, cos)
+    return _albedo(scene, bsdf, DIFFUSE, cos)
 
 
 @part
 def translucent_albedo(scene, bsdf, cos):
     """What a surface seen at `cos` transmits diffusely, with what layers leave of it."""
-    return _broad_albedo(scene, bsdf, TRANSLUCENT, cos)
+    return _albedo(scene, bsdf, TRANSLUCENT, cos)
 
 
 @part
 def glossy_albedo(scene, bsdf, cos):
     """What the glossy lobes of a surface seen at `cos` reflect in all."""
-    total = BLACK
-    for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] == GLOSSY:
-            closure = closure_at(scene, bsdf, k)
-            left = transmittance_to(scene, bsdf, closure, cos)
-            total = plus(total, times(glossy.albedo(closure, cos), left))
-    return total
+    return _albedo(scene, bsdf, GLOSSY, cos)
 
 
 @part

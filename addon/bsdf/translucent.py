@@ -6,12 +6,6 @@ from ..core.vec3 import negative
 
 
 @part
-def albedo(closure):
-    """What it transmits in all."""
-    return closure.weight
-
-
-@part
 def sample(closure, u, v):
     """A direction, and f |cos| over its density."""
     return negative(cosine_hemisphere(u, v)), closure.weight

@@ -9,10 +9,10 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..core.compiling import kernel, kernel_array, part
+from ..core.compiling import kernel_array, part
 from ..core.sampling.cutpoint_table import CutpointTable, cutpoint_table, drawn_place
 from ..core.sampling.warps import PI, TWO_PI, uniform_sphere
-from ..core.vec3 import ONE, ZERO, mul, negative, put, row, times
+from ..core.vec3 import ONE, ZERO, mul, negative, row, times
 from ..scene import World
 from .aiming.discs import Discs, through_discs
 from .row import WORLD, SourceRow
@@ -126,40 +126,3 @@ def _pixel(world, direction):
     v = np.arccos(min(max(-direction[2], -ONE), ONE)) / PI
     line = min(np.int64(v * np.float32(world.height)), world.height - 1)
     return line * world.width + min(np.int64(u * np.float32(world.width)), world.width - 1)
-
-
-@kernel
-def _look_along(world, directions, radiance, density):
-    for k in range(len(directions)):
-        direction = row(directions, k)
-        put(radiance, k, world_radiance(world, direction))
-        density[k] = world_pdf(world, direction)
-
-
-@kernel
-def _sample(world, u, directions):
-    for k in range(len(u)):
-        put(directions, k, sample_world(world, u[k, 0], u[k, 1]))
-
-
-def radiance_along(world: World, directions: np.ndarray) -> np.ndarray:
-    """`world_radiance` of directions (n, 3), (n, 3) float32."""
-    return _along(world, directions)[0]
-
-
-def density_along(world: World, directions: np.ndarray) -> np.ndarray:
-    """`world_pdf` of directions (n, 3), (n,) float32, 1/sr."""
-    return _along(world, directions)[1]
-
-
-def _along(world: World, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    radiance, density = np.empty((len(directions), 3), np.float32), np.empty(len(directions), np.float32)
-    _look_along(world_arrays(world), kernel_array(directions, np.float32), radiance, density)
-    return radiance, density
-
-
-def sampled_directions(world: World, u: np.ndarray) -> np.ndarray:
-    """`sample_world` of points `u` (n, 2) of the unit square, (n, 3) float32."""
-    directions = np.empty((len(u), 3), np.float32)
-    _sample(world_arrays(world), kernel_array(u, np.float32), directions)
-    return directions

@@ -119,7 +119,7 @@ class Irradiance:
     caustics: np.ndarray | None = None
     own_rays: OwnRays | None = None
 
-    def where(self, rows: slice) -> "Irradiance":
+    def where(self, rows: np.ndarray | slice) -> "Irradiance":
         """The light of some receivers, with the counts of all."""
         passes = {name: values[rows] for name, values in self.passes.items()}
         slope = None if self.slope is None else self.slope[rows]

@@ -111,17 +111,7 @@ class OpenBacks:
         row, brightness = np.arange(n), (of_all or light).value.mean(axis=1)
         lit = brightness[n:] > brightness[self.receiver]
         row[self.receiver[lit]] = n + np.flatnonzero(lit)
-        return replace(
-            light,
-            value=light.value[row],
-            stderr=light.stderr[row],
-            passes={name: values[row] for name, values in light.passes.items()},
-            counts={**light.counts, "receivers": n},
-            slope=None if light.slope is None else light.slope[row],
-            gathered=None if light.gathered is None else light.gathered[row],
-            caustics=None if light.caustics is None else light.caustics[row],
-            own_rays=None if light.own_rays is None else light.own_rays.where(row),
-        )
+        return replace(light.where(row), counts={**light.counts, "receivers": n})
 
     def lit_behind(self, scene: Scene, photons: Photons) -> list[str]:
         """Names of the objects that mostly turn their back to what is open, and to the light."""

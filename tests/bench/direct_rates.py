@@ -26,10 +26,10 @@ _SHADOW = 3
 
 
 @kernel
-def draw(direct, positions, normals, objects, key, targets, lit):
+def draw(direct, scene, positions, normals, objects, key, targets, lit):
     """Where the points' shadow rays go."""
     for k in range(len(positions)):
-        drawn = sample_emitters(direct, row(positions, k), row(normals, k), objects[k], True, key, k, 0)
+        drawn = sample_emitters(direct, scene, row(positions, k), row(normals, k), objects[k], True, key, k, 0)
         put(targets, k, drawn[0])
         lit[k] = drawn[3]
 
@@ -80,7 +80,7 @@ def measure(scene, receivers):
     positions, normals, key = receivers.position[k], receivers.normal[k], np.uint64(1)
 
     targets, lit = np.empty_like(positions), np.empty(len(k), bool)
-    draw(direct.arrays, positions, normals, np.full(len(k), -1, np.int32), key, targets, lit)
+    draw(direct.arrays, scene.arrays, positions, normals, np.full(len(k), -1, np.int32), key, targets, lit)
     rays, blocked = (positions[lit], targets[lit]), np.empty(int(lit.sum()), bool)
     tree = tracer.surfaces.handles[_SHADOW]
     ours, embree = least_seconds(

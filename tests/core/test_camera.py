@@ -31,7 +31,7 @@ def seen_by(camera, scene):
 
 def test_points_along_a_pixel_s_ray_fall_into_it():
     camera = camera_at((1, 2, 3))
-    directions = camera.rays(camera.middles()).directions
+    directions = camera.rays(camera.middles).directions
     assert np.linalg.norm(directions, axis=1) == pytest.approx(np.ones(camera.n_pixels), abs=1e-6)
     for distance in (0.1, 7.0):
         assert np.array_equal(camera.pixels(camera.position + distance * directions), np.arange(camera.n_pixels))

@@ -7,7 +7,6 @@ from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.emitters.mesh import radiance_of
-from photon_bake.addon.emitters.world import radiance_along
 from photon_bake.addon.gather import DirectLight, reflected_highlights
 from photon_bake.addon.photons.scattering import NARROW_LOBES, scatter
 from photon_bake.addon.receivers import Camera, PixelFilter, camera_points
@@ -17,6 +16,7 @@ from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.lamp_loops import lamps_along
 from photon_bake.tests.core.scenes import lamp, merge, plane, scene_of
 from photon_bake.tests.core.test_camera import AXES
+from photon_bake.tests.core.world_loops import radiance_along
 
 BALL = lamp(LightKind.POINT, 5, position=(0, 0.3, 0.5), radius=0.3, sphere=True)
 AREA = lamp(LightKind.RECTANGLE, 20, position=(0, -0.2, -0.5), direction=(-1, 0, 0), size=(0.4, 0.4))

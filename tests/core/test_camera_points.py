@@ -46,7 +46,7 @@ def points_of(scene, camera, n_samples=16, pixel_filter=BOX):
 @pytest.mark.parametrize("name", WINDOWS)
 def test_points_along_a_pixel_s_ray_fall_into_it(name):
     camera = camera_with(name)
-    rays = camera.rays(camera.middles())
+    rays = camera.rays(camera.middles)
     k = np.flatnonzero(np.isfinite(rays.directions[:, 0]))
     assert len(k) > 500
     assert np.linalg.norm(rays.directions[k], axis=1) == pytest.approx(np.ones(len(k)), abs=1e-5)
@@ -58,7 +58,7 @@ def test_points_along_a_pixel_s_ray_fall_into_it(name):
 def test_pixels_cover_their_solid_angle(name):
     """Areas over d², summed, are the picture's solid angle: 4π of a whole panorama, 2π of half of one."""
     camera = camera_with(name, size=(400, 300))
-    rays = camera.rays(camera.middles())
+    rays = camera.rays(camera.middles)
     k = np.flatnonzero(np.isfinite(rays.directions[:, 0]))
     solid_angle = camera.pixel_area(camera.position + 2 * rays.directions[k]).sum() / 4
     x, y = np.meshgrid(np.linspace(-0.3, 0.9, 2001), np.linspace(-0.5, 0.2, 2001))
@@ -75,7 +75,7 @@ def test_pixels_cover_their_solid_angle(name):
 def test_clipping_is_by_depth(name):
     """Rays start and end where the depth is that of the clipping, be the box around the camera nearer or not."""
     camera = camera_with(name, clip=(0.5, 1.5))
-    rays = camera.rays(camera.middles())
+    rays = camera.rays(camera.middles)
     k = np.flatnonzero(np.isfinite(rays.directions[:, 0]))
     ends = rays.origins[k] + rays.length[k, None] * rays.directions[k]
     assert camera.depth(rays.origins[k]) == pytest.approx(np.full(len(k), 0.5), rel=1e-4)
@@ -165,7 +165,7 @@ def test_glass_shows_both_ways_in_every_pixel():
     mirrored = (points.seen.position[:, 0] < 0.5 - 1e-3)[:, None]
     tints = points.picture(points.tint)
     assert tints == pytest.approx(np.ones_like(tints), rel=1e-5)
-    cosine = camera.rays(camera.middles()).directions[:, 0]
+    cosine = camera.rays(camera.middles).directions[:, 0]
     inside = np.sqrt(1 - (1 - cosine**2) / 1.5**2)
     across, along = (cosine - 1.5 * inside) / (cosine + 1.5 * inside), (1.5 * cosine - inside) / (1.5 * cosine + inside)
     expected = ((across**2 + along**2) / 2).reshape(16, 24)

@@ -9,12 +9,12 @@ from photon_bake.addon.core.sampling.path_numbers import path_key
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.emitters.area import areas_of
-from photon_bake.addon.emitters.world import radiance_along
 from photon_bake.addon.gather import DirectLight, direct_irradiance
 from photon_bake.addon.scene import Channel, LightKind, Lights, Textures, World
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import lamp, merge, plane, receivers_at, scene_of
+from photon_bake.tests.core.world_loops import radiance_along
 
 
 def direct_of(scene):
@@ -223,7 +223,7 @@ def test_constant_world_is_for_rays():
     direct = direct_of(scene_of(*plane(0.1, z=-50), world=0.5))
     at = receivers_at(np.zeros((1000, 3)), UP)
     assert not direct.irradiance(at.position, at.normal, None, stream(1)).any()
-    assert np.allclose(direct.irradiance_with_sky(at.position, at.normal, None, stream(1)), np.pi / 2)
+    assert np.allclose(direct.irradiance(at.position, at.normal, None, stream(1), with_sky=True), np.pi / 2)
 
 
 def test_textured_emission():

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.gather.radiance_cache.elements import SurfaceCells, SurfaceElements
+from photon_bake.addon.core.compiling import kernel
+from photon_bake.addon.gather.radiance_cache.elements import SurfaceCells, SurfaceElements, point_on
 from photon_bake.addon.scene.z_curve import z_curve
 from photon_bake.tests.core.scenes import plane, scene_of
 from scipy import stats
@@ -30,9 +31,23 @@ def elements():
     return elements_by(scene, visits, 2000)
 
 
+def drawn_points(elements, element, seed):
+    """Points uniform by area on elements: triangle, u, v."""
+    numbers = np.random.default_rng(seed).random((len(element), 3), np.float32)
+    triangle, (u, v) = np.empty(len(element), np.int32), np.empty((2, len(element)), np.float32)
+    _draw(elements.arrays, element, numbers, triangle, u, v)
+    return triangle, u, v
+
+
+@kernel
+def _draw(elements, element, numbers, triangle, u, v):
+    for k in range(len(element)):
+        triangle[k], u[k], v[k] = point_on(elements, element[k], numbers[k, 0], numbers[k, 1], numbers[k, 2])
+
+
 def test_what_is_sampled_is_found(elements):
     element = np.repeat(np.arange(len(elements)), 20)
-    triangle, u, v = elements.sample(element, np.random.default_rng(7).random((len(element), 3), np.float32))
+    triangle, u, v = drawn_points(elements, element, 7)
     assert (u >= 0).all() and (v >= 0).all() and (u + v <= 1 + 1e-5).all()
     # Rounding may carry a point over its element's edge.
     assert (elements.find(triangle, u, v) == element).mean() > 0.9995
@@ -78,7 +93,7 @@ def test_group_is_sampled_by_area():
     element = np.bincount(elements.first).argmax()
     triangles = np.flatnonzero(elements.first == element)
     assert len(triangles) > 5
-    drawn, _, _ = elements.sample(np.full(20_000, element), np.random.default_rng(9).random((20_000, 3), np.float32))
+    drawn, _, _ = drawn_points(elements, np.full(20_000, element), 9)
     area = elements.cell_areas[triangles]
     counts = np.bincount(drawn, minlength=1000)[triangles]
     enough = 20_000 * area / area.sum() > 5

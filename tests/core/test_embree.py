@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from photon_bake.addon.core.errors import BakeError
 from photon_bake.addon.core.sampling.streams import stream
-from photon_bake.addon.core.sampling.warps import sample_uniform_sphere
 from photon_bake.addon.tracing import embree_library
 from photon_bake.addon.tracing.embree import EmbreeTracer, new_ray
 from photon_bake.tests.core.scenes import merge, plane, scene_of
+from photon_bake.tests.core.warp_loops import sample_uniform_sphere
 
 pytestmark = pytest.mark.plain
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
-from photon_bake.addon.core.sampling.warps import sample_uniform_sphere
 from photon_bake.addon.gather import DirectLight, GatherRays
 from photon_bake.addon.gather.radiance_cache.build import gather_at_sides
 from photon_bake.addon.gather.radiance_cache.elements import SurfaceCells, SurfaceElements
@@ -12,6 +11,7 @@ from photon_bake.addon.gather.radiance_cache.radiance_cache import RadianceCache
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, scene_of
+from photon_bake.tests.core.warp_loops import sample_uniform_sphere
 
 N = 2000
 RANDOM = np.random.default_rng(6)

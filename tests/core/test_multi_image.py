@@ -7,7 +7,6 @@ from photon_bake.addon.core.errors import Cancelled
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.core.sampling.streams import stream
-from photon_bake.addon.core.sampling.warps import sample_uniform_sphere
 from photon_bake.addon.core.vec3 import row
 from photon_bake.addon.scene import RayKind
 from photon_bake.addon.tracing.cube_maps import CubeMaps, LightRays, MultiImageTracer, Statistics, lit_region
@@ -17,6 +16,7 @@ from photon_bake.addon.tracing.cube_maps.search.map_index import MapIndex, cell_
 from photon_bake.addon.tracing.cube_maps.search.segments import LitSides
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, scene_of
+from photon_bake.tests.core.warp_loops import sample_uniform_sphere
 from photon_bake.tests.cube_map_methods.fan import Fan
 from photon_bake.tests.cube_map_methods.plane import Plane
 

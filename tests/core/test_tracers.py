@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from photon_bake.addon.core.sampling.streams import stream
-from photon_bake.addon.core.sampling.warps import sample_uniform_sphere
 from photon_bake.addon.tracing.cube_maps import MultiImageTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, scene_of
+from photon_bake.tests.core.warp_loops import sample_uniform_sphere
 
 
 def cube_map_tracer(scene):

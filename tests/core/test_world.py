@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from photon_bake.addon.core.sampling.streams import stream
-from photon_bake.addon.emitters.world import density_along, radiance_along, sampled_directions
 from photon_bake.addon.scene import World
 from photon_bake.tests.core.scenes import chi_square
+from photon_bake.tests.core.world_loops import density_along, radiance_along, sampled_directions
 
 WHITE = np.ones(3, np.float32)
 N = 1 << 18

@@ -311,6 +311,21 @@ def test_add():
     expect(read(material), diffuse=0.3, f0=0.2, f90=0.2, layer_f0=0)
 
 
+@pytest.mark.parametrize(("kind", "name"), [("BsdfGlossy", "f0"), ("BsdfGlass", "glass_transmission")])
+def test_what_is_added_to_transparency_loses_nothing(kind, name):
+    """Half of the light passes, and a shader of that colour scatters the other half: all of what does not pass."""
+    material, tree, show = tree_of()
+    clear, other = shader(tree, "BsdfTransparent", Color=(0.5,) * 3), shader(tree, kind, Color=(0.5,) * 3)
+    show(mixed(tree, clear, other, kind="AddShader"))
+    expect(read(material), coverage=0.5, tint=1, **{name: 1})
+
+
+def test_gloss_that_is_added_to_itself_is_twice_as_bright():
+    material, tree, show = tree_of()
+    show(mixed(tree, *(shader(tree, "BsdfGlossy", Color=(0.3,) * 3) for _ in range(2)), kind="AddShader"))
+    expect(read(material), f0=0.6, f90=0.6)
+
+
 @pytest.mark.parametrize("kind", ["Fresnel", "LayerWeight"])
 def test_gloss_over_diffuse_by_fresnel(kind):
     material, tree, show = tree_of()

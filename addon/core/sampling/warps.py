@@ -1,4 +1,4 @@
-"""Warps from the unit square to directions and surfaces: parts of kernels, and loops over them.
+"""Warps from the unit square to directions and surfaces, with their densities: parts of kernels, and loops over them.
 
 Directions are unit vectors; z is the local axis. Arrays are float32; `u` is (n, 2) in [0, 1).
 """
@@ -38,15 +38,15 @@ def uniform_sphere(u, v):
 
 @part
 def uniform_cone(u, v, cos_max):
-    """A direction uniform by solid angle within arccos(`cos_max`, float64) of +z: density 1/(2π(1−cos_max))."""
+    """A direction uniform by solid angle within arccos(`cos_max`, float64) of +z: density 1/(2π(1 − cos_max))."""
     return at_versine(u * (1.0 - cos_max), v)
 
 
 @part
 def versine_octaves(u, v, narrow):
-    """A direction around +z, about as many in each octave of the versine 1 − cos θ above `narrow`.
+    """A direction around +z, about as many in each octave of the versine v = 1 − cos θ above s = `narrow`.
 
-    With v the versine and s narrow the density is 1/(2π (s+v) ln(1 + 2/s)).
+    Its density is 1/(2π (s + v) ln(1 + 2/s)).
     """
     return at_versine(narrow * np.expm1(u * np.log1p(TWO / narrow)), v)
 
@@ -126,17 +126,6 @@ def sample_uniform_triangle(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @kernel
-def _spheres(u, out):
-    for i in range(len(u)):
-        put(out, i, uniform_sphere(u[i, 0], u[i, 1]))
-
-
-def sample_uniform_sphere(u: np.ndarray) -> np.ndarray:
-    """`uniform_sphere` of many, (n, 3)."""
-    return _directions(_spheres, u)
-
-
-@kernel
 def _cones(u, cos_max, out):
     for i in range(len(u)):
         put(out, i, uniform_cone(u[i, 0], u[i, 1], cos_max[i]))
@@ -156,17 +145,6 @@ def _hemispheres(u, out):
 def sample_cosine_hemisphere(u: np.ndarray) -> np.ndarray:
     """`cosine_hemisphere` of many, (n, 3)."""
     return _directions(_hemispheres, u)
-
-
-@kernel
-def _mixtures(u, out):
-    for i in range(len(u)):
-        put(out, i, cosine_uniform_mixture(u[i, 0], u[i, 1]))
-
-
-def sample_cosine_uniform_mixture(u: np.ndarray) -> np.ndarray:
-    """`cosine_uniform_mixture` of many, (n, 3)."""
-    return _directions(_mixtures, u)
 
 
 @kernel

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.compiling import kernel, kernel_array
-from ...core.vec3 import BLACK, ONE, direction_to, mul, plus, put, row, times
+from ...core.vec3 import BLACK, ONE, ZERO, direction_to, dot, mul, plus, put, row, times
 from ...emitters import Source
 from ...emitters.aiming.regions import Sphere
 from ...emitters.row import MESH, WORLD
@@ -14,7 +14,7 @@ from ...scene import Scene
 from ...tracing import Hits, TransparencyTracer
 from ...tracing.embree import new_ray
 from .lamp_choice import lamp_grid
-from .sampling import MAX_CANDIDATES, DirectArrays, met_radiance, sample_emitters, unsampled_sky
+from .sampling import MAX_CANDIDATES, DirectArrays, met_radiance, sample_emitters
 from .visible import direct_light, visible_share
 
 
@@ -67,7 +67,6 @@ class DirectLight:
         chance = power / power.sum() / 2 + lit / lit.sum() / 2 if lit.any() else power
         lamps, mesh, world = (np.float32(c) for c in (chance[:-2].sum(), chance[-2], chance[-1]))
         self.arrays = DirectArrays(
-            scene.arrays,
             of.lamps,
             of.mesh,
             of.world,
@@ -98,12 +97,6 @@ class DirectLight:
             With a constant world.
         """
         return self.mean_irradiance(positions, normals, objects, 1, _key(random), with_sky=with_sky)
-
-    def irradiance_with_sky(
-        self, positions: np.ndarray, normals: np.ndarray, objects: np.ndarray | None, random: np.random.Generator
-    ) -> np.ndarray:
-        """One estimate of all direct irradiance at each point, (n, 3) float32, W/m²; see `irradiance`."""
-        return self.irradiance(positions, normals, objects, random, with_sky=True)
 
     def mean_irradiance(
         self,
@@ -144,8 +137,8 @@ class DirectLight:
         objects : (n,) int32 or None
             The objects that the points are on, for lamps that do not light all; None: they light all.
         rays_own : bool
-            Leave out what a cosine-weighted ray finds more often. The caller sends one from each point, and adds what
-            `met` says of it.
+            Leave out what a cosine-weighted ray finds more often. The caller sends one from each point, and adds
+            `met_radiance` of it.
         """
         irradiance, towards = np.empty((2, len(positions), 3), np.float32)
         source, at = np.empty(len(positions), np.int64), _points(positions, normals, objects)
@@ -153,19 +146,11 @@ class DirectLight:
         _sample_many(self.arrays, self.tracer.arrays, new_ray(), *at, rays_own, _key(random), *to)
         return Incident(*to)
 
-    def met(self, hits: Hits, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """`met_radiance` of rays that start from surfaces with `normals` (n, 3), (n, 3) float32."""
-        radiance = np.empty((len(directions), 3), np.float32)
-        ways = kernel_array(directions, np.float32), kernel_array(normals, np.float32)
-        distance, u, v = (kernel_array(of, np.float32) for of in (hits.distance, hits.u, hits.v))
-        _meet_many(self.arrays, kernel_array(hits.triangle, np.int32), distance, u, v, *ways, radiance)
-        return radiance
-
-    def unsampled_sky(self, hits: Hits, directions: np.ndarray) -> np.ndarray:
-        """Radiance of a constant world where rays meet nothing, (n, 3) float32; none of a world that is a picture."""
-        radiance = np.empty((len(directions), 3), np.float32)
-        _look_at_sky(self.arrays, kernel_array(hits.triangle, np.int32), radiance)
-        return radiance
+    def met(self, hits: Hits, directions: np.ndarray, sides: np.ndarray) -> np.ndarray:
+        """`met_radiance` of n rays from surfaces that face sides a (s, 3): Σ_a (ω·a)⁺² L(ω), (n, 3) float32."""
+        at, radiance = (hits.triangle, hits.distance, hits.u, hits.v), np.empty((len(directions), 3), np.float32)
+        _meet_many(self.arrays, self.tracer.arrays.scene, *at, directions, sides, radiance)
+        return hits.tinted(radiance)
 
 
 def _blockers(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -203,7 +188,8 @@ def _light_many(direct, tracing, room, positions, normals, objects, n_samples, w
 def _sample_many(direct, tracing, room, positions, normals, objects, rays_own, key, irradiance, towards, sources):
     for k in range(len(positions)):
         position, normal = row(positions, k), row(normals, k)
-        target, light, lamp, lit = sample_emitters(direct, position, normal, objects[k], rays_own, key, k, 0)
+        at = position, normal, objects[k]
+        target, light, lamp, lit = sample_emitters(direct, tracing.scene, *at, rays_own, key, k, 0)
         if lit:
             light = mul(light, visible_share(direct, tracing, room, lamp, position, target))
         way, _ = direction_to(position, target)
@@ -213,13 +199,12 @@ def _sample_many(direct, tracing, room, positions, normals, objects, rays_own, k
 
 
 @kernel
-def _meet_many(direct, triangle, distance, u, v, directions, normals, radiance):
+def _meet_many(direct, scene, triangle, distance, u, v, directions, sides, radiance):
     for k in range(len(triangle)):
-        light = met_radiance(direct, triangle[k], distance[k], u[k], v[k], row(directions, k), row(normals, k))
-        put(radiance, k, light)
-
-
-@kernel
-def _look_at_sky(direct, triangle, radiance):
-    for k in range(len(triangle)):
-        put(radiance, k, unsampled_sky(direct) if triangle[k] < 0 else BLACK)
+        direction, total = row(directions, k), BLACK
+        for side in range(len(sides)):
+            cosine = dot(direction, row(sides, side))
+            if cosine > ZERO:
+                at = triangle[k], distance[k], u[k], v[k], direction, row(sides, side)
+                total = plus(total, times(met_radiance(direct, scene, *at), cosine * cosine))
+        put(radiance, k, total)

@@ -20,7 +20,6 @@ from ...core.vec3 import BLACK, ONE, ZERO, along, dot, mean, row, times
 from ...emitters.lamps import LampArrays, lights_object, sample_lamp
 from ...emitters.mesh import MeshArrays, mesh_density, sample_mesh
 from ...emitters.world import WorldArrays, sample_world, world_pdf, world_radiance
-from ...scene.arrays import SceneArrays
 from ...scene.hit import emitted
 from .lamp_choice import LampGrid, cell_of, choose_lamp
 
@@ -47,7 +46,6 @@ class DirectArrays(NamedTuple):
         What keeps the light of those lamps away.
     """
 
-    scene: SceneArrays
     lamps: LampArrays
     mesh: MeshArrays
     world: WorldArrays
@@ -62,7 +60,7 @@ class DirectArrays(NamedTuple):
 
 
 @part
-def sample_emitters(direct, position, normal, object_, rays_own, key, path, i):
+def sample_emitters(direct, scene, position, normal, object_, rays_own, key, path, i):
     """A point of an emitter, and the irradiance that it stands for if nothing is between.
 
     Parameters
@@ -86,10 +84,10 @@ def sample_emitters(direct, position, normal, object_, rays_own, key, path, i):
     start, choice = two_numbers(key, path, i)
     total = kept = ZERO
     target, light, lamp = position, BLACK, np.int64(len(direct.lamps.kind))
-    cell = cell_of(direct.grid, position)
+    point = cell_of(direct.grid, position), position, normal, object_, rays_own
     for j in range(direct.n_candidates):
         place = min((np.float32(j) + start) / np.float32(direct.n_candidates), _BELOW_ONE)
-        at, given, of = _candidate(direct, cell, position, normal, object_, rays_own, place, key, path, i + 1 + 2 * j)
+        at, given, of = _candidate(direct, scene, *point, place, key, path, i + 1 + 2 * j)
         weight = mean((abs(given[0]), abs(given[1]), abs(given[2])))  # lamps may take light away
         if weight > ZERO:
             total += weight
@@ -98,13 +96,14 @@ def sample_emitters(direct, position, normal, object_, rays_own, key, path, i):
                 target, light, lamp, kept, choice = at, given, of, weight, choice / share
             else:
                 choice = (choice - share) / (ONE - share)
+            choice = min(choice, _BELOW_ONE)  # at 1 a candidate that is all of the total would not be kept
     if total <= ZERO:
         return target, BLACK, lamp, False
     return target, times(light, total / (np.float32(direct.n_candidates) * kept)), lamp, True
 
 
 @part
-def _candidate(direct, cell, position, normal, object_, rays_own, place, key, path, i):
+def _candidate(direct, scene, cell, position, normal, object_, rays_own, place, key, path, i):
     """A point of an emitter that a number chooses, the irradiance from it over its density, and which emitter it is."""
     u, v = two_numbers(key, path, i)
     by_lamps, n_lamps = direct.lamp_chance, np.int64(len(direct.lamps.kind))
@@ -117,7 +116,7 @@ def _candidate(direct, cell, position, normal, object_, rays_own, place, key, pa
     if place < by_lamps + direct.mesh_chance or direct.world_chance == ZERO:
         of, chance = n_lamps, direct.mesh_chance
         w, _ = two_numbers(key, path, i + 1)
-        target, way, light, density = sample_mesh(direct.scene, direct.mesh, position, w, u, v)
+        target, way, light, density = sample_mesh(scene, direct.mesh, position, w, u, v)
     else:
         of, chance, way = n_lamps + 1, direct.world_chance, sample_world(direct.world, u, v)
         density, target = world_pdf(direct.world, way), along(position, direct.far, way)
@@ -129,7 +128,7 @@ def _candidate(direct, cell, position, normal, object_, rays_own, place, key, pa
 
 
 @part
-def met_radiance(direct, triangle, distance, u, v, direction, normal):
+def met_radiance(direct, scene, triangle, distance, u, v, direction, normal):
     """Radiance that a cosine-weighted ray meets and that is its own: of emissive triangles, and of the world.
 
     A constant world is all the rays'. What see-through surfaces on the way leave of it is for the caller to apply.
@@ -148,11 +147,11 @@ def met_radiance(direct, triangle, distance, u, v, direction, normal):
         return world_radiance(direct.world, direction)
     if direct.mesh_chance == ZERO or direct.mesh.density[triangle] <= ZERO:
         return BLACK
-    facing = abs(dot(direction, row(direct.scene.normals, triangle)))
+    facing = abs(dot(direction, row(scene.normals, triangle)))
     if cosine * _PER_PI <= direct.mesh_chance * mesh_density(direct.mesh, triangle, distance, facing):
         return BLACK
     # Rays stop in proportion to the coverage, so that it must not weigh what they meet
-    return emitted(direct.scene, triangle, u, v)
+    return emitted(scene, triangle, u, v)
 
 
 @part

@@ -37,7 +37,7 @@ def direct_light(direct, tracing, room, position, normal, object_, key, path, i,
     with_sky : bool
         With the light of a constant world.
     """
-    target, light, lamp, lit = sample_emitters(direct, position, normal, object_, True, key, path, i)
+    target, light, lamp, lit = sample_emitters(direct, tracing.scene, position, normal, object_, True, key, path, i)
     if lit:
         light = mul(light, visible_share(direct, tracing, room, lamp, position, target))
     if not with_sky and direct.mesh_chance == 0 and direct.world_chance == 0:
@@ -45,7 +45,7 @@ def direct_light(direct, tracing, room, position, normal, object_, key, path, i,
     u, v = two_numbers(key, path, i + N_PAIRS)
     direction = to_world(cosine_hemisphere(u, v), normal)
     triangle, distance, a, b, tint = closest_hit(tracing, room, position, direction, _DIFFUSE)
-    met = met_radiance(direct, triangle, distance, a, b, direction, normal)
+    met = met_radiance(direct, tracing.scene, triangle, distance, a, b, direction, normal)
     if not with_sky and triangle < 0:
         met = minus(met, unsampled_sky(direct))
     return plus(light, times(mul(tint, met), PI))

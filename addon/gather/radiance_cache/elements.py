@@ -141,20 +141,19 @@ class SurfaceElements:
     @cached_property
     def areas(self) -> np.ndarray:
         """Area of each element, (e,) float64, m²."""
-        if len(self) == 0:
-            return np.zeros(0)
         start, _ = self._run
-        runs, run_of_element = np.unique(start, return_inverse=True)
-        area = np.add.reduceat(self.cell_areas[self._order], runs)[run_of_element]
-        return area / self.cuts[self._order[start]].astype(np.float64) ** 2
+        return self._reduced(np.add, self.cell_areas) / self.cuts[self._order[start]].astype(np.float64) ** 2
 
     def of_cells(self, values: np.ndarray) -> np.ndarray:
         """Whether a flag (c, …) bool is set on any cell of each element, (e, …) bool."""
-        if len(self) == 0:
-            return np.zeros((0, *values.shape[1:]), bool)
+        return self._reduced(np.logical_or, values)
+
+    def _reduced(self, reduce: np.ufunc, values: np.ndarray) -> np.ndarray:
+        """Values (c, …) of each element's cells made one, (e, …)."""
         start, _ = self._run
         runs, run_of_element = np.unique(start, return_inverse=True)
-        return np.logical_or.reduceat(values[self._order], runs, axis=0)[run_of_element]
+        reduced: np.ndarray = reduce.reduceat(values[self._order], runs, axis=0)[run_of_element]
+        return reduced
 
     @cached_property
     def arrays(self) -> "ElementArrays":
@@ -170,12 +169,6 @@ class SurfaceElements:
         found = np.full(len(triangle), len(self), np.int32)
         _find_elements(self.arrays, triangle, u, v, found)
         return found
-
-    def sample(self, element: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Points uniform by area on elements, from (n, 3) numbers in [0, 1): triangle, u, v, (n,) each."""
-        triangle, (x, y) = np.empty(len(element), np.int32), np.empty((2, len(element)), np.float32)
-        _sample(self.arrays, element, u, triangle, x, y)
-        return triangle, x, y
 
 
 class ElementArrays(NamedTuple):
@@ -258,13 +251,6 @@ def _find_elements(elements, triangle, u, v, found):
     for k in range(len(triangle)):
         if triangle[k] >= 0:
             found[k] = element_at(elements, triangle[k], u[k], v[k])
-
-
-@kernel
-def _sample(elements, element, numbers, triangle, u, v):
-    """Points on n elements, from (n, 3) numbers in [0, 1)."""
-    for k in range(len(element)):
-        triangle[k], u[k], v[k] = point_on(elements, element[k], numbers[k, 0], numbers[k, 1], numbers[k, 2])
 
 
 def _groups(scene: Scene, cells: SurfaceCells, small: np.ndarray, wanted: np.ndarray) -> np.ndarray:

@@ -18,14 +18,14 @@ _CAUSTIC = int(PathKind.CAUSTIC)
 
 
 def photon_radiance(
-    scene: Scene, photons: Photons, elements: SurfaceElements, coverage: np.ndarray | None = None
+    scene: Scene, photons: Photons, elements: SurfaceElements, coverage: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Diffuse radiance that photons make of the sides they fell on and of those behind, Σ ρΦ/(πAc).
 
     Parameters
     ----------
-    coverage : (2 e,) float32, optional
-        c, the share of each element that stops light; 1 without it.
+    coverage : (2 e,) float32
+        c, the share of each element that stops light.
 
     Returns
     -------
@@ -37,8 +37,7 @@ def photon_radiance(
         some = photons.where(chunk)
         at = some.triangle, some.position, some.normal
         _add_photons(scene.arrays, elements.arrays, *at, some.direction, some.power, some.kind, *sums)
-    area = np.repeat(elements.areas, 2) * (1 if coverage is None else coverage)
-    caustic, others = (sums / (np.pi * area)[:, None]).astype(np.float32)
+    caustic, others = (sums / (np.pi * np.repeat(elements.areas, 2) * coverage)[:, None]).astype(np.float32)
     return caustic, others
 
 

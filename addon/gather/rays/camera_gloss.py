@@ -6,7 +6,7 @@ from ...bsdf.mixture import SPECULAR_LOBES
 from ...bsdf.scatter import scatter
 from ...core.compiling import kernel
 from ...core.parallel import Workers
-from ...core.sampling.path_numbers import two_numbers
+from ...core.sampling.path_numbers import path_key, two_numbers
 from ...core.vec3 import BLACK, ZERO, put, row
 from ...receivers import CameraPoints
 from ...scene import Scene
@@ -87,16 +87,15 @@ def reflected_direct(scene: Scene, points: CameraPoints, direct: DirectLight, wo
     colour = np.concatenate([points.front, points.back[points.through]])
     objects = scene.object_of_triangle[points.seen.hits.triangle]
     objects = np.concatenate([objects, objects[points.through]])
-    row = np.flatnonzero(at.takes_caustics & colour.any(axis=1)) if at.takes_caustics is not None else np.zeros(0, int)
-    radiance = np.zeros_like(colour)
+    lit = np.flatnonzero(at.takes_caustics & colour.any(axis=1)) if at.takes_caustics is not None else np.zeros(0, int)
+    radiance, key = np.zeros_like(colour), path_key(workers.seed, _DIRECT)
 
-    def light(chunk: slice, random: np.random.Generator) -> np.ndarray:
-        k = np.repeat(row[chunk], N_DIRECT)
-        irradiance = direct.irradiance_with_sky(at.position[k], at.normal[k], objects[k], random)
-        return irradiance.reshape(-1, N_DIRECT, 3).mean(axis=1)
+    def light(chunk: slice, _: np.random.Generator) -> np.ndarray:
+        k = lit[chunk]
+        return direct.mean_irradiance(at.position[k], at.normal[k], objects[k], N_DIRECT, key, chunk.start)
 
-    chunks = workers.chunks("Lighting mirrors", len(row), _CHUNK // N_DIRECT, light, (_DIRECT,)) if len(row) else ()
+    chunks = workers.chunks("Lighting mirrors", len(lit), _CHUNK // N_DIRECT, light, (_DIRECT,)) if len(lit) else ()
     for chunk, irradiance in chunks:
-        k = row[chunk]
+        k = lit[chunk]
         radiance[k] = colour[k] * irradiance / np.float32(np.pi)
     return radiance

@@ -84,7 +84,7 @@ def _by_points_of_lights(tracing, room, direct, hit, direction, key, path):
     scene = tracing.scene
     origin, normal = off_surface(scene, hit, ONE), facing(shading_normal(scene, hit), hit.normal, direction)
     object_ = scene.object[hit.triangle]
-    target, irradiance, lamp, lit = sample_emitters(direct, origin, normal, object_, False, key, path, 4)
+    target, irradiance, lamp, lit = sample_emitters(direct, scene, origin, normal, object_, False, key, path, 4)
     if not lit:
         return BLACK
     towards, _ = direction_to(origin, target)

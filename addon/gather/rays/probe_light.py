@@ -125,7 +125,7 @@ def gather_probes(
         at = positions[chunk]
         directions = sphere_directions(len(at) * N_BATCHES, k, random)
         met = rays.radiance_along(np.repeat(at, N_BATCHES * k, 0), directions, random)
-        radiance = met.reflected if direct is None else met.reflected + _direct_met(direct, met.hits, directions)
+        radiance = met.reflected if direct is None else met.reflected + direct.met(met.hits, directions, SIDES)
         light = _sums(np.float32(4 * np.pi / k) * radiance, directions, len(at))
         if direct is not None:
             light += _direct_sampled(direct, at, random)
@@ -153,15 +153,6 @@ def _direct_sampled(direct: DirectLight, positions: np.ndarray, random: np.rando
     found = direct.sample(at, sides, None, random)
     share = np.maximum(dot(found.direction, sides), 0) / np.float32(N_DIRECT)
     return _sums(share[:, None] * found.irradiance, found.direction, n)
-
-
-def _direct_met(direct: DirectLight, hits: Hits, directions: np.ndarray) -> np.ndarray:
-    """Radiance of what is left to rays of that light, for all sides together, (r, 3)."""
-    radiance = np.zeros_like(directions)
-    for side in SIDES:
-        share = np.maximum(directions @ side, 0) ** 2
-        radiance += share[:, None] * direct.met(hits, directions, np.broadcast_to(side, directions.shape))
-    return hits.tinted(radiance)
 
 
 def _share_of_backs(hits: Hits, directions: np.ndarray, n: int) -> np.ndarray:

@@ -139,7 +139,7 @@ def _direct_light_reflected(tracing, room, direct, key, path, i, hit, bsdf):
     scene = tracing.scene
     origin, object_ = off_surface(scene, hit, ONE), scene.object[hit.triangle]
     at = origin, shading_normal(scene, hit), object_
-    target, irradiance, lamp, lit = sample_emitters(direct, *at, True, key, path, i)
+    target, irradiance, lamp, lit = sample_emitters(direct, scene, *at, True, key, path, i)
     if not lit:
         return BLACK
     passes = visible_share(direct, tracing, room, lamp, origin, target)
@@ -152,7 +152,7 @@ def _highlight(tracing, room, direct, key, path, i, hit, bsdf, direction):
     scene = tracing.scene
     origin, object_ = off_surface(scene, hit, ONE), scene.object[hit.triangle]
     normal = facing(shading_normal(scene, hit), hit.normal, direction)
-    target, irradiance, lamp, lit = sample_emitters(direct, origin, normal, object_, False, key, path, i)
+    target, irradiance, lamp, lit = sample_emitters(direct, scene, origin, normal, object_, False, key, path, i)
     if not lit:
         return BLACK
     towards, _ = direction_to(origin, target)
@@ -170,7 +170,7 @@ def _emission_met(scene, direct, hit, on, triangle, distance, u, v, specular):
         normal = shading_normal(scene, hit)
         if on.lobe == TRANSLUCENT:
             normal = negative(normal)
-        return met_radiance(direct, triangle, distance, u, v, on.direction, normal)
+        return met_radiance(direct, scene, triangle, distance, u, v, on.direction, normal)
     if specular and on.specular:
         shining = emitted(scene, triangle, u, v) if triangle >= 0 else world_radiance(direct.world, on.direction)
         at = on.origin, on.direction, distance, on.kind, scene.object[hit.triangle]

@@ -7,7 +7,7 @@ import numpy as np
 from ...core.compiling import kernel
 from ...core.sampling.path_numbers import two_numbers
 from ...core.sampling.warps import cosine_hemisphere, cosine_uniform_mixture
-from ...core.vec3 import ONE, TWO, dot, frame, plus, put, row, times
+from ...core.vec3 import ONE, TWO, dot, put, row, times, to_world
 from ..direct.ray_directions import shifted, stratified_set
 from ..normal_gradient import gradient_of_light
 from .gather_rays import GatherRays
@@ -71,7 +71,6 @@ def _start(positions, normals, n_batches, points, key, first, origins, direction
     n, ray = len(points), 0
     for receiver in range(len(positions)):
         position, normal = row(positions, receiver), row(normals, receiver)
-        tangent, bitangent = frame(normal)
         for _ in range(n_batches):
             a, b = two_numbers(key, first + ray, _SHIFT)
             for k in range(n):
@@ -82,7 +81,7 @@ def _start(positions, normals, n_batches, points, key, first, origins, direction
                 else:
                     x, y, z = cosine_hemisphere(u, v)
                 put(origins, ray, position)
-                put(directions, ray, plus(plus(times(tangent, x), times(bitangent, y)), times(normal, z)))
+                put(directions, ray, to_world((x, y, z), normal))
                 ray += 1
 
 

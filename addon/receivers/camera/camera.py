@@ -68,13 +68,9 @@ class Camera:
     def n_pixels(self) -> int:
         return self.width * self.height
 
+    @cached_property
     def middles(self) -> np.ndarray:
         """The middle of each pixel, row by row from the top left, (pixels, 2) float64: columns and rows from there."""
-        return self._middles
-
-    @cached_property
-    def _middles(self) -> np.ndarray:
-        """Made once: every chunk of pixels asks for them."""
         row, column = np.divmod(np.arange(self.n_pixels), self.width)
         return np.stack([column, row], axis=1) + 0.5
 
@@ -148,14 +144,6 @@ class SeenSurface:
         columns = {name: rows(getattr(self, name), chosen) for name in _COLUMNS}
         return SeenSurface(hits=self.hits.where(chosen), **columns)
 
-    def in_pixels(self, pixel: np.ndarray) -> "SeenSurface":
-        """The same points in other pixels (p,)."""
-        return replace(self, pixel=pixel)
-
-    def of_areas(self, area: np.ndarray) -> "SeenSurface":
-        """The same points for other areas (p,), m²."""
-        return replace(self, area=area)
-
     def turned(self) -> "SeenSurface":
         """The other side of the surface in the same places."""
         return replace(self, normal=-self.normal, shading_normal=-self.shading_normal)
@@ -172,7 +160,7 @@ _COLUMNS = ("pixel", "direction", "position", "normal", "shading_normal", "area"
 
 def seen_surface(scene: Scene, tracer: TransparencyTracer, camera: Camera) -> SeenSurface:
     """What the camera sees, by a ray through the middle of each pixel."""
-    rays = camera.rays(camera.middles())
+    rays = camera.rays(camera.middles)
     hits = first_hits(tracer, rays)
     k = np.flatnonzero(hits.hit)
     hits, directions = hits.where(k), rows(rays.directions, k)

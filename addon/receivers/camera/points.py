@@ -108,8 +108,8 @@ def camera_points(
     def sampled(pixel: np.ndarray, n: int, random: np.random.Generator) -> tuple[list[np.ndarray], "_Clusters"]:
         samples = camera_samples(scene, tracer, camera, pixel_filter, n, pixel, random)
         clusters = _clusters(scene, samples, n)
-        in_pixels = replace(clusters, seen=clusters.seen.in_pixels(pixel[clusters.seen.pixel]))
-        return [samples.depth, samples.normal, samples.beyond], in_pixels
+        seen = replace(clusters.seen, pixel=pixel[clusters.seen.pixel])
+        return [samples.depth, samples.normal, samples.beyond], replace(clusters, seen=seen)
 
     def look(chunk: slice, random: np.random.Generator) -> tuple[list[np.ndarray], "_Clusters"]:
         pixel = np.arange(chunk.start, chunk.stop)
@@ -181,7 +181,7 @@ def _clusters(scene: Scene, samples: CameraSamples, n_samples: int) -> _Clusters
 
     seen = samples.seen.where(chosen)
     return _Clusters(
-        seen=seen.of_areas(seen.area * share),
+        seen=replace(seen, area=seen.area * share),
         share=share,
         front=mean(front * samples.throughput),
         back=mean(back * samples.throughput),

@@ -65,7 +65,7 @@ def camera_samples(
     n = len(pixel) * n_samples
     u = r2_sequence(np.arange(n_samples)) + random.random((len(pixel), 1, 2), dtype=np.float32)
     offsets = pixel_filter.offsets(u - np.floor(u)).reshape(n, 2)
-    rays = camera.rays(np.repeat(rows(camera.middles(), pixel), n_samples, axis=0) + offsets)
+    rays = camera.rays(np.repeat(rows(camera.middles, pixel), n_samples, axis=0) + offsets)
     hits = first_hits(tracer, rays)
     held_out = np.flatnonzero(hits.hit)
     held_out = held_out[scene.objects.held_out[scene.object_of_triangle[hits.triangle[held_out]]]]

@@ -137,7 +137,7 @@ class ShaderSum:
                 if term.covers is not None:
                     known.setdefault(term.covers, index)
         coverage = self.coverage
-        return [replace(term, weight=_within(term.weight, coverage)) for term in found]
+        return [replace(term, weight=_within(term, coverage)) for term in found]
 
 
 def _add(found: list[Term], term: Term) -> int:
@@ -150,9 +150,15 @@ def _add(found: list[Term], term: Term) -> int:
     return len(found) - 1
 
 
-def _within(weight: np.ndarray, coverage: np.ndarray) -> np.ndarray:
-    """A weight of the light that does not pass straight through; where all does, it is what it is elsewhere."""
-    share = saturate(weight / _inside(coverage))
+def _within(term: Term, coverage: np.ndarray) -> np.ndarray:
+    """A term's weight in the light that does not pass straight through, of which it scatters no more than all.
+
+    Where all passes, the weight is what it is elsewhere.
+    """
+    share = term.weight / _inside(coverage)
+    scattered = replace(term, weight=share).scattered
+    if scattered.max() > 1:  # the weight itself may be above 1: f0 and f90 take their part of it
+        share = share / np.maximum(scattered, 1)
     hole = np.broadcast_to(coverage, (*share.shape[:2], 1))[..., 0] <= 0
     if hole.any() and not hole.all():
         share[hole] = share[~hole].mean(axis=0)

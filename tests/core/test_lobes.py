@@ -1,0 +1,229 @@
+"""One lobe at a time: Fresnel's and Snell's laws, samplers against densities, furnaces."""
+
+import numpy as np
+import pytest
+from photon_bake.addon.bsdf import Lobe, albedo_tables, evaluate_glossy, glossy_albedo
+from photon_bake.addon.bsdf import fresnel as fresnel_parts
+from photon_bake.addon.bsdf import microfacets as parts
+from photon_bake.addon.core.sampling.streams import stream
+from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere
+from photon_bake.addon.core.vec3 import dot, put, row
+from photon_bake.tests.core.bsdf_points import (
+    N,
+    albedo_of,
+    chi_square_against,
+    compiled,
+    direction,
+    numbers,
+    pdf_glossy,
+    sample_bsdf,
+    seen_from_behind,
+    surface,
+)
+
+# Parts, of numbers and of directions
+
+
+@compiled
+def _fresnel_dielectric(cos, ior):
+    return fresnel_parts.fresnel_dielectric(cos, ior)
+
+
+@compiled
+def _grazing_share(cos, ior):
+    return fresnel_parts.grazing_share(cos, ior)
+
+
+@compiled
+def _average_grazing_share(ior):
+    return fresnel_parts.average_grazing_share(ior)
+
+
+@compiled
+def _distribution(wo, h, alpha):
+    """The density of visible normals."""
+    facing = max(dot(wo, h), np.float32(0)) * (h[2] > 0)
+    return facing * parts.distribution(h, alpha) / wo[2] / parts.masked(wo[2], alpha)
+
+
+@compiled
+def _visible_normals(wo, alpha, u, out):
+    for i in range(len(u)):
+        put(out, i, parts.visible_normal(wo, alpha, u[i, 0], u[i, 1]))
+
+
+@compiled
+def _refract(wo, h, ior, out):
+    for i in range(len(wo)):
+        put(out, i, parts.refract(row(wo, i), h, dot(row(wo, i), h), ior))
+
+
+@compiled
+def _interpolate_2(table, x, y):
+    return albedo_tables.interpolate_2(table, x, y)
+
+
+def each(function, *arguments):
+    """A compiled function of numbers, of arrays."""
+    rows = np.broadcast_arrays(*(np.float32(a) for a in arguments))
+    return np.array([function(*values) for values in zip(*(r.ravel() for r in rows), strict=True)]).reshape(
+        rows[0].shape
+    )
+
+
+def fresnel_dielectric(cos, ior):
+    return each(_fresnel_dielectric, cos, ior)
+
+
+# Fresnel and Snell
+
+
+@pytest.mark.plain
+def test_fresnel_at_normal_brewster_and_critical_angles():
+    ior = np.float32(1.5)
+    assert fresnel_dielectric(np.float32(1), ior) == pytest.approx(0.04, rel=1e-5)
+    brewster = np.cos(np.arctan(1.5))  # half of the light is of the polarisation that is not reflected
+    assert fresnel_dielectric(np.float32(brewster), ior) == pytest.approx(0.5 * (5 / 13) ** 2, rel=1e-4)
+    critical = np.sqrt(1 - (1 / 1.5) ** 2)
+    below, above = fresnel_dielectric(np.float32([critical - 1e-3, critical + 1e-3]), 1 / ior)
+    assert below == 1 and above < 0.9
+    cos = np.linspace(0.1, 1, 10, dtype=np.float32)
+    assert np.allclose(fresnel_dielectric(cos, np.float32(1)), 0, atol=1e-6)
+    cos_t = np.sqrt(1 - (1 - cos * cos) / 2.25)
+    assert np.allclose(fresnel_dielectric(cos, ior), fresnel_dielectric(cos_t, 1 / ior), atol=1e-4)
+
+
+@pytest.mark.parametrize("ior", [0.0, 0.7, 1.1, 1.5, 2.5])
+def test_grazing_shares_go_from_0_to_1_and_average_as_they_should(ior):
+    cos = ((np.arange(4000) + 0.5) / 4000).astype(np.float32)
+    share = each(_grazing_share, cos, ior)
+    assert share[-1] < 1e-3 and share[0] > 0.98 and (np.diff(share) <= 1e-4).all()
+    assert _average_grazing_share(np.float32(ior)) == pytest.approx((2 * share * cos).mean(), abs=0.01)
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize("ior", [1.5, 1 / 1.5, 1.0])
+def test_refraction_obeys_snell(ior):
+    wo, h = sample_cosine_hemisphere(numbers(2, 1000)[:, :2]), direction(0.9, 1)[0]
+    wo = wo[wo @ h > (0.76 if ior < 1 else 0)]
+    wi = np.empty_like(wo)
+    _refract(wo, tuple(h), np.float32(ior), wi)
+    assert np.allclose(np.linalg.norm(wi, axis=1), 1, atol=1e-5)
+    assert np.allclose(np.cross(wo, h) + ior * np.cross(wi, h), 0, atol=1e-5)
+    assert (wi @ h < 0).all()
+
+
+# Samplers and densities
+
+
+@pytest.mark.parametrize("roughness", [0.3, 0.6, 1.0])
+@pytest.mark.parametrize("cos", [1.0, 0.6, 0.1])
+def test_visible_normals(roughness, cos):
+    n = 1 << 17
+    wo, alpha, sampled = tuple(direction(cos, 1)[0]), np.float32(roughness**2), np.empty((n, 3), np.float32)
+    _visible_normals(wo, alpha, stream(1, 5).random((n, 2), dtype=np.float32), sampled)
+
+    def pdf(directions):
+        return np.array([_distribution(wo, tuple(h), alpha) for h in directions])
+
+    p, total = chi_square_against(sampled, pdf)
+    assert p > 1e-3 and total == pytest.approx(1, abs=5e-3)
+
+
+@pytest.mark.parametrize("roughness", [0.35, 0.6, 1.0])
+@pytest.mark.parametrize("cos", [1.0, 0.6, 0.2])
+def test_glossy_samples_follow_their_density_and_weigh_what_f_says(roughness, cos):
+    n = 1 << 17
+    s = surface(n, f0=0.3, f90=0.9, roughness=roughness)
+    wo = direction(cos, n)
+    sample = sample_bsdf(s, wo, stream(1, 6).random((n, 3), dtype=np.float32), 1 << Lobe.GLOSSY)
+    wi, up = sample.wi, sample.wi[:, 2] > 0
+    assert (sample.weight[~up] == 0).all()
+    p, above = chi_square_against(wi[up], lambda d: pdf_glossy(s.where(np.arange(len(d))), wo[: len(d)], d))
+    assert p > 1e-3 and above == pytest.approx(up.mean(), abs=0.01)
+    k = np.flatnonzero(up & (wi[:, 2] > 1e-3))
+    expected = evaluate_glossy(s.where(k), wo[k], wi[k]) * (wi[k, 2] / pdf_glossy(s.where(k), wo[k], wi[k]))[:, None]
+    assert np.allclose(sample.weight[k], expected, rtol=2e-3)
+
+
+def test_glossy_without_multiple_scattering_is_reciprocal():
+    s = surface(f0=0.1, f90=1, fresnel_ior=1.5, roughness=0.4, preserves_energy=False)
+    wo, wi = sample_cosine_hemisphere(numbers(3)[:, :2]), sample_cosine_hemisphere(numbers(4)[:, :2])
+    assert np.allclose(evaluate_glossy(s, wo, wi), evaluate_glossy(s, wi, wo), rtol=1e-3)
+
+
+def test_diffuse_and_translucent_directions():
+    s = surface(diffuse=0.5, translucent=0.25)
+    sample = sample_bsdf(s, direction(0.7), stream(1, 7).random((N, 3), dtype=np.float32))
+    up = sample.lobe == Lobe.DIFFUSE
+    assert (up == (sample.wi[:, 2] > 0)).all() and up.mean() == pytest.approx(2 / 3, abs=0.01)
+    for k in (up, ~up):
+        p, _ = chi_square_against(np.abs(sample.wi[k]), _quarter_cosine)
+        assert p > 1e-3
+    assert np.allclose(sample.weight, 0.75)
+
+
+def _quarter_cosine(d):
+    """Density of the moduli of cosine-weighted directions."""
+    return 4 * np.maximum(d[:, 2], 0) / np.pi * (d[:, 0] > 0) * (d[:, 1] > 0)
+
+
+# Albedos
+
+
+@pytest.mark.parametrize("roughness", [0.0, 0.2, 0.5, 1.0])
+@pytest.mark.parametrize("cos", [1.0, 0.6, 0.25, 0.1])
+def test_white_glossy_furnace(roughness, cos):
+    s = surface(f0=1, f90=1, roughness=roughness)
+    assert albedo_of(s, cos) == pytest.approx(1, abs=0.01)
+    lossy = surface(f0=1, f90=1, roughness=roughness, preserves_energy=False)
+    white = _interpolate_2(albedo_tables.WHITE, np.float32(roughness), np.float32(cos))
+    assert albedo_of(lossy, cos) == pytest.approx(white, abs=0.01)
+
+
+def test_colored_gloss_grows_more_saturated_with_roughness():
+    gold = {"f0": [1.0, 0.7, 0.3], "f90": 1.0}
+    smooth, rough = (glossy_albedo(surface(1, roughness=r, **gold), np.float32([0.9]))[0] for r in (0.1, 1.0))
+    assert rough[0] == pytest.approx(1, abs=5e-3)
+    assert rough[2] / rough[0] < 0.9 * smooth[2] / smooth[0]
+
+
+@pytest.mark.parametrize("ior", [1.5, 1 / 1.5])
+@pytest.mark.parametrize("cos", [1.0, 0.5, 0.15])
+def test_glass_furnace(ior, cos):
+    glass = {"glass_reflection": 1, "glass_transmission": 1, "glass_ior": ior}
+    assert albedo_of(surface(roughness=0, **glass), cos) == pytest.approx(1, abs=1e-3)
+    rough = surface(roughness=0.7, **glass)
+    assert albedo_of(surface(roughness=0.7, preserves_energy=False, **glass), cos).max() < 0.98
+    # Inside rough glass some is lost, as in Cycles
+    assert albedo_of(rough, cos) == pytest.approx(1 if ior > 1 or cos == 1 else 0.93, abs=0.07 if ior < 1 else 0.01)
+
+
+def test_smooth_glass_reflects_and_refracts_by_fresnel():
+    s = surface(glass_reflection=[1, 0.5, 1], glass_transmission=[0.5, 1, 1], roughness=0)
+    wo = direction(0.6)
+    sample = sample_bsdf(s, wo, numbers())
+    up = sample.wi[:, 2] > 0
+    assert np.allclose(sample.wi[up], wo[up] * [-1, -1, 1], atol=1e-5)
+    assert np.allclose(sample.wi[~up], np.append(-wo[0, :2] / 1.5, -np.sqrt(1 - 0.64 / 2.25)), atol=1e-5)
+    f = fresnel_dielectric(np.float32(0.6), np.float32(1.5))
+    assert np.where(up[:, None], sample.weight, 0).mean(0) == pytest.approx(f * np.array([1, 0.5, 1]), rel=5e-3)
+    assert np.where(up[:, None], 0, sample.weight).mean(0) == pytest.approx((1 - f) * np.array([0.5, 1, 1]), rel=5e-3)
+
+
+def test_without_fresnel_all_is_refracted_or_lost():
+    s = surface(glass_transmission=0.9, roughness=0, glass_fresnel=False)
+    sample = sample_bsdf(s, direction(0.3), numbers())
+    assert (sample.wi[:, 2] < 0).all() and np.allclose(sample.weight, 0.9)
+    inside = seen_from_behind(s)
+    assert (sample_bsdf(inside, direction(0.3), numbers()).weight == 0).all()  # beyond the critical angle
+    assert np.allclose(sample_bsdf(inside, direction(0.9), numbers()).weight, 0.9)
+
+
+def test_smooth_gloss_is_a_mirror():
+    wo = direction(0.3)
+    for roughness in (0.0, 1e-2):
+        sample = sample_bsdf(surface(f0=0.5, f90=0.5, roughness=roughness), wo, numbers())
+        off = np.abs(sample.wi - wo * [-1, -1, 1]).max(axis=1)
+        assert (np.quantile(off, 0.98) < 2e-3) if roughness else (off.max() < 1e-5)  # GGX has long tails
+        assert np.allclose(sample.weight, 0.5, atol=0.01)
