@@ -17,7 +17,7 @@ LIFT = np.float32(5e-3)
 
 
 @dataclass(frozen=True)
-class CameraSamples:
+class ViewPoints:
     """Some or all of the points of a view.
 
     Attributes
@@ -47,13 +47,13 @@ class Inspector:
 
     Attributes
     ----------
-    seen : dict of View to CameraSamples
+    seen : dict of View to ViewPoints
         As far as the bake has come.
     """
 
     def __init__(self, wanted: Collection[View] = ()) -> None:
         self._wanted = frozenset(wanted)
-        self.seen: dict[View, CameraSamples] = {}
+        self.seen: dict[View, ViewPoints] = {}
 
     def see(self, view: View, points: Callable[[], tuple[np.ndarray, np.ndarray | None]]) -> None:
         """Keep positions (n, 3) and light (n, 3) that `points` returns; it is called only where they are wanted."""
@@ -62,4 +62,4 @@ class Inspector:
         position, light = points()
         n = len(position)
         chosen = np.linspace(0, n - 1, min(n, MOST_POINTS)).astype(np.int64)
-        self.seen[view] = CameraSamples(position[chosen], None if light is None else light[chosen], n)
+        self.seen[view] = ViewPoints(position[chosen], None if light is None else light[chosen], n)

@@ -8,7 +8,7 @@ import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
 
-from ...core.inspector import CameraSamples
+from ...core.inspector import ViewPoints
 
 _BRIGHTEST = 98
 """The percentile of the light that is shown in full brightness."""
@@ -20,7 +20,7 @@ class Dots:
 
     Attributes
     ----------
-    points : CameraSamples
+    points : ViewPoints
     size : float, pixels
     through : bool
         Whether surfaces do not hide them.
@@ -28,7 +28,7 @@ class Dots:
         sRGB, of points that have no light.
     """
 
-    points: CameraSamples
+    points: ViewPoints
     size: float
     through: bool = False
     colour: tuple[float, float, float] = (1.0, 1.0, 1.0)
