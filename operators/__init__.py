@@ -57,14 +57,12 @@ def register() -> None:
         bpy.utils.register_class(cls)
     bpy.app.handlers.load_pre.append(_before_load)
     kernels.register()
-    kernels.register()
     export_gltf.register()
     command.register()
 
 
 def unregister() -> None:
     """Take them away again; a bake that runs is cancelled, and nothing of it is left."""
-    kernels.unregister()
     kernels.unregister()
     bpy.app.handlers.load_pre.remove(_before_load)
     stop_watched()

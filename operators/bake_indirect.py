@@ -87,7 +87,8 @@ class PHOTON_BAKE_OT_bake_indirect(Solving, bpy.types.Operator):
         outcome = _outcome(job, solved, written)
         outcome.asked = self._asked
         bake_state.stop(outcome)
-        follow(bpy.context.scene)
+        if scene is not None:
+            follow(scene)
         learn(self._gather, self._foretold, bake_state.seconds - (compiler.seconds - self._compiled))
         if bpy.app.background:  # in a window the panel says them
             for warning in job.warnings:

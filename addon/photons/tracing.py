@@ -215,15 +215,7 @@ def trace_photons(
     emission = Emission(sources, counts, workers.seed, of)
     if in_pictures:
         emission = PictureEmission(picture_rays(sources, counts, workers.seed))
-    last = [min(source.max_bounces, max_bounces - 1) for source in sources]
-    rules = Rules(
-        key=path_key(workers.seed, of.value[1]),
-        keeps=scene.materials.spreads_light | on_gloss,
-        seen=np.stack([np.append(seen_by(scene.objects, kind), True) for kind in RayKind]),
-        sampled_directly=np.array([source.sampled_directly for source in sources]),
-        last_bounce=np.array(last, np.int32),
-        region=target_region(region),
-    )
+    rules = _rules(scene, sources, max_bounces, path_key(workers.seed, of.value[1]), region, on_gloss)
     tracing = _Tracing(
         scene, tracer, emission, LightLinking.of(scene, sources), max_bounces, rules, log, workers.seed, of
     )
@@ -232,6 +224,21 @@ def trace_photons(
         stored.add(photons, paths.stop / emission.n)
         workers.progress.update("Tracing photons", paths.stop / emission.n)
     return stored.photons()
+
+
+def _rules(
+    scene: Scene, sources: Sequence[Source], max_bounces: int, key: np.uint64, region: Sphere | None, on_gloss: bool
+) -> Rules:
+    """What decides on the photons of `trace_photons`."""
+    last = [min(source.max_bounces, max_bounces - 1) for source in sources]
+    return Rules(
+        key=key,
+        keeps=scene.materials.spreads_light | on_gloss,
+        seen=np.stack([np.append(seen_by(scene.objects, kind), True) for kind in RayKind]),
+        sampled_directly=np.array([source.sampled_directly for source in sources]),
+        last_bounce=np.array(last, np.int32),
+        region=target_region(region),
+    )
 
 
 def bounces_left(sources: Sequence[Source], n_photons: int, photons: Photons) -> np.ndarray | None:

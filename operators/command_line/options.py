@@ -164,9 +164,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         lightmaps = LightmapSettings(**_given(given, [*_LIGHTMAP_KNOBS])) if "lightmap" in targets else None
         camera = camera_settings(given) if "camera" in targets else None
         probes = probe_settings(given) if "probes" in targets else None
-        refine = None
-        if given.refine is not None:
-            refine = RefineOptions(given.refine, BUDGET if given.refine_budget is None else given.refine_budget)
+        refine = None if given.refine is None else RefineOptions(given.refine, **_given(given, ["budget"]))
     except BakeError as error:
         parser.error(str(error))
     if settings.gather == "photon_volumes" and targets != ["camera"]:
@@ -218,7 +216,7 @@ def _refuse_mixtures(parser: ArgumentParser, given: Namespace, targets: list[str
         parser.error("--copies is for light on objects: give --target vertex or lightmap too")
     if given.refine is not None and "vertex" not in targets:
         parser.error("--refine is for light on vertices: give --target vertex too")
-    if given.refine_budget is not None and given.refine is None:
+    if given.budget is not None and given.refine is None:
         parser.error("--refine-budget is for refined meshes: give --refine too")
     for option, is_default in (("--no-fit", given.fit), ("--no-vertex-denoise", given.denoise)):
         if not is_default and "vertex" not in targets:
@@ -262,7 +260,7 @@ def _parser() -> ArgumentParser:
     )
     add("--refine", type=float, nargs="?", const=TOLERANCE, metavar="TOLERANCE", help=meaning)
     meaning = f"vertices that --refine adds at most; default {BUDGET}"
-    add("--refine-budget", type=int, metavar="N", help=meaning)
+    add("--refine-budget", type=int, dest="budget", metavar="N", help=meaning)
     meaning = "store the light at the vertices themselves, not the values that show the light over the faces best"
     add("--no-fit", dest="fit", action="store_false", help=meaning)
     add("--no-vertex-denoise", dest="denoise", action="store_false", help="leave the noise in the light of vertices")

@@ -164,7 +164,6 @@ class BakeJob:
         Cancelled
         """
         compiler.wait(progress)
-        compiler.wait(progress)
         check_libraries()
         return aside(lambda: self._solve(settings, progress, inspector), progress.check)
 

@@ -36,9 +36,7 @@ if TYPE_CHECKING:
 
 FILTERING = "Denoising the pass"
 
-BYTES_OF_PIXEL = {"half": 42, "float": 80}
-"""Of its 20 channels, before the file is compressed."""
-
+_N_CHANNELS, _BYTES_OF_DEPTH = 19, 4  # of a pixel, before the file is compressed; depth is one more
 _BYTES_OF_CHANNEL = {"half": 2, "float": 4}
 
 
@@ -102,8 +100,8 @@ class CameraTarget:
     @property
     def sizes(self) -> dict[Path, int]:
         """See `Target.sizes`."""
-        of_light = 3 * _BYTES_OF_CHANNEL[self.settings.precision]
-        of_pixel = BYTES_OF_PIXEL[self.settings.precision] + self.n_groups * of_light
+        n_channels = _N_CHANNELS + 3 * self.n_groups
+        of_pixel = n_channels * _BYTES_OF_CHANNEL[self.settings.precision] + _BYTES_OF_DEPTH
         return {self.path: self.frame.width * self.frame.height * of_pixel}
 
     def samples(self, scene: Scene, tracer: EmbreeTracer, workers: Workers, warnings: list[str]) -> "CameraSamples":

@@ -2,15 +2,18 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.bsdf import evaluate_glossy, surface_at
+from photon_bake.addon.bsdf import SPECULAR_LOBES, evaluate_glossy, surface_at
+from photon_bake.addon.bsdf.scatter import scatter
+from photon_bake.addon.core.compiling import kernel
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.sampling.streams import stream
+from photon_bake.addon.core.vec3 import put, row
 from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.emitters.mesh import radiance_of
 from photon_bake.addon.gather import DirectLight, reflected_highlights
-from photon_bake.addon.photons.scattering import NARROW_LOBES, scatter
 from photon_bake.addon.receivers import Camera, PixelFilter, camera_points
 from photon_bake.addon.scene import Channel, LightKind, Lights, Materials
+from photon_bake.addon.scene.hit import hit_at
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.lamp_loops import lamps_along
@@ -47,16 +50,32 @@ def found(scene, tracer, points, n_rays):
     return reflected_highlights(scene, points, direct, tracer, n_rays, Workers())
 
 
+@kernel
+def reflect(scene, triangle, distance, u, v, directions, random, origins, out, weight, kind):
+    """One new ray for each that met gloss or glass."""
+    for i in range(len(triangle)):
+        direction, (x, y, z) = row(directions, i), row(random, i)
+        hit = hit_at(scene, direction, triangle[i], distance[i], u[i], v[i])
+        on = scatter(scene, hit, direction, x, y, z, SPECULAR_LOBES, False)
+        put(origins, i, on.origin)
+        put(out, i, on.direction)
+        put(weight, i, on.weight)
+        kind[i] = on.kind
+
+
 def by_the_lobe(scene, tracer, points, n):
     """The mean of all that rays by the lobe meet, and its standard error."""
     at = points.seen.where(np.repeat(np.arange(len(points)), n))
-    on = scatter(scene, at.hits, at.position, at.direction, at.normal, stream(5), NARROW_LOBES)
-    hits = tracer.closest_hit(on.origins, on.directions)
+    origins, directions, weight = np.empty((3, len(at), 3), np.float32)
+    kind, random = np.empty(len(at), np.uint8), stream(5).random((len(at), 3), np.float32)
+    met = at.hits.triangle, at.hits.distance, at.hits.u, at.hits.v
+    reflect(scene.arrays, *met, at.direction, random, origins, directions, weight, kind)
+    hits = tracer.closest_hit(origins, directions)
     objects = scene.object_of_triangle[at.hits.triangle]
-    light = lamps_along(scene.lights, on.origins, on.directions, hits.distance, on.kind, objects)
-    light += np.where(hits.hit[:, None], 0, radiance_along(scene.world, on.directions))
+    light = lamps_along(scene.lights, origins, directions, hits.distance, kind, objects)
+    light += np.where(hits.hit[:, None], 0, radiance_along(scene.world, directions))
     light += radiance_of(scene.arrays, hits.triangle, hits.u, hits.v) * hits.hit[:, None]
-    light = (on.weight * light).reshape(-1, n, 3)
+    light = (weight * light).reshape(-1, n, 3)
     return light.mean(axis=1), light.mean(axis=2).std(axis=1) / np.sqrt(n)
 
 

@@ -7,11 +7,11 @@ import pytest
 from photon_bake.addon.bsdf import evaluate_glossy, surface_at
 from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.sampling.octahedral import encode_octahedral
+from photon_bake.addon.core.sampling.warps import frame
 from photon_bake.addon.gather import splat_gloss, splat_irradiance, splat_photons
 from photon_bake.addon.gather.photon_splatting import LitPoints
 from photon_bake.addon.gather.photon_splatting.radius import n_in_splat, neighbour_radius
 from photon_bake.addon.photons import PathKind, Photons
-from photon_bake.addon.photons.scattering import local_axes
 from photon_bake.addon.receivers import Camera, seen_surface
 from photon_bake.addon.scene import Channel, Materials
 from photon_bake.addon.tracing import TransparencyTracer
@@ -193,7 +193,7 @@ def test_gloss_reflects_photons_by_its_lobe():
         radiance, stderr = splat_gloss(scene, camera, seen, photons, Workers())
         hits = seen.hits
         surface = surface_at(scene, hits.triangle, hits.u, hits.v, hits.back(seen.direction))
-        axes = local_axes(seen.normal)
+        axes = np.stack([*frame(seen.normal), seen.normal], axis=1)
         wo, wi = (np.einsum("nij,nj->ni", axes, d) for d in (-seen.direction, np.tile(towards, (len(seen), 1))))
         expected = 3.0 * evaluate_glossy(surface, wo, wi)
         assert radiance.any() == reflects == stderr.any()

@@ -8,6 +8,8 @@ import photon_bake
 import pytest
 from photon_bake.addon.pipeline.warm_up import compiler
 
+from .scenes import add_cube, add_lamp, add_plane
+
 STATUS = pytest.StashKey[int]()
 
 
@@ -25,6 +27,19 @@ def empty_scene(registered):
     """A new file with one scene and nothing in it."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     return bpy.context.scene
+
+
+@pytest.fixture
+def room(empty_scene):
+    """A cube on a floor under a lamp, and the smallest bake there is."""
+    add_plane("Floor", size=8.0, smooth=True)
+    cube = add_cube("Box")
+    cube.location.z = 1.0
+    add_lamp("POINT", location=(1.5, 0.5, 4), energy=1000)
+    properties = bpy.context.scene.photon_bake
+    properties.n_photons, properties.n_gather_rays = 5000, 16
+    properties.n_cache_elements, properties.n_cache_rays = 200, 4
+    return properties
 
 
 @pytest.hookimpl(trylast=True)

@@ -185,3 +185,13 @@ def cycles_picture(obj, kind, side=64):
     values = np.empty(side * side * 4, np.float32)
     target.image.pixels.foreach_get(values)
     return values.reshape(side, side, 4)[..., :3]
+
+
+def light_of(name, attribute="Indirect"):
+    """What a bake wrote to an object's vertices or corners, (e, 4) float32; None without it."""
+    found = bpy.data.objects[name].data.attributes.get(attribute)
+    if found is None:
+        return None
+    values = np.empty(len(found.data) * 4, np.float32)
+    found.data.foreach_get("color", values)
+    return values.reshape(-1, 4)

@@ -12,7 +12,7 @@ import bpy
 import numpy as np
 
 from ...core.ranges import repeat_ranges
-from ..read.meshes.meshes import attribute
+from ..read.meshes.meshes import attribute, face_sizes
 
 TEXEL = 0.02
 """Side that a texel should have in the world, m: light that has bounced is blurred far more."""
@@ -56,9 +56,8 @@ def make_atlas(mesh: "bpy.types.Mesh", chosen: np.ndarray, matrix: np.ndarray) -
     Atlas or None
         None if there are more faces than texels, or none.
     """
-    start, n_corners = np.empty((2, len(mesh.polygons)), np.int32)
+    start, n_corners = np.empty(len(mesh.polygons), np.int32), face_sizes(mesh)
     mesh.polygons.foreach_get("loop_start", start)
-    mesh.polygons.foreach_get("loop_total", n_corners)
     start, n_corners = start[chosen], n_corners[chosen]
     if not len(start):
         return None

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 
 from ...receivers.uv_maps import Faces
-from ..read.meshes.meshes import triangle_corners
+from ..read.meshes.meshes import face_sizes, triangle_corners
 
 
 def faces_of(mesh: "bpy.types.Mesh", linear: np.ndarray) -> Faces:
@@ -12,7 +12,5 @@ def faces_of(mesh: "bpy.types.Mesh", linear: np.ndarray) -> Faces:
     positions, corners = np.empty((len(mesh.vertices), 3), np.float32), np.empty(len(mesh.loops), np.int32)
     mesh.vertices.foreach_get("co", positions.reshape(-1))  # edit mode hides attributes
     mesh.loops.foreach_get("vertex_index", corners)
-    n_corners = np.empty(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("loop_total", n_corners)
     placed = np.nan_to_num((positions @ linear.T).astype(np.float32), posinf=0.0, neginf=0.0)
-    return Faces(placed, corners, n_corners, triangle_corners(mesh))
+    return Faces(placed, corners, face_sizes(mesh), triangle_corners(mesh))

@@ -68,24 +68,17 @@ def still_there(meanwhile: Sequence[AsRead]) -> "tuple[list[bpy.types.Object | N
     warnings, moved = [], []
     for one in meanwhile:
         obj = by_uid.get(one.uid)
-        problem = _problem(one, obj)
-        found.append(None if problem else obj)
-        if problem:
+        now = AsRead.of(obj) if obj is not None and obj.type == "MESH" else None
+        if now is None or (now.mesh_uid, now.faces) != (one.mesh_uid, one.faces):
+            problem = "it was deleted" if obj is None else "its mesh was changed"
             warnings.append(f"Object '{one.name}' got no light, since {problem} during the bake: bake again.")
-        elif obj is not None and _digests(obj.data)[1] != one.positions:
-            moved.append(obj.name_full)
+            obj = None
+        elif now.positions != one.positions:
+            moved.append(now.name)
+        found.append(obj)
     if moved:
         warnings.append(f"Vertices of {named(moved)} were moved during the bake, whose light is older: bake again.")
     return found, warnings
-
-
-def _problem(one: AsRead, obj: "bpy.types.Object | None") -> str:
-    """Why an object can take its light no more, as half a sentence; empty where it can."""
-    if obj is None:
-        return "it was deleted"
-    if obj.type != "MESH" or obj.data.session_uid != one.mesh_uid or _digests(obj.data)[0] != one.faces:
-        return "its mesh was changed"
-    return ""
 
 
 class Placement:

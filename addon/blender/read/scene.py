@@ -90,11 +90,8 @@ def read_scene(
     found = SceneContents(depsgraph, materials, light_group, for_camera, warn)
     found.walk(progress.part(0, _WALKED))
     warn_of_hair(found.hairy, warn)
-    placed = _place(found.sources, _matrices(depsgraph), materials, progress.part(_WALKED, _PLACED))
-    for name in dict.fromkeys(placed.lost_names):
-        warn.add(f"Object '{name}' has vertices or a transform that are not finite: what of it is there is left out.")
-    left = placed.drop_degenerate()
-    objects = [placed_by for source in found.sources for placed_by in source.placed_by]
+    placed, left = _place(found.sources, _matrices(depsgraph), materials, warn, progress.part(_WALKED, _PLACED))
+    objects = list(compress((by for source in found.sources for by in source.placed_by), left))
     scene = Scene(
         vertices=placed.vertices,
         triangles=placed.triangles,
@@ -108,9 +105,9 @@ def read_scene(
         world=World.constant(0),
     )
     warn_of_missing_files(depsgraph, materials.readable_images, warn)
-    scene = link_lights(scene, found.lamps, list(compress(objects, left)), warn)
-    groups = _light_groups(depsgraph, found.groups_of_lamps, list(compress(objects, left)))
-    return SceneReading(groups, scene, read_world(depsgraph, light_group), warn)
+    groups = _light_groups(depsgraph, found.groups_of_lamps, objects)
+    linked = link_lights(scene, found.lamps, objects, warn)
+    return SceneReading(groups, linked, read_world(depsgraph, light_group), warn)
 
 
 def _light_groups(depsgraph: "bpy.types.Depsgraph", of_lamps: list[str], objects: list[Placed]) -> LightGroups:
@@ -139,8 +136,10 @@ def _matrices(depsgraph: "bpy.types.Depsgraph") -> np.ndarray:
     return columns.transpose(0, 2, 1)
 
 
-def _place(sources: list[Source], matrices: np.ndarray, materials: MaterialTable, progress: Progress) -> PlacedMeshes:
-    """All instances of all sources; they become objects in the sources' order."""
+def _place(
+    sources: list[Source], matrices: np.ndarray, materials: MaterialTable, warn: Warnings, progress: Progress
+) -> tuple[PlacedMeshes, np.ndarray]:
+    """All instances of all sources, which become objects in the sources' order; and which of them are left, (o,)."""
     n_copies = np.array([len(source.rows) for source in sources], np.int64)
     n_vertices = np.array([len(source.mesh.vertices) for source in sources], np.int64)
     n_triangles = np.array([count_triangles(source.mesh) for source in sources], np.int64)
@@ -154,7 +153,9 @@ def _place(sources: list[Source], matrices: np.ndarray, materials: MaterialTable
         used, of_used = np.unique(of_copy[batch], return_inverse=True)
         models = Models([reader.model(sources[source]) for source in used])
         placed.add(models, of_used, matrices[rows[batch]], names[batch])
-    return placed
+    for name in dict.fromkeys(placed.lost_names):
+        warn.add(f"Object '{name}' has vertices or a transform that are not finite: what of it is there is left out.")
+    return placed, placed.drop_degenerate()
 
 
 def _batches(n_triangles: np.ndarray) -> Iterator[slice]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...core.progress import Progress
 from ...pipeline.refinement import Refinement
+from ..read.meshes.meshes import vectors
 
 STAGE = "Splitting edges"
 
@@ -112,10 +113,10 @@ def _triangulate(bm: Any, mesh: "bpy.types.Mesh", is_cut: np.ndarray, face_of: A
 
 def _keep_normals(bm: Any, mesh: "bpy.types.Mesh") -> None:
     """Hold the corners' normals, which BMesh interpolates as vectors, unlike how meshes store custom ones."""
-    normals = np.empty((len(mesh.loops), 3), np.float32)
-    mesh.corner_normals.foreach_get("vector", normals.reshape(-1))
     layer = bm.loops.layers.float_vector.new(_NORMAL)
-    for loop, normal in zip((loop for face in bm.faces for loop in face.loops), normals.tolist(), strict=True):
+    for loop, normal in zip(
+        (loop for face in bm.faces for loop in face.loops), vectors(mesh.corner_normals).tolist(), strict=True
+    ):
         loop[layer] = normal
 
 
@@ -125,8 +126,7 @@ def _put(mesh: "bpy.types.Mesh", bm: Any, on_copy: bool) -> "bpy.types.Mesh":
     bm.to_mesh(target)
     normals = target.attributes.get(_NORMAL)
     if normals is not None:
-        values = np.empty((len(target.loops), 3), np.float32)
-        normals.data.foreach_get("vector", values.reshape(-1))
+        values = vectors(normals.data)
         target.attributes.remove(normals)
         values /= np.maximum(np.linalg.norm(values, axis=1, keepdims=True), np.float32(1e-30))
         target.normals_split_custom_set(values)

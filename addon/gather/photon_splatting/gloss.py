@@ -2,14 +2,19 @@
 
 import numpy as np
 
-from ...bsdf import evaluate_glossy, glossy_albedo, reflects_highlights, surface_at
+from ...bsdf import glossy_albedo, reflects_highlights, surface_at
+from ...bsdf.closure import bsdf_at
+from ...bsdf.mixture import evaluate_glossy
+from ...bsdf.scatter import facing
+from ...core.compiling import kernel
 from ...core.parallel import Workers, slices
 from ...core.sampling.vectors import dot
+from ...core.vec3 import negative, put, row, to_local
 from ...photons import Photons
-from ...photons.scattering import facing, local_axes
 from ...receivers import Camera, SeenSurface
 from ...receivers.camera.camera import LEAST_COSINE
 from ...scene import Scene
+from ...scene.hit import hit_at, shading_normal
 from ...tracing import Tracer
 from .photon_splatting import splat_light
 from .radius import OF_SCATTERED
@@ -46,17 +51,16 @@ def splat_gloss(
         Of its mean over colours.
     """
     rough, albedo = _rough(scene, seen)
-    at, from_light = seen.where(rough), -photons.direction
+    at, flown = seen.where(rough), photons.direction
 
     def response(k: np.ndarray) -> Response:
-        part = at.where(k)
-        surface = surface_at(scene, part.hits.triangle, part.hits.u, part.hits.v, part.hits.back(part.direction))
-        axes = local_axes(facing(part.shading_normal, part.normal, part.direction))
-        to_camera, of_lobe = np.einsum("nij,nj->ni", axes, -part.direction), np.maximum(albedo[k], _LEAST_ALBEDO)
+        part, of_lobe = at.where(k), np.maximum(albedo[k], _LEAST_ALBEDO)
+        hits, arguments = part.hits, (part.direction, flown, of_lobe)
 
         def reflect(point: np.ndarray, photon: np.ndarray) -> np.ndarray:
-            to_light = np.einsum("nij,nj->ni", axes[point], from_light[photon])
-            return evaluate_glossy(surface.where(point), to_camera[point], to_light) / of_lobe[point]
+            factor = np.empty((len(point), 3), np.float32)
+            _reflect(scene.arrays, hits.triangle, hits.distance, hits.u, hits.v, *arguments, point, photon, factor)
+            return factor
 
         return reflect
 
@@ -64,6 +68,19 @@ def splat_gloss(
     found = splat_light(camera, at, photons, response, workers, step, tracer, OF_SCATTERED)
     radiance[rough], stderr[rough] = found[:, :3] * albedo, found[:, 3] * albedo.mean(axis=1)
     return radiance, stderr
+
+
+@kernel
+def _reflect(scene, triangle, distance, u, v, directions, flown, of_lobe, point, photon, out):
+    """The lobe's f of pairs of a point and a photon, over the lobe's albedo."""
+    for i in range(len(point)):
+        k = point[i]
+        direction = row(directions, k)
+        hit = hit_at(scene, direction, triangle[k], distance[k], u[k], v[k])
+        axis = facing(shading_normal(scene, hit), hit.normal, direction)
+        wo, wi = to_local(negative(direction), axis), to_local(negative(row(flown, photon[i])), axis)
+        f, albedo = evaluate_glossy(scene, bsdf_at(scene, hit), wo, wi), row(of_lobe, k)
+        put(out, i, (f[0] / albedo[0], f[1] / albedo[1], f[2] / albedo[2]))
 
 
 def _rough(scene: Scene, seen: SeenSurface) -> tuple[np.ndarray, np.ndarray]:

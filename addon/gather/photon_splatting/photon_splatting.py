@@ -4,11 +4,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ...bsdf.scatter import shading_normal_correction
+from ...core.compiling import kernel
 from ...core.parallel import Workers
-from ...core.sampling.octahedral import decode_octahedral
+from ...core.sampling.octahedral import octahedral_vector
 from ...core.sampling.vectors import dot
+from ...core.vec3 import ONE, row
 from ...photons import Photons
-from ...photons.scattering import shading_ratio
 from ...receivers import Camera, SeenSurface
 from ...receivers.camera.camera import LEAST_COSINE
 from ...tracing import Tracer
@@ -108,16 +110,23 @@ def splat_radius(camera: Camera, seen: SeenSurface, photons: Photons, workers: W
 
 
 def _smooth_shading(seen: SeenSurface, photons: Photons) -> Response | None:
-    """What photons are worth where the shading normal is another than the surface's (`shading_ratio`)."""
-    smooth = (seen.shading_normal != seen.normal).any(axis=1)
-    if not smooth.any():
+    """What photons are worth where the shading normal is another than the surface's."""
+    if np.array_equal(seen.shading_normal, seen.normal):
         return None
 
     def response(at: np.ndarray, of: np.ndarray) -> np.ndarray:
-        ratio = np.ones((len(at), 1), np.float32)
-        k = np.flatnonzero(smooth[at])
-        directions = photons.packed_direction[of[k]]
-        ratio[k, 0] = shading_ratio(seen.shading_normal[at[k]], seen.normal[at[k]], decode_octahedral(directions))
-        return ratio
+        correction = np.empty((len(at), 1), np.float32)
+        _correct(seen.shading_normal, seen.normal, photons.packed_direction, at, of, correction)
+        return correction
 
     return response
+
+
+@kernel
+def _correct(shading, normals, packed, at, of, out):
+    """`shading_normal_correction` of pairs of a point and a photon."""
+    for i in range(len(at)):
+        smooth, normal, code = row(shading, at[i]), row(normals, at[i]), packed[of[i]]
+        out[i, 0] = ONE
+        if smooth != normal:
+            out[i, 0] = shading_normal_correction(smooth, normal, octahedral_vector(code[0], code[1]))

@@ -95,9 +95,7 @@ def _at_corners(mesh: "bpy.types.Mesh", one: "bpy.types.Attribute") -> np.ndarra
     if one.domain in {"POINT", "EDGE"}:
         return values.take(corner_vertex(mesh), axis=0)
     if one.domain == "FACE":
-        n_corners = np.empty(len(mesh.polygons), np.int32)
-        mesh.polygons.foreach_get("loop_total", n_corners)
-        return np.repeat(values, n_corners, axis=0)
+        return np.repeat(values, face_sizes(mesh), axis=0)
     return values
 
 
@@ -152,6 +150,13 @@ def corner_vertex(mesh: "bpy.types.Mesh") -> np.ndarray:
     return attribute(mesh, ".corner_vert", "value", (len(mesh.loops),), np.int32)  # `loops` are slow to read
 
 
+def face_sizes(mesh: "bpy.types.Mesh") -> np.ndarray:
+    """How many corners each face has, (f,) int32."""
+    sizes = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_total", sizes)
+    return sizes
+
+
 def _read_normals(mesh: "bpy.types.Mesh", triangles: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Shading normals (n, 3) float32 where the mesh keeps them, and which one each triangle corner has, (t, 3) int32.
 
@@ -159,16 +164,17 @@ def _read_normals(mesh: "bpy.types.Mesh", triangles: np.ndarray, corners: np.nda
     """
     domain = mesh.normals_domain
     if domain == "POINT":
-        return _vectors(mesh.vertex_normals), triangles
+        return vectors(mesh.vertex_normals), triangles
     if domain == "FACE":
-        return _vectors(mesh.polygon_normals), np.repeat(_faces(mesh, len(triangles)), 3).reshape(-1, 3)
-    return _vectors(mesh.corner_normals), corners
+        return vectors(mesh.polygon_normals), np.repeat(_faces(mesh, len(triangles)), 3).reshape(-1, 3)
+    return vectors(mesh.corner_normals), corners
 
 
-def _vectors(values: "bpy.types.bpy_prop_collection") -> np.ndarray:
-    vectors = np.empty((len(values), 3), np.float32)
-    values.foreach_get("vector", vectors.reshape(-1))
-    return vectors
+def vectors(values: "bpy.types.bpy_prop_collection") -> np.ndarray:
+    """A collection of vectors, such as a mesh's normals, (n, 3) float32."""
+    found = np.empty((len(values), 3), np.float32)
+    values.foreach_get("vector", found.reshape(-1))
+    return found
 
 
 def _faces(mesh: "bpy.types.Mesh", n: int) -> np.ndarray:

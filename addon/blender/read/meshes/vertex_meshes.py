@@ -24,7 +24,7 @@ from ....receivers import IN_PLACE, AttributeMap, ReceiverMesh, joined, unreache
 from ...warn import Warnings, listed
 from ...write.color_attribute import check_editable
 from ..transforms import place_normals, to_world
-from .meshes import attribute, corner_vertex, evaluated_mesh, triangle_corners
+from .meshes import attribute, corner_vertex, evaluated_mesh, face_sizes, triangle_corners, vectors
 from .modifiers import COPIES_FACES, active_modifiers, keeps_vertices_first, may_change_elements
 from .vertex_probes import attribute_maps
 
@@ -158,7 +158,7 @@ def evaluated_receiver_mesh(
         mesh_name=mesh_name,
         domain="POINT" if smooth else "CORNER",
         positions=to_world(_positions(evaluated), matrix, object_name),
-        normals=place_normals(_read_normals(evaluated.vertex_normals if smooth else evaluated.corner_normals), matrix),
+        normals=place_normals(vectors(evaluated.vertex_normals if smooth else evaluated.corner_normals), matrix),
         corner_vertex=corner_vertex(evaluated),
         corner_face=_corner_face(evaluated),
         triangles=triangle_corners(evaluated),
@@ -265,11 +265,11 @@ def _normals(obj: "bpy.types.Object", evaluated: "bpy.types.Mesh", positions: np
     if _corners_come_first(mesh, evaluated):
         # A modifier may have made edges sharp ('Smooth by Angle') or smooth: what is seen counts.
         if evaluated.normals_domain == "POINT":
-            return _read_normals(evaluated.vertex_normals)[: len(mesh.vertices)], False
-        return _read_normals(evaluated.corner_normals)[:n], True
+            return vectors(evaluated.vertex_normals)[: len(mesh.vertices)], False
+        return vectors(evaluated.corner_normals)[:n], True
     subdivided = len(evaluated.vertices) != len(mesh.vertices)
     if subdivided or mesh.normals_domain == "POINT":
-        return _read_normals(evaluated.vertex_normals)[: len(mesh.vertices)], False
+        return vectors(evaluated.vertex_normals)[: len(mesh.vertices)], False
     return _original_corner_normals(obj, positions), True
 
 
@@ -298,22 +298,14 @@ def _original_corner_normals(obj: "bpy.types.Object", positions: np.ndarray) -> 
     try:
         copy.vertices.foreach_set("co", positions.ravel())
         copy.update()
-        return _read_normals(copy.corner_normals)
+        return vectors(copy.corner_normals)
     finally:
         obj.to_mesh_clear()
 
 
-def _read_normals(values: "bpy.types.bpy_prop_collection") -> np.ndarray:
-    normals = np.empty((len(values), 3), np.float32)
-    values.foreach_get("vector", normals.reshape(-1))
-    return normals
-
-
 def _corner_face(mesh: "bpy.types.Mesh") -> np.ndarray:
     """The face of each corner, (c,) int32."""
-    size = np.empty(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("loop_total", size)
-    return np.repeat(np.arange(len(size), dtype=np.int32), size)
+    return np.repeat(np.arange(len(mesh.polygons), dtype=np.int32), face_sizes(mesh))
 
 
 def _positions(mesh: "bpy.types.Mesh") -> np.ndarray:

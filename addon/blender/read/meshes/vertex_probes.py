@@ -21,7 +21,7 @@ import numpy as np
 from ....receivers import AttributeMap
 from ...temporary import Temporary
 from ..render_graph import in_render_graph
-from .meshes import attribute, corner_vertex
+from .meshes import attribute, corner_vertex, face_sizes, vectors
 from .modifiers import can_be_probed, cutters
 
 CHANNELS = 64
@@ -164,9 +164,8 @@ class _Faces:
     """
 
     def __init__(self, mesh: "bpy.types.Mesh") -> None:
-        self.first, self.size = np.empty((2, len(mesh.polygons)), np.int32)
+        self.first, self.size = np.empty(len(mesh.polygons), np.int32), face_sizes(mesh)
         mesh.polygons.foreach_get("loop_start", self.first)
-        mesh.polygons.foreach_get("loop_total", self.size)
         self.of_corner = np.repeat(np.arange(len(self.size)), self.size)
         self.place = np.arange(len(self.of_corner)) - np.repeat(self.first, self.size)
         wanted = min(int(self.size.max(initial=1)), CHANNELS, max(8, ROOM // max(len(self.place), 1)))
@@ -272,8 +271,6 @@ def _attribute_map(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh", entries:
     stand_in = shown[nearest]
     stand_in[shown] = shown
     corner = corner_vertex(evaluated)
-    normals = np.empty((len(corner), 3), np.float32)
-    evaluated.corner_normals.foreach_get("vector", normals.reshape(-1))
     places = attribute(evaluated, "position", "vector", (len(evaluated.vertices), 3), np.float32)[corner]
     found = AttributeMap(
         domain="CORNER" if entries.domain == "CORNER" else "POINT",
@@ -283,23 +280,20 @@ def _attribute_map(mesh: "bpy.types.Mesh", evaluated: "bpy.types.Mesh", entries:
         element=entries.element,
         weight=entries.weight,
     )
-    return found.with_misplaced(np.nan_to_num(places), np.nan_to_num(normals))
+    return found.with_misplaced(np.nan_to_num(places), np.nan_to_num(vectors(evaluated.corner_normals)))
 
 
 def _features(mesh: "bpy.types.Mesh", domain: str) -> np.ndarray:
     """Where each element lies: elements of like place and normal are like in these, (e, 6)."""
     positions = attribute(mesh, "position", "vector", (len(mesh.vertices), 3), np.float32)
     size = float(np.ptp(positions, axis=0).max(initial=0))
-    normals = mesh.corner_normals if domain == "CORNER" else mesh.vertex_normals
-    vectors = np.empty((len(normals), 3), np.float32)
-    normals.foreach_get("vector", vectors.reshape(-1))
+    normals = vectors(mesh.corner_normals if domain == "CORNER" else mesh.vertex_normals)
     places = positions[corner_vertex(mesh)] if domain == "CORNER" else positions
-    return np.nan_to_num(np.concatenate([places, 0.1 * size * vectors], axis=1))
+    return np.nan_to_num(np.concatenate([places, 0.1 * size * normals], axis=1))
 
 
 def _corner_areas(mesh: "bpy.types.Mesh") -> np.ndarray:
     """The share that each corner has of its face's area, (c,) float32."""
-    area, size = np.empty(len(mesh.polygons), np.float32), np.empty(len(mesh.polygons), np.int32)
+    area, size = np.empty(len(mesh.polygons), np.float32), face_sizes(mesh)
     mesh.polygons.foreach_get("area", area)
-    mesh.polygons.foreach_get("loop_total", size)
     return np.repeat(np.nan_to_num(area / np.maximum(size, 1)), size)
