@@ -32,8 +32,7 @@ OF_COVERED = 16
 MOST = 100_000
 """Samples at the most, and one more for each vertex; besides those of triangles that are covered in part."""
 
-_SIDES = 4  # rays along the surface
-_MOST_BACKS = 3  # of them see backs, inside of a solid
+_MOST_BACKS = 3  # of four rays along the surface see backs, inside of a solid
 _CLOSE = np.float32(0.1)  # of a sample's radius: what hangs as low above it hides it
 _CHUNK = 1 << 15
 

@@ -161,8 +161,7 @@ def test_noise_is_what_the_bake_says_it_is():
     ]
     scatter = np.sqrt(np.stack([run.irradiance.mean(1) for run in runs]).var(axis=0, ddof=1).mean())
     said = np.sqrt(np.mean([run.stderr**2 for run in runs]))
-    # Over 48 runs it is 1.11 here, of eight at a time with a spread of 0.01: neighbours share some of their errors
-    assert 0.9 < scatter / said < 1.15
+    assert 0.9 < scatter / said < 1.1
     given = solution.irradiance()
     asked = baked(scene, at, n_gather_rays=64, noise=0.01)
     assert asked.relative_noise <= 0.01 < given.relative_noise

@@ -30,11 +30,11 @@ def on_floor(n, half=1.0, z=1e-3, seed=1):
     return np.column_stack([place, np.full(n, z)]).astype(np.float32)
 
 
-def records_at(position, normal=UP, edge=0.3, radiance=0.0, n_rays=64, noise=0.0):
+def records_at(position, normal=UP, edge=0.3, radiance=0.0, n_rays=64, noise=0.0, seed=5):
     """Records of a radiance (m,) or number, with normal noise a batch."""
     n = len(position)
     mean = np.broadcast_to(np.asarray(radiance, float), n)[:, None, None]
-    batches = mean + noise * np.random.default_rng(5).standard_normal((n, N_BATCHES, 1))
+    batches = mean + noise * np.random.default_rng(seed).standard_normal((n, N_BATCHES, 1))
     total = np.repeat(batches * n_rays / N_BATCHES, 3, axis=2)
     normals = np.broadcast_to(np.asarray(normal, np.float32), position.shape).copy()
     edges = np.full(n, edge, np.float32)
@@ -111,6 +111,23 @@ def test_blending_takes_noise_and_leaves_edges():
     at_edge = np.abs(position[:, 0]) < 0.02
     moved = np.abs(model.blended(step.irradiance) - step.irradiance)[at_edge]
     assert moved.max() < 0.1 * np.pi and model.bias2[at_edge].mean() > 10 * model.bias2[~at_edge].mean()
+
+
+@pytest.mark.parametrize("bend", [0.0, 5.0])
+def test_errors_of_blends_by_chance_are_told(bend):
+    """Records' own noise decides how far they move, in even light and in light that bends: errors are as large as said.
+
+    Blends that are taken to be fixed tell errors that are too small by a fifth and more.
+    """
+    position, off2, said2 = on_floor(900), [], []
+    light = 4 + bend * (position[:, 0] ** 2 + position[:, 1] ** 2)
+    for seed in range(8):
+        records = records_at(position, radiance=light, noise=0.5, seed=seed)
+        model = RecordErrorModel.of(records, others_of(records))
+        own = Weights.identity(records.receiver)
+        off2.append((model.blended(records.irradiance)[:, 0] - np.pi * light) ** 2)
+        said2.append(model.variance(records, own, position))
+    assert np.sqrt(np.mean(off2) / np.mean(said2)) == pytest.approx(1, abs=0.1)
 
 
 def test_look_ups_off_to_the_side_know_what_a_slope_makes_of_them():

@@ -4,7 +4,6 @@ import numpy as np
 
 _COORDINATE_BITS = 18
 _NORMAL_STEPS = 2  # from 0 to a normal's ±1, rounded: the axes lie in the middle of their steps
-_N_NORMALS = (2 * _NORMAL_STEPS + 1) ** 3
 
 
 def cell_keys(position: np.ndarray, normal: np.ndarray, low: np.ndarray, edge: float) -> np.ndarray:

@@ -94,6 +94,8 @@ class RecordErrorModel:
         b².
     blend : (m,) float64
         v / d²; 0 where there are no others. With `Around.fair`, v is `expected` for the same reason.
+    chance2 : (m,) float64, (W/m²)²
+        What blended records are off by besides, as the blend hangs on chance: see `_by_chance`.
     change2 : (m,) float64, (W/m²)²
         Mean squared difference to the single others, without that of their noise.
     around : Around
@@ -104,6 +106,7 @@ class RecordErrorModel:
     others: np.ndarray
     bias2: np.ndarray
     blend: np.ndarray
+    chance2: np.ndarray
     change2: np.ndarray
     around: Around
 
@@ -117,18 +120,21 @@ class RecordErrorModel:
         per_ray = np.where(supported, (per_ray + of_others) / 2, per_ray)
         if not around.blends:
             nothing = np.zeros(len(records))
-            return RecordErrorModel(per_ray, expected, nothing, nothing, nothing, nothing, around)
+            return RecordErrorModel(per_ray, expected, *5 * (nothing,), around)
         noise = per_ray / records.n_rays
         others = weights.apply_squares(noise)
         value = records.irradiance.mean(axis=1)
-        off2 = np.where(supported, (weights.apply(value) - value) ** 2, 0)
-        off2 = np.where(supported, (off2 + weights.mean(off2)) / 2, 0)
+        single2 = np.where(supported, (weights.apply(value) - value) ** 2, 0)
+        off2 = np.where(supported, (single2 + weights.mean(single2)) / 2, 0)
         own = expected / records.n_rays if around.fair else noise
         blend = np.where(supported, own / np.maximum(np.maximum(off2, own + others), _TINY), 0)
         bias2 = np.maximum(off2 - noise - others, 0)
+        chance = _by_chance(noise, blend, single2, off2, noise + others + bias2, off2 > own + others)
+        chance2 = np.maximum(weights.mean(chance), 0)
         mean = weights.mean(np.stack([value, value**2, noise], axis=1))
         change2 = mean[:, 1] - 2 * value * mean[:, 0] + value**2 - mean[:, 2] - noise
-        return RecordErrorModel(per_ray, expected, others, bias2, blend, np.where(supported, change2, 0), around)
+        change2 = np.where(supported, change2, 0)
+        return RecordErrorModel(per_ray, expected, others, bias2, blend, chance2, change2, around)
 
     def blended(self, value: np.ndarray) -> np.ndarray:
         """Values of the records, (m, 3), moved to what those around them say, (m, 3) float64."""
@@ -148,8 +154,8 @@ class RecordErrorModel:
     def variance(self, records: Records, weights: Weights, position: np.ndarray) -> np.ndarray:
         """Squared standard error of what points (n, 3) take from blended records, (n,) float32.
 
-        The records' own noise is independent. What they took from others is about the same for all that a receiver
-        looks at, and off by what light changes.
+        The records' own noise is independent, and so is what chance makes of their blends. What they took from others
+        is about the same for all that a receiver looks at, and off by what light changes.
         """
         return self._errors(records, weights, position)[1]
 
@@ -165,7 +171,7 @@ class RecordErrorModel:
     def _errors(self, records: Records, weights: Weights, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         columns = _Columns(
             kernel_array(records.position, np.float32),
-            (1 - self.blend) ** 2 * self._widened(records) / records.n_rays,
+            (1 - self.blend) ** 2 * self._widened(records) / records.n_rays + self.chance2,
             self.blend * np.sqrt(self.others),
             self.blend**2 * self.bias2,
             self.change2,
@@ -178,6 +184,31 @@ class RecordErrorModel:
         for chunk in slices(len(position), _CHUNK):
             _all_errors(columns, weights, position, chunk.start, bias2[chunk], variance[chunk])
         return bias2, variance
+
+
+def _by_chance(
+    noise: np.ndarray, blend: np.ndarray, single2: np.ndarray, off2: np.ndarray, usual2: np.ndarray, follows: np.ndarray
+) -> np.ndarray:
+    """What the squared errors of blended records have besides those of fixed blends, (m,); single ones may be negative.
+
+    The blend β is the smaller, the farther a record's own noise takes it from the others: that noise is left where it
+    is large. By Stein ("Estimation of the Mean of a Multivariate Normal Distribution", 1981) a value of normal noise of
+    variance v that is moved by g(D), D being what the others have more, has a squared error of v + g² − 2 v g′ on the
+    average, whatever light is. Here g = β D, and β = v / off2 has the slope −β D / off2, as half of off2 is D².
+
+    Parameters
+    ----------
+    noise : (m,)
+        v.
+    single2, off2 : (m,)
+        D² of the record alone, and its mean with those around.
+    usual2 : (m,)
+        D² as the error of a fixed blend takes it to be.
+    follows : (m,) bool
+        Where the blend is by off2; elsewhere it is fixed.
+    """
+    of_slope = np.where(follows, 2 * noise * blend * single2 / np.maximum(off2, _TINY), 0)
+    return blend**2 * (single2 - usual2) + of_slope
 
 
 def mean_of_cells(position: np.ndarray, values: np.ndarray) -> np.ndarray:
