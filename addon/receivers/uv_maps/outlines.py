@@ -54,7 +54,7 @@ class Outlines:
         charts = _Charts.of(pieces, density, check)
         place, chart = _turned(charts, check), charts.chart
         check()
-        place, extent = _from_zero(place, chart, charts.n)
+        place, extent = from_zero(place, chart, charts.n)
         check()
         place, extent = _whole(place, extent, chart)
         check()
@@ -178,7 +178,7 @@ def _rotated(place: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return place[:, 0] * cos - place[:, 1] * sin, place[:, 0] * sin + place[:, 1] * cos
 
 
-def _from_zero(place: np.ndarray, chart: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+def from_zero(place: np.ndarray, chart: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Places (c, 2) less the least of their chart, and the charts' extents (n, 2)."""
     low, high = np.full((n, 2), np.inf), np.full((n, 2), -np.inf)
     for axis in range(2):
