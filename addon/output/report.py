@@ -36,13 +36,13 @@ class Report:
     files : list of str
         Paths of the images that were written.
     settings : dict
-        Every knob of `BakeSettings`.
+        Every parameter of `BakeSettings`.
     lightmap_settings : dict
-        Every knob of `LightmapSettings`; empty where no lightmaps were asked for.
+        Every parameter of `LightmapSettings`; empty where no lightmaps were asked for.
     camera_settings : dict
-        Every knob of `CameraSettings`; empty where no camera's pass was asked for.
+        Every parameter of `CameraSettings`; empty where no camera's pass was asked for.
     probe_settings : dict
-        Every knob of `ProbeSettings`; empty where no probes were asked for.
+        Every parameter of `ProbeSettings`; empty where no probes were asked for.
     stage_seconds : dict of str to float, s
         In the stages' order.
     total_seconds : float, s

@@ -112,13 +112,21 @@ class PhotonDensity:
         behind = lit[blocked]
         within[behind] = _seen(tracer, photons.position, x[behind], normals[behind], within[behind], r[behind])
         area = np.maximum(np.pi * r**2 * share, np.float32(1e-30))  # where photons lie on the very receiver
-        irradiance, stderr = np.empty((len(x), 3), np.float32), np.empty(len(x), np.float32)
-        sum_photons(within, photons.power, area, irradiance, stderr)
-        slope = None
-        if flight is not None:
-            power = np.where((within >= 0)[..., None], rows(photons.power, within), 0)
-            slope = slope_of_photons(power, rows(flight, within), normals, area)
-        return Estimate(irradiance, stderr, slope), r
+        return estimate_of(within, photons.power, flight, normals, area), r
+
+
+def estimate_of(
+    within: np.ndarray, power: np.ndarray, flight: np.ndarray | None, normals: np.ndarray, area: np.ndarray
+) -> Estimate:
+    """Σ Φ over areas (n,), of the photons (n, k) that are `within`, −1 for none; and with their `flight` its slope."""
+    irradiance, stderr = np.empty((len(within), 3), np.float32), np.empty(len(within), np.float32)
+    sum_photons(within, power, area, irradiance, stderr)
+    if flight is None:
+        return Estimate(irradiance, stderr, None)
+    power_of, flight_of = np.zeros((2, *within.shape, 3), np.float32)
+    some = within >= 0
+    power_of[some], flight_of[some] = rows(power, within[some]), rows(flight, within[some])
+    return Estimate(irradiance, stderr, slope_of_photons(power_of, flight_of, normals, area))
 
 
 @kernel

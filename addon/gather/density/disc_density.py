@@ -18,7 +18,7 @@ from ...scene import Scene
 from ...scene.z_curve import z_curve
 from ...tracing import Tracer, TransparencyTracer
 from ..irradiance import Estimate
-from .density import LEAST_ESTIMATES, LEAST_SHARE, LOW_DENSITY, points_of_discs, slope_of_photons
+from .density import LEAST_ESTIMATES, LEAST_SHARE, LOW_DENSITY, estimate_of, points_of_discs
 
 _OFF_SURFACE = np.float32(0.1)
 """How far receivers may be off their surface, over their footprint: lift and pull take them a third as far at most."""
@@ -164,18 +164,8 @@ class DiscDensity:
         k, j = np.nonzero((nearest >= 0) & hidden[:, None])
         covered = self._tracer.occluded(rows(x, k), _crossings(flights.where(nearest[k, j]), rows(x, k), normals[k]))
         nearest[k[covered], j[covered]] = -1
-        passes = nearest >= 0
-        power = np.zeros((*nearest.shape, 3), np.float32)
-        power[passes] = rows(flights.power, nearest[passes])
         area = np.maximum(np.pi * r**2 * share, np.float32(1e-30))
-        brightness = power.sum(axis=2) / 3
-        squares = np.einsum("nk,nk->n", brightness, brightness)
-        slope = None
-        if receivers.directional:
-            direction = np.repeat(-normals[:, None], nearest.shape[1], 1)
-            direction[passes] = rows(flights.direction, nearest[passes])
-            slope = slope_of_photons(power, direction, normals, area)
-        return Estimate(power.sum(axis=1) / area[:, None], np.sqrt(squares) / area, slope)
+        return estimate_of(nearest, flights.power, flights.direction if receivers.directional else None, normals, area)
 
     def _seen_share(self, x: np.ndarray, normals: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Share of each disc that its middle sees, (n,) float32; and whether something hides a part, (n,) bool."""

@@ -13,6 +13,7 @@ from ...tracing import TransparencyTracer
 from ..rays.gather_rays import GatherRays
 from ..screen_volume.sh_fields import N_LIGHT
 from .grid import Grid
+from .injection import OFFSET
 from .volume import LightVolume
 
 _LEFT_OUT = (0, 2, 10)  # per cent of the receivers at each end of each axis, from the coarser volumes to the finest
@@ -126,7 +127,7 @@ class Cascade:
         """See `LightVolume.radiance`."""
         finest = np.zeros(len(points), np.int32)
         for i, volume in enumerate(self.volumes[1:], start=1):
-            finest[volume.grid.contains(points + np.float32(volume.grid.length / 2) * normals)] = i
+            finest[volume.grid.contains(points + OFFSET * np.float32(volume.grid.length) * normals)] = i
         radiance = np.empty((len(points), N_LIGHT, 4), np.float32)
         for i, volume in enumerate(self.volumes):
             k = np.flatnonzero(finest == i)

@@ -109,14 +109,10 @@ class Grid:
 
     def contains(self, points: np.ndarray) -> np.ndarray:
         """Which points (n, 3) have eight cells around them, (n,) bool."""
-        x = self._coordinates(points)
+        x = (points - self.low) * np.float32(1 / self.length)
         return ((x >= 0.5) & (x < np.array(self.shape) - 0.5)).all(axis=1)
 
     def centres(self, cells: np.ndarray) -> np.ndarray:
         """Centres of cells (…) as (…, 3) float32, m."""
         index = np.stack(np.unravel_index(cells, self.shape), axis=-1).astype(np.float32)
         return self.low + (index + np.float32(0.5)) * np.float32(self.length)
-
-    def _coordinates(self, points: np.ndarray) -> np.ndarray:
-        """Points in cells from the lowest corner, (n, 3) float32."""
-        return (points - self.low) * np.float32(1 / self.length)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ...core.compiling import kernel
+from ...core.compiling import kernel, kernel_array
 from ...core.parallel import Workers
 from ...core.sampling.vectors import dot
 from ...core.vec3 import along, put, row
@@ -159,7 +159,7 @@ def light_of_rays(
 def _cells_in_front(grid: Grid, positions: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The cells half a cell off surfaces, (n,) int32, −1 outside the grid, and their centres, (n, 3) float32."""
     cells, centres = np.empty(len(positions), np.int32), np.empty((len(positions), 3), np.float32)
-    positions, normals = (np.ascontiguousarray(a, np.float32) for a in (positions, normals))
+    positions, normals = (kernel_array(a, np.float32) for a in (positions, normals))
     _find_cells(grid.arrays, positions, normals, cells, centres)
     return cells, centres
 

@@ -5,13 +5,13 @@ from scipy.ndimage import binary_dilation
 
 from ...core.compiling import kernel, part
 from ...core.parallel import Workers
-from ...core.vec3 import ZERO, put
+from ...core.vec3 import ONE, ZERO, put
 from ...tracing import Tracer
 from .grid import Grid, centre_of
 
 _N_SIDE = 2  # points along a side of the face between two cells
 _N_POINTS = _N_SIDE**2
-_ONE, _HALF = np.float32(1), np.float32(0.5)
+_HALF = np.float32(0.5)
 _CHUNK = 1 << 14  # faces
 _STREAM = 62  # the chunks draw no random numbers
 
@@ -34,20 +34,16 @@ def transmittance(tracer: Tracer, grid: Grid, response: np.ndarray, workers: Wor
     """
     cells = np.flatnonzero(_near(response[:, 0, 0].reshape(grid.shape) > 0))
 
-    def faces_of(chunk: slice) -> tuple[np.ndarray, np.ndarray]:
-        axis, cell = np.divmod(np.arange(chunk.start, chunk.stop), len(cells))
-        return axis, cells[cell]
-
-    def share(chunk: slice, _: np.random.Generator) -> np.ndarray:
-        axis, cell = faces_of(chunk)
+    def share(chunk: slice, _: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        axis, nth = np.divmod(np.arange(chunk.start, chunk.stop), len(cells))
+        cell = cells[nth]
         starts, ends = np.empty((2, len(cell), 2 * _N_POINTS, 3), np.float32)
         _ways_over_faces(grid.arrays, cell, axis, starts, ends)
         blocked = tracer.occluded(starts.reshape(-1, 3), ends.reshape(-1, 3)).reshape(-1, _N_POINTS, 2)
-        return 1 - blocked.any(axis=2).mean(axis=1, dtype=np.float32)
+        return cell, axis, 1 - blocked.any(axis=2).mean(axis=1, dtype=np.float32)
 
     passes = np.ones((grid.n_cells, 3), np.float32)
-    for chunk, shares in workers.chunks("Looking between cells", 3 * len(cells), _CHUNK, share, (_STREAM,)):
-        axis, cell = faces_of(chunk)
+    for _, (cell, axis, shares) in workers.chunks("Looking between cells", 3 * len(cells), _CHUNK, share, (_STREAM,)):
         passes[cell, axis] = shares
     return passes.reshape(*grid.shape, 3)
 
@@ -63,7 +59,7 @@ def _ways_over_faces(grid, cells, axes, starts, ends):
     """
     for k in range(len(cells)):
         axis, centre = axes[k], centre_of(grid, cells[k])
-        following = _moved(grid, centre, axis, _ONE)
+        following = _moved(grid, centre, axis, ONE)
         for point in range(_N_POINTS):
             s, t = _step(point // _N_SIDE), _step(point % _N_SIDE)
             over = _moved(grid, centre, axis, _HALF)

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from ...core.compiling import kernel, part
+from ...core.compiling import kernel, kernel_array, part
 from ...core.parallel import Workers
 from ...core.vec3 import ONE, ZERO, along, dot, minus, put, row
 from ...photons import Photons
@@ -14,7 +14,7 @@ from ...tracing import Tracer, TransparencyTracer
 from ..rays.gather_rays import GatherRays
 from ..screen_volume.sh_fields import N_FIELDS, N_LIGHT, solve_cell
 from .grid import Grid, cell_at, centre_at, in_cells
-from .injection import Sides, light_of_photons, light_of_rays, lit_sides, response_of
+from .injection import OFFSET, Sides, light_of_photons, light_of_rays, lit_sides, response_of
 from .occlusion import transmittance
 from .propagation import gathered, padded
 
@@ -110,7 +110,7 @@ class LightVolume:
             As `solve_radiance` does; 0 where no surface is near.
         """
         n, grid = len(points), self.grid.arrays
-        points, normals = (np.ascontiguousarray(a, np.float32) for a in (points, normals))
+        points, normals = (kernel_array(a, np.float32) for a in (points, normals))
         ends, cells, weights = np.empty(n, np.int32), np.empty(8 * n, np.int32), np.empty(8 * n, np.float32)
         starts, centres = np.empty((2, 8 * n, 3), np.float32)
         n_ways = look_around(grid, points, normals, ends, cells, weights, starts, centres)
@@ -135,7 +135,7 @@ def look_around(grid, points, normals, ends, cells, weights, starts, centres):
     n = 0
     for p in range(len(points)):
         point, normal = row(points, p), row(normals, p)
-        x = in_cells(grid, along(point, grid.length * _HALF, normal))
+        x = in_cells(grid, along(point, OFFSET * grid.length, normal))
         i, f = _between(x[0] - _HALF, grid.shape[0])
         j, g = _between(x[1] - _HALF, grid.shape[1])
         k, h = _between(x[2] - _HALF, grid.shape[2])

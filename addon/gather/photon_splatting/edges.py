@@ -57,13 +57,11 @@ def distance_to_edge(camera: Camera, seen: SeenSurface) -> np.ndarray:
     row, column = np.divmod(seen.pixel, camera.width)
     grid[row + 1, column + 1] = np.arange(len(seen))
     inner = np.ones(grid.shape, bool)
-    for axis in (0, 1):
-        a, b = (grid[:-1], grid[1:]) if axis == 0 else (grid[:, :-1], grid[:, 1:])
-        parts = ~_on_one_surface(seen, a.ravel(), b.ravel()).reshape(a.shape)
-        for half in (
-            ((slice(None, -1), slice(1, None))) if axis == 0 else ((..., slice(None, -1)), (..., slice(1, None)))
-        ):
-            inner[half] &= ~parts
+    for points, of_axis in ((grid, inner), (grid.T, inner.T)):
+        a, b = points[:-1], points[1:]
+        joined = _on_one_surface(seen, a.ravel(), b.ravel()).reshape(a.shape)
+        of_axis[:-1] &= joined
+        of_axis[1:] &= joined
     side = np.sqrt(seen.area * np.abs(dot(seen.normal, seen.direction)))
     return distance_transform_edt(inner)[row + 1, column + 1].astype(np.float32) * side
 

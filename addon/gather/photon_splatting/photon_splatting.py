@@ -94,7 +94,7 @@ def splat_light(
 def splat_radius(camera: Camera, seen: SeenSurface, photons: Photons, workers: Workers, fineness: float) -> np.ndarray:
     """Radii of splats, (p,) float32, m: by the photons' density, and no smaller than pixels.
 
-    A pixel of side a covers a by a/cos θ of a surface, the area A = a²/cos θ. Volumes hold the middle of one if they
+    A pixel of side a covers a by a/cos θ of a surface, the area A = a²/cos θ. Splats hold the middle of one if they
     are as large as half its diagonal; 1/√2 of it, √(A (cos θ + 1/cos θ)/2), makes what they bring more even.
     """
     footprint = np.zeros(camera.n_pixels + 1, np.float32)

@@ -1,4 +1,4 @@
-"""LitPoints sorted into rows, so that those in a box are a few runs of them."""
+"""Points sorted into rows, so that those in a box are a few runs of them."""
 
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ _STEPS = 1 << _BITS
 
 
 class PointRows(NamedTuple):
-    """LitPoints in rows along x, which are `side` high and wide (or more, of scenes that are very large for it).
+    """Points in rows along x, which are `side` high and wide (or more, of scenes that are very large for it).
 
     Attributes
     ----------
@@ -36,18 +36,16 @@ class PointRows(NamedTuple):
         extent = np.maximum(points.max(axis=0).astype(np.float64) - low, 1e-30)
         per_metre = np.minimum(np.array([np.inf, 1 / side, 1 / side]), (_STEPS - 1) / extent)
         last = (extent * per_metre).astype(np.int64)
-        unsorted = PointRows(
-            tuple(low), tuple(per_metre.astype(np.float32)), tuple(last.tolist()), np.empty(len(points), np.int64)
-        )
-        order = unsorted.along(points)
-        _find_keys(unsorted, points[order], unsorted.keys)
-        return unsorted, order
+        rows = PointRows(tuple(low), tuple(per_metre.astype(np.float32)), tuple(last.tolist()), np.empty(0, np.int64))
+        keys = rows.keys_of(points)
+        order = np.argsort(keys, kind="stable")
+        return rows._replace(keys=keys[order]), order
 
-    def along(self, points: np.ndarray) -> np.ndarray:
-        """Indices that bring points (m, 3) float32 into the same order, (m,) int64."""
+    def keys_of(self, points: np.ndarray) -> np.ndarray:
+        """Keys of any points (m, 3) float32, by which they come into the same order, (m,) int64."""
         keys = np.empty(len(points), np.int64)
         _find_keys(self, points, keys)
-        return np.argsort(keys, kind="stable")
+        return keys
 
 
 @part

@@ -18,7 +18,7 @@ _RADIUS = 81  # stream of random numbers
 
 
 def n_in_splat(n: int, fineness: float = OF_CAUSTICS) -> float:
-    """How many photons of n to have in a volume, so that noise and blur make the least error: k = (96π²)^⅓ (nℓ²/A)^⅔.
+    """How many photons of n to have in a splat, so that noise and blur make the least error: k = (96π²)^⅓ (nℓ²/A)^⅔.
 
     With λ photons a square metre and Epanechnikov's kernel of radius r, an estimate of an irradiance E has the relative
     variance 4/(3πλr²), and the mean is off by r²∇²E/12. Let ∇²E be E/ℓ². Then r⁴/(144 ℓ⁴) + 4/(3πλr²) is least at r⁶ =
@@ -62,14 +62,15 @@ def neighbour_radius(
         return largest.astype(np.float32)
     tree, farthest = cKDTree(sample, balanced_tree=False), float(largest.max())
 
-    def query(points: np.ndarray, k: int) -> np.ndarray:
+    def query(points: np.ndarray, k: int, part: tuple[float, float]) -> np.ndarray:
         """The k-th nearest of the sample to each point: distance and index, (n, 2)."""
-        return np.stack(tree.query(points, [k], distance_upper_bound=farthest), axis=1)[..., 0]
 
-    def over(stage: str, points: np.ndarray, k: int, part: tuple[float, float]) -> np.ndarray:
-        parts = workers.chunks(stage, len(points), _CHUNK, lambda chunk, _: query(points[chunk], k), (_RADIUS,), part)
+        def of_chunk(chunk: slice, _: np.random.Generator) -> np.ndarray:
+            return np.stack(tree.query(points[chunk], [k], distance_upper_bound=farthest), axis=1)[..., 0]
+
+        parts = workers.chunks("Measuring photons", len(points), _CHUNK, of_chunk, (_RADIUS,), part)
         return np.concatenate([found for _, found in parts])
 
-    spread = over("Measuring photons", sample, _NEIGHBOURS + 1, (0, 0.5))[:, 0]  # itself is the first
-    nearest = over("Measuring photons", photons.position, 1, (0.5, 1))[:, 1].astype(np.int64)
+    spread = query(sample, _NEIGHBOURS + 1, (0, 0.5))[:, 0]  # itself is the first
+    nearest = query(photons.position, 1, (0.5, 1))[:, 1].astype(np.int64)
     return np.minimum(np.append(spread, np.inf)[nearest], largest).astype(np.float32)

@@ -107,7 +107,8 @@ def _add_class(
 ) -> None:
     """Add to sums (n, 5) what the `chosen` photons bring."""
     rows, order = PointRows.of(points.position, float(radius[chosen].max()) / _ROWS_A_RADIUS)
-    chosen = chosen[rows.along(photons.position[chosen])]  # neighbours in a chunk light few rows
+    along_rows = np.argsort(rows.keys_of(photons.position[chosen]), kind="stable")
+    chosen = chosen[along_rows]  # neighbours in a chunk light few rows
     position, normal = points.position[order], points.normal[order]
 
     def scatter(chunk: slice, _: np.random.Generator) -> tuple[slice, np.ndarray]:

@@ -5,8 +5,6 @@ into those that photons fall into, and spread a few pixels far over the surface 
 section 4.1, the pixels' response to known light goes the same way, and gives the light its absolute level.
 """
 
-from collections import deque
-
 import numpy as np
 
 from ...core.compiling import kernel, part
@@ -46,7 +44,8 @@ def screen_irradiance(
     of_pixel = np.full(camera.n_pixels + 1, -1, np.int64)
     of_pixel[seen.pixel] = np.arange(len(seen))
     radius = gathering_radius(seen, photons, of_pixel[camera.pixels(photons.position)] >= 0)
-    fields = np.concatenate([_inject(camera, seen, photons, of_pixel, radius, workers), _response(seen)], axis=1)
+    response = sh_response(seen.normal) * seen.area[:, None, None]
+    fields = np.concatenate([_inject(camera, seen, photons, of_pixel, radius, workers), response], axis=1)
     neighbours = _neighbours(camera, seen, of_pixel, radius)
     for i in range(N_ITERATIONS):
         workers.progress.update("Gathering on the screen", i / N_ITERATIONS)
@@ -83,11 +82,6 @@ def _inject(
     return fields.astype(np.float32)
 
 
-def _response(seen: SeenSurface) -> np.ndarray:
-    """The pixels' response r(n) A, (p, 4, 4) float32, m²."""
-    return sh_response(seen.normal) * seen.area[:, None, None]
-
-
 def _neighbours(camera: Camera, seen: SeenSurface, of_pixel: np.ndarray, radius: float) -> np.ndarray:
     """Of each pixel those at its left, right, lower and upper side on the same surface within h, −1: none; (p, 4)."""
     grid = of_pixel[:-1].reshape(camera.height, camera.width)
@@ -117,7 +111,8 @@ def gather_once(fields: np.ndarray, neighbours: np.ndarray, workers: Workers) ->
     def gather(chunk: slice) -> None:
         _gather(fields, neighbours[chunk], chunk.start, gathered[chunk])
 
-    deque(workers.map(gather, slices(len(fields), _PIXELS)), maxlen=0)
+    for _ in workers.map(gather, slices(len(fields), _PIXELS)):
+        workers.progress.check()
     return gathered
 
 

@@ -16,7 +16,7 @@ that was.
 
 import numpy as np
 
-from ...core.compiling import kernel, part
+from ...core.compiling import kernel, kernel_array, part
 from ...core.sampling.spherical_harmonics import Y0, Y1
 from ...core.sampling.streams import stream
 from ...core.vec3 import mean, row
@@ -90,7 +90,7 @@ def sh_response(normals: np.ndarray) -> np.ndarray:
     """r(n) = ∫ (ω·n)⁺ y(ω) y(ω)ᵀ dω of unit normals (n, 3): (n, 4, 4) float32."""
     columns = np.zeros((len(normals), 4, 4))
     cells, area = np.arange(len(normals), dtype=np.int32), np.ones(len(normals), np.float32)
-    inject_response(columns, cells, np.ascontiguousarray(normals, np.float32), area)
+    inject_response(columns, cells, kernel_array(normals, np.float32), area)
     return columns.astype(np.float32)
 
 

@@ -76,8 +76,9 @@ def solve(
         next_step(matrix, residual, share, step, lift)
         sweep(matrix, step, lift, swept, product)
         before = size.copy()
-        # What has been solved stays as it is
-        length = np.where(before > enough, before / np.maximum(product, 1e-300), 0)
+        # What has been solved stays as it is, and what rounding lets go no further
+        moves = (before > enough) & (product > 0)
+        length = np.divide(before, product, out=np.zeros_like(before), where=moves)
         advance(x, residual, lift, swept, length, size)
         share = size / np.maximum(before, 1e-300)
     return x

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...core.compiling import kernel, kernel_array, part
 from ...core.parallel import Workers, slices
+from ...core.ranges import repeat_ranges_in_chunks
 
 _TRIANGLES = 1 << 12  # in a chunk
 _CHUNK = 1 << 16  # pairs of a triangle and a texel
@@ -121,26 +122,15 @@ def middles_in(corners: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     a, b = corners, corners[:, [1, 2, 0]]
     low = np.ceil(corners[..., 1].min(axis=1) + _LEAST_WAY - 0.5).astype(np.int64)
     high = np.floor(corners[..., 1].max(axis=1) - _LEAST_WAY - 0.5).astype(np.int64)
-    for triangle, step in unrolled(np.maximum(high - low + 1, 0)):
+    for triangle, step in repeat_ranges_in_chunks(np.maximum(high - low + 1, 0), _CHUNK):
         row = low[triangle] + step
         rise = (b[triangle] - a[triangle])[..., 1]
         t = (row[:, None] + 0.5 - a[triangle, :, 1]) / np.where(rise == 0, np.nan, rise)
         x = a[triangle, :, 0] + np.where((t >= 0) & (t <= 1), t, np.nan) * (b[triangle] - a[triangle])[..., 0]
         left = np.ceil(np.nan_to_num(np.fmin.reduce(x, axis=1), nan=1.0) + _LEAST_WAY - 0.5).astype(np.int64)
         right = np.floor(np.nan_to_num(np.fmax.reduce(x, axis=1), nan=0.0) - _LEAST_WAY - 0.5).astype(np.int64)
-        for k, across in unrolled(np.maximum(right - left + 1, 0)):
+        for k, across in repeat_ranges_in_chunks(np.maximum(right - left + 1, 0), _CHUNK):
             yield triangle[k].astype(np.int32), np.stack([left[k] + across, row[k]], axis=1).astype(np.int32)
-
-
-def unrolled(counts: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Item i `counts[i]` times, with 0, 1, … beside it, in chunks."""
-    ends = np.cumsum(counts)
-    start, total = 0, int(ends[-1]) if len(ends) else 0
-    for chunk in slices(total, _CHUNK):
-        k = np.arange(chunk.start, chunk.stop)
-        item = np.searchsorted(ends, k, side="right")
-        start = ends[item] - counts[item]
-        yield item, k - start
 
 
 @kernel

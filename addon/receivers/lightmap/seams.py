@@ -98,12 +98,6 @@ class _Edges(NamedTuple):
         edge, nth = repeat_ranges(self.n_samples)
         return edge, (nth + 0.5) / self.n_samples[edge]
 
-    def folds(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        """How far the surface turns from edges a to edges b, (n,) float64, radians."""
-        folds = np.empty(len(a))
-        _find_folds(self, a, b, folds)
-        return folds
-
 
 @part
 def _end(ends, edge, k):
@@ -136,13 +130,6 @@ def _fold(edges, a, b):
 
 
 @kernel
-def _find_folds(edges, a, b, folds):
-    """See `_Edges.folds`."""
-    for k in range(len(a)):
-        folds[k] = _fold(edges, a[k], b[k])
-
-
-@kernel
 def _meet(edges, a, b, met):
     """Whether an end of one edge (n,) lies on the other (n,), as it does where edges run along each other."""
     for k in range(len(a)):
@@ -155,14 +142,15 @@ def _meet(edges, a, b, met):
 
 
 @kernel
-def _find_seams(edges, edge, along, other, along_other, on_seam):
-    """Whether samples of edges (n,) lie on other edges (n,) with a normal alike, and where along these."""
+def _find_seams(edges, edge, along, other, along_other, fold, on_seam):
+    """Whether samples of edges (n,) lie on other edges (n,) with a normal alike, where along these, and the fold."""
     for k in range(len(edge)):
         along_other[k], distance = _nearest(edges, other[k], _at(edges.position, edge[k], along[k]))
         a, b = _at(edges.normal, edge[k], along[k]), _at(edges.normal, other[k], along_other[k])
         sizes = max(length(a) * length(b), 1e-30)
         near = distance < _SAME_PLACE * min(edges.texel[edge[k]], edges.texel[other[k]])
         on_seam[k] = near and scalar_product(a, b) > _SAME_NORMAL * sizes
+        fold[k] = _fold(edges, edge[k], other[k])
 
 
 def seams_of(
@@ -197,20 +185,19 @@ def seams_of(
 
 def _seams(edges: _Edges, edge: np.ndarray, along: np.ndarray, other: np.ndarray, tracer: Tracer | None) -> Seams:
     """Seams among samples of edges (n,) and the edges that they may lie on, (n,)."""
-    along_other, on_seam = np.empty(len(edge)), np.empty(len(edge), bool)
-    _find_seams(edges, edge, along, other, along_other, on_seam)
-    k = np.flatnonzero(on_seam)
-    here, there, along, along_other = edge[k], other[k], along[k], along_other[k]
+    (along_other, fold), on_seam = np.empty((2, len(edge))), np.empty(len(edge), bool)
+    _find_seams(edges, edge, along, other, along_other, fold, on_seam)
+    here, there, along, along_other, fold = (of[on_seam] for of in (edge, other, along, along_other, fold))
     if tracer is not None:
         normal, normal_other = (_unit(_between(edges.normal, *of)) for of in ((here, along), (there, along_other)))
         aside = _ASIDE * np.minimum(edges.texel[here], edges.texel[there])[:, None]
         above = _between(edges.position, here, along) + aside * _unit(normal + normal_other)
         a, b = (above + aside * edges.inwards[of] for of in (here, there))
-        open_ = ~_parted(a, b, tracer)
-        here, there, along, along_other = here[open_], there[open_], along[open_], along_other[open_]
+        joined = ~_parted(a, b, tracer)
+        here, there, along, along_other, fold = (of[joined] for of in (here, there, along, along_other, fold))
     places = _between(edges.place, here, along), _between(edges.place, there, along_other)
     images = np.stack([edges.image[here], edges.image[there]], axis=1)
-    return Seams(images, np.stack(places, axis=1), edges.folds(here, there))
+    return Seams(images, np.stack(places, axis=1), fold)
 
 
 def _pairs(edges: _Edges, edge: np.ndarray, position: np.ndarray, progress: Progress) -> tuple[np.ndarray, np.ndarray]:

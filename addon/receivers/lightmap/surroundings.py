@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...core.parallel import Workers, slices
+from ...core.parallel import Workers
 from ...core.sampling.vectors import dot
 from ...tracing import Hits, Tracer
 from .texel_points import TexelPoints
@@ -95,9 +95,5 @@ def _of_chunks(
     look: Callable[[TexelPoints], np.ndarray], points: TexelPoints, empty: np.ndarray, workers: Workers
 ) -> np.ndarray:
     """What `look` makes of the points, chunk by chunk."""
-    chunks = (np.arange(chunk.start, chunk.stop) for chunk in slices(len(points), _CHUNK))
-    parts = [empty]
-    for part in workers.map(lambda chunk: look(points.where(chunk)), chunks):
-        parts.append(part)
-        workers.progress.update(STAGE, min((len(parts) - 1) * _CHUNK / len(points), 1))
-    return np.concatenate(parts)
+    parts = workers.chunks(STAGE, len(points), _CHUNK, lambda chunk, _: look(points.where(chunk)), key=())
+    return np.concatenate([empty, *(part for _, part in parts)])

@@ -104,7 +104,7 @@ def points_of(
     key = (texel * n * n + fragments.cell) * (patch.max(initial=0) + 1) + patch
     order = np.argsort(key, kind="stable")
     key = key[order]
-    first = np.flatnonzero(np.concatenate([key[:1] == key[:1], key[1:] != key[:-1]]))
+    first = np.flatnonzero(np.diff(key, prepend=-1))
     ends = np.append(first[1:], len(key))
     group = np.empty(len(key), np.int64)
     group[order] = np.repeat(np.arange(len(first)), ends - first)

@@ -9,6 +9,7 @@ from ...core.sampling.vectors import dot
 from ...core.sampling.warps import frame
 from ..lightmap.coverage import middles_in
 from .faces import Faces
+from .outlines import from_zero
 
 _TEXELS_OF_FACE = 48  # in which a mesh's charts are looked at
 _LEAST, _MOST = 1 << 12, 1 << 21  # of these, for a mesh
@@ -59,15 +60,8 @@ class Projection:
         of_corner = chart[faces.face_of_corner]
         uv = np.stack([dot(position, across[of_corner]), dot(position, up[of_corner])], axis=1)
         height = np.bincount(faces.face_of_corner, dot(position, mean[of_corner]), len(faces)) / faces.n_corners
-        return Projection(chart, _from_zero(uv, of_corner, n), height, np.abs(dot(normals, mean[chart])))
-
-
-def _from_zero(uv: np.ndarray, of_corner: np.ndarray, n: int) -> np.ndarray:
-    """Places (c, 2) less the least of their chart, where float32 is exact, (c, 2) float32."""
-    low = np.full((n, 2), np.inf)
-    for axis in range(2):
-        np.minimum.at(low[:, axis], of_corner, uv[:, axis])
-    return (uv - low[of_corner]).astype(np.float32)
+        uv, _ = from_zero(uv, of_corner, n)  # where float32 is exact
+        return Projection(chart, uv.astype(np.float32), height, np.abs(dot(normals, mean[chart])))
 
 
 def _steepest(normals: np.ndarray, chart: np.ndarray, mean: np.ndarray, has_area: np.ndarray, n: int) -> np.ndarray:

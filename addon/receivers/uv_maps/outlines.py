@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..lightmap.coverage import unrolled
+from ...core.ranges import repeat_ranges_in_chunks
 
 if TYPE_CHECKING:
     from .packing import Piece
@@ -16,6 +16,7 @@ BLOCK = 4
 
 _ANGLES = 12  # that charts are turned by in a quarter, to lie in the smallest box
 _STRAIGHT = 0.99  # a box along a chart's longest edge may be so much larger than the smallest
+_PAIRS = 1 << 16  # of an edge and a column in a chunk
 _LEAST = 2e-3  # of a texel: charts stay so far off the texels beside them, whatever rounding adds
 
 
@@ -53,7 +54,7 @@ class Outlines:
         charts = _Charts.of(pieces, density, check)
         place, chart = _turned(charts, check), charts.chart
         check()
-        place, extent = _from_zero(place, chart, charts.n)
+        place, extent = from_zero(place, chart, charts.n)
         check()
         place, extent = _whole(place, extent, chart)
         check()
@@ -177,7 +178,7 @@ def _rotated(place: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return place[:, 0] * cos - place[:, 1] * sin, place[:, 0] * sin + place[:, 1] * cos
 
 
-def _from_zero(place: np.ndarray, chart: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+def from_zero(place: np.ndarray, chart: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Places (c, 2) less the least of their chart, and the charts' extents (n, 2)."""
     low, high = np.full((n, 2), np.inf), np.full((n, 2), -np.inf)
     for axis in range(2):
@@ -212,7 +213,7 @@ def _profiles(
     to_column = np.ceil((b[:, 0] - _LEAST + ring) / BLOCK).astype(np.int64)
     width = size[edge_chart, 0]
     from_column, to_column = np.clip(from_column, 0, width - 1), np.clip(to_column, 1, width)
-    for edge, step in unrolled(np.maximum(to_column - from_column, 1)):
+    for edge, step in repeat_ranges_in_chunks(np.maximum(to_column - from_column, 1), _PAIRS):
         check()
         column = from_column[edge] + step
         left, right = column * BLOCK - ring, (column + 1) * BLOCK + ring
