@@ -114,9 +114,9 @@ def density_for(objects, n_texels):
     return float(np.sqrt(n_texels / total))
 
 
-def gathered(solution, receivers, effort, extent, seed):
+def gathered(solution, receivers, budget, extent, seed):
     workers = Workers(seed, solution.settings.n_threads)
-    gather = FinalGather(solution.rays, receivers, effort, extent, solution.tracer.surfaces, workers)
+    gather = FinalGather(solution.rays, receivers, budget, extent, solution.tracer.surfaces, workers)
     return gather.finish()
 
 

@@ -131,7 +131,7 @@ def calibration(truth, value, stderr, darkest=1e-3):
 def add_options(parser):
     """Options that choose what is measured."""
     of_speed = parser.add_argument_group("of the part speed")
-    of_speed.add_argument("--scene", nargs="+", help="scenes, the shared ones or window, outdoor, lamps")
+    of_speed.add_argument("--scene", nargs="+", help=f"scenes, the shared ones or {', '.join(OWN_SCENES)}")
     of_speed.add_argument("--receivers", nargs="+", type=int, help="numbers of receivers")
     of_speed.add_argument("--quality", nargs="+", choices=QUALITIES)
     of_speed.add_argument("--cycles-anew", action="store_true", help="measure Cycles' errors again, not only its times")

@@ -45,7 +45,7 @@ class Engine:
     receivers: Receivers
     tracer: EmbreeTracer
     sources: list
-    home: Sphere
+    target: Sphere
     rays: GatherRays
 
     @staticmethod
@@ -54,25 +54,25 @@ class Engine:
         light_tracer = TransparencyTracer(scene, tracer)
         region = region_of(receivers.position)
         pilot = importance_pilot(scene, light_tracer, receivers, region, settings.n_cache_elements, workers)
-        home, n_photons, n_bounces = pilot.target_region, settings.n_photons, settings.max_bounces
+        target, n_photons, n_bounces = pilot.target_region, settings.n_photons, settings.max_bounces
 
-        def worth(photons):
+        def importance(photons):
             return pilot.importance(scene, photons)
 
         sources = light_sources(scene, region)
         n_pilots = pilots_for(n_photons)
-        guided = guide_sources(scene, light_tracer, sources, n_pilots, n_bounces, worth, workers, home)
-        photons = trace_photons(scene, light_tracer, guided, n_photons, n_bounces, workers, region=home)
+        guided = guide_sources(scene, light_tracer, sources, n_pilots, n_bounces, importance, workers, target)
+        photons = trace_photons(scene, light_tracer, guided, n_photons, n_bounces, workers, region=target)
         direct = DirectLight(scene, light_tracer, sources)
         n_rays = settings.n_cache_rays
         cache = build_radiance_cache(scene, light_tracer, photons, direct, pilot, n_rays, workers)
-        return Engine(scene, receivers, tracer, guided, home, GatherRays(scene, light_tracer, direct, cache))
+        return Engine(scene, receivers, tracer, guided, target, GatherRays(scene, light_tracer, direct, cache))
 
     def trace(self, workers):
         """Trace a million photons."""
         settings, tracer = BakeSettings(), TransparencyTracer(self.scene, self.tracer)
         n_photons, n_bounces = settings.n_photons, settings.max_bounces
-        trace_photons(self.scene, tracer, self.sources, n_photons, n_bounces, workers, region=self.home)
+        trace_photons(self.scene, tracer, self.sources, n_photons, n_bounces, workers, region=self.target)
 
     def gather(self, workers):
         """Send a million gather rays."""

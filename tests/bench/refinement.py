@@ -70,9 +70,9 @@ def by_length(triangles, n_vertices):
 
 def error(triangles, solution, seed):
     """RMS difference between light and what corners say of it, relative to the light."""
-    share = triangles.area / triangles.area.sum()
+    share = triangles.area.astype(np.float64)
     random = np.random.default_rng(seed)
-    points = Samples.placed(random.multinomial(N_POINTS, share), seed, 1)
+    points = Samples.placed(random.multinomial(N_POINTS, share / share.sum()), seed, 1)
     at = solution.gather(points.receivers(triangles))
     rows = np.unique(points.triangle)
     corners, of_corner = corner_receivers(triangles, rows)

@@ -7,7 +7,7 @@
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
-lamps, window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed,
+direct, lamps, window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed,
 light_groups, camera, estimates, refine, vertex or eevee (in the Blender that BLENDER names); versions where it is asked
 for.
 """
@@ -19,7 +19,6 @@ import sys
 import tempfile
 from pathlib import Path
 from time import perf_counter
-from unittest import mock
 
 import bpy
 import camera_pass
@@ -47,14 +46,8 @@ import vertex_error
 from cycles_bakes import bake_indirect, baked
 from figures import ROOT, figures, load, scene_options, scenes_in, table
 from own_scenes import OWN_SCENES
-from photon_bake.addon.core.parallel import Workers
-from photon_bake.addon.emitters import light_sources, region_of
-from photon_bake.addon.gather import DirectLight, FinalGather, GatherRays, RadianceCache, SampleBudget
-from photon_bake.addon.gather.radiance_cache.elements import SurfaceCells, SurfaceElements
-from photon_bake.addon.gather.rays import gather_rays
 from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.settings.bake import settings_for
-from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 
 QUALITIES = ("draft", "medium", "high")
@@ -72,29 +65,7 @@ def errors(name, path, truth):
             time = perf_counter() - start
             at_probe = value.reshape(-1, 3, 3).mean(axis=1) / np.pi
             rows.append([name, gather, quality, f"{time:.1f}", *figures(at_probe, truth)])
-    rows.append([name, "path tracing", "2048 rays", *path_traced(scene, probes, element, truth)])
     return [*rows, *cycles_rows(name, truth)]
-
-
-def path_traced(scene, probes, element, truth):
-    """Time, error and mean without photons and cache, every gather ray followed through 32 surfaces.
-
-    What remains of the error then, beyond noise, is how the scene is read and scattered. Lamps over mirrors and narrow
-    gloss, which photons find, are missing.
-    """
-    tracer = TransparencyTracer(scene, EmbreeTracer(scene))
-    region = region_of(probes.position)
-    direct = DirectLight(scene, tracer, light_sources(scene, region))
-    cells = SurfaceCells.by_visits(scene, np.zeros(scene.n_triangles), 1)
-    elements = SurfaceElements.by_visits(scene, cells, np.zeros(len(cells)), 1)
-    cache = RadianceCache.of_sides(elements, np.zeros((2 * len(elements), 3), np.float32))
-    cache.__dict__["_reach"] = np.full(len(elements) + 1, np.inf, np.float32)
-    with mock.patch.object(gather_rays, "_MAX_NEAR_HITS", 32):
-        start = perf_counter()
-        rays, budget = GatherRays(scene, tracer, direct, cache), SampleBudget(2048, interpolate=False)
-        gathered = FinalGather(rays, probes, budget, 2 * region.radius, tracer.surfaces, Workers()).finish()
-    at_probe = gathered.light.irradiance[element].reshape(-1, 3, 3).mean(axis=1) / np.pi
-    return f"{perf_counter() - start:.1f}", *figures(at_probe, truth)
 
 
 def cycles_rows(name, truth, samples=(16, 64, 256)):
