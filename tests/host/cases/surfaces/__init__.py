@@ -1,0 +1,9 @@
+"""Shaders: what surfaces do to light.
+
+Three stages: a shiny floor with a lamp on the left and probes where its mirror image shines; a room divided by a
+screen, the lamp on the left and probes on the right; and a painted floor under a lamp, for what is matte.
+"""
+
+from . import gloss, see_through, shaders, unseen, unsupported
+
+__all__ = ["gloss", "see_through", "shaders", "unseen", "unsupported"]

@@ -1,0 +1,110 @@
+"""What no material of ours has."""
+
+import bpy
+import numpy as np
+
+from ..registry import case
+from ..stage import box, lamp, matte, nodes, picture, probes, put, room, shader
+from .stage import GROUP, divided, painted_floor, shiny_floor
+
+
+@case("Principled BSDF, coat", GROUP, unsupported="Coated")
+def coat():
+    inputs = {"Base Color": (0.05, 0.05, 0.05), "Roughness": 1.0, "Specular IOR Level": 0.0}
+    coated = {"Coat Weight": 1.0, "Coat Roughness": 0.1, "Coat IOR": 2.0}
+    shiny_floor(shader("BsdfPrincipled", {**inputs, **coated}, "Coated"))
+
+
+@case("Principled BSDF, sheen", GROUP, unsupported="Velvet")
+def sheen():
+    inputs = {"Base Color": (0.02, 0.02, 0.02), "Roughness": 1.0, "Specular IOR Level": 0.0}
+    velvet = {"Sheen Weight": 1.0, "Sheen Roughness": 0.3}
+    room(paint={"Floor": shader("BsdfPrincipled", {**inputs, **velvet}, "Velvet")}, dim=0.3)
+    probes("Left Right", 48)
+    lamp("AREA", (-1.8, 0, -1.5), (0.5, 0, -2), size=0.5, energy=100)
+
+
+@case("Principled BSDF, subsurface", GROUP, unsupported="Wax")
+def subsurface():
+    # A thin slab of wax lets light through.
+    inputs = {"Base Color": (0.8, 0.5, 0.3), "Roughness": 1.0, "Specular IOR Level": 0.0}
+    wax = {"Subsurface Weight": 1.0, "Subsurface Radius": (1, 0.5, 0.3), "Subsurface Scale": 0.5}
+    divided(shader("BsdfPrincipled", {**inputs, **wax}, "Wax"), 0.1)
+
+
+@case("Principled BSDF, anisotropic metal", GROUP, unsupported="Brushed")
+def anisotropic():
+    inputs = {"Base Color": (0.8, 0.8, 0.8), "Metallic": 1.0, "Roughness": 0.4, "Anisotropic": 0.9}
+    shiny_floor(shader("BsdfPrincipled", inputs, "Brushed"))
+
+
+@case("Normal map", GROUP, unsupported="Tiles")
+def normal_map():
+    # Leans the floor by 40° to the red wall.
+    tree = nodes("Tiles")
+    pixels = np.full((4, 4, 3), (0.5 - 0.5 * np.sin(0.7), 0.5, 0.5 + 0.5 * np.cos(0.7)))
+    image = tree.add("TexImage", image=picture(pixels, colorspace="Non-Color"))
+    bumped = tree.add("NormalMap", {"Color": image})
+    floor = tree.done(tree.add("BsdfDiffuse", {"Color": (0.8, 0.8, 0.8), "Normal": bumped}))
+    room(paint={"Floor": floor}, dim=0.5)
+    probes("Left Right Ceiling", 32)
+    lamp("AREA", (-1.5, 0, -0.5), (0.5, 0, -2), size=0.8, energy=100)
+
+
+@case("Bump", GROUP, unsupported="Plaster")
+def bump():
+    # A slope of 45° without a slope; Cycles itself bakes none, as its rays here have no differentials.
+    tree = nodes("Plaster")
+    height = tree.add("SeparateXYZ", {"Vector": tree.add("TexCoord").outputs["Object"]})
+    bumped = tree.add("Bump", {"Height": height, "Distance": 1.0})
+    floor = tree.done(tree.add("BsdfDiffuse", {"Color": (0.8, 0.8, 0.8), "Normal": bumped}))
+    room(paint={"Floor": floor}, dim=0.5)
+    probes("Left Right Ceiling", 32)
+    lamp("AREA", (-1.5, 0, -0.5), (0.5, 0, -2), size=0.8, energy=100)
+
+
+@case("Fog in the room (volume)", GROUP, unsupported="Fog")
+def volume():
+    tree = nodes("Fog")
+    fog = tree.add("VolumePrincipled", {"Density": 0.5})
+    tree.feed(tree.add("OutputMaterial").inputs["Volume"], fog)
+    painted_floor(matte((0.6, 0.6, 0.6)))
+    box("Fog", (0, 0, 0), (1.9, 1.9, 1.9), tree.block)
+
+
+@case("Hair Principled BSDF", GROUP, unsupported="Fur")
+def hair_shader():
+    painted_floor(shader("BsdfHairPrincipled", name="Fur"))
+
+
+@case("Toon BSDF", GROUP, unsupported="Toon")
+def toon():
+    painted_floor(shader("BsdfToon", {"Color": (0.8, 0.5, 0.3), "Size": 0.3}, "Toon"))
+
+
+@case("Displacement", GROUP, unsupported="Ramp")
+def displacement():
+    # Makes a slope of the floor, up to the green wall.
+    tree = nodes("Ramp")
+    tree.done(tree.add("BsdfDiffuse", {"Color": (0.8, 0.8, 0.8)}))
+    height = tree.add("SeparateXYZ", {"Vector": tree.add("TexCoord").outputs["Object"]})
+    moved = tree.add("Displacement", {"Height": height, "Midlevel": -2.0, "Scale": 0.4})
+    tree.feed(tree.tree.get_output_node("ALL").inputs["Displacement"], moved)
+    tree.block.displacement_method = "DISPLACEMENT"
+    room(paint={"Floor": tree.block}, dim=0.5)
+    probes("Left Right Ceiling", 32)
+    lamp("AREA", (-1.5, 0, -0.5), (0.5, 0, -2), size=0.8, energy=100)
+
+
+@case("A hair system", GROUP, unsupported="Lawn")
+def hair():
+    # Black grass on the floor.
+    painted_floor(matte((0.7, 0.7, 0.7)))
+    data = bpy.data.hair_curves.new("Lawn")
+    roots = np.stack(np.meshgrid(np.linspace(-1, 1, 40), np.linspace(-1, 1, 40)), -1).reshape(-1, 2)
+    data.add_curves([2] * len(roots))
+    points = np.concatenate([np.c_[roots, np.full(len(roots), z)][:, None] for z in (-2, -1.5)], 1)
+    data.position_data.foreach_set("vector", points.ravel().astype(np.float32))
+    data.attributes.new("radius", "FLOAT", "POINT").data.foreach_set("value", np.full(len(roots) * 2, 0.01, np.float32))
+    data.materials.append(matte((0, 0, 0), "Black"))
+    put("Lawn", data)
