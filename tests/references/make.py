@@ -4,6 +4,7 @@
     .venv/bin/python tests/references/make.py --all            all of them
     .venv/bin/python tests/references/make.py --only NAME …    those of these cases, or of these groups
     .venv/bin/python tests/references/make.py --table          bakes all cases and writes docs/cases.md
+    .venv/bin/python tests/references/make.py --table --only NAME …    bakes these, and puts their rows there
     .venv/bin/python tests/references/make.py --list           names of the cases
 
 All references take about ten minutes on one core, and the table about four. References are written to cases.json one by
@@ -42,9 +43,12 @@ def main() -> None:
     parser.add_argument("--list", action="store_true")
     options = parser.parse_args()
     if options.table:
-        from photon_bake.tests.host.cases.table import write_table
+        from photon_bake.tests.host.cases.table import write_rows, write_table
 
-        write_table()
+        if options.only:
+            write_rows([case for case in chosen(options) if case.runs_here])
+        else:
+            write_table()
     elif options.list:
         print(*(f"{case.group}: {case.name}: {case.title}" for case in CASES.values()), sep="\n")
     else:

@@ -107,6 +107,33 @@ def write_table() -> None:
     PATH.write_text(page(rows), encoding="utf-8")
 
 
+def write_rows(cases: list[Case]) -> None:
+    """Measure some cases, print them, and put their rows into docs/cases.md, below the others of their group if new.
+
+    What the page says of all cases is left for `write_table`.
+    """
+    lines = PATH.read_text(encoding="utf-8").splitlines(keepends=True)
+    for row in map(_try_row, cases):
+        print(row, flush=True)
+        line = _not_supported_line(row) if row.case.unsupported else row.markdown
+        known = [number for number, other in enumerate(lines) if other.startswith(f"| {row.case.title} |")]
+        if known:
+            lines[known[0]] = line
+        else:
+            lines.insert(
+                _end_of_table(lines, NOT_SUPPORTED if row.case.unsupported else f"\n## {row.case.group}"), line
+            )
+    PATH.write_text("".join(lines), encoding="utf-8")
+
+
+def _end_of_table(lines: list[str], heading: str) -> int:
+    """Where the table below a heading, the second line of a text, ends."""
+    at = lines.index(heading.split("\n")[1] + "\n") + 1
+    ends = (number for number in range(at, len(lines)) if lines[number].startswith("## "))
+    end = next(ends, len(lines))
+    return max(number for number in range(at, end) if lines[number].startswith("|")) + 1
+
+
 def _try_row(case: Case) -> Row:
     """A row, also where the bake fails: the table has all cases."""
     try:
@@ -127,9 +154,10 @@ def page(rows: list[Row]) -> str:
 
 def _not_supported(rows: list[Row]) -> str:
     """The features that the bake leaves out, and what it says of them."""
-    lines = []
-    for row in rows:
-        said = next((warning for warning in row.warnings if row.case.unsupported in warning), "no warning yet")
-        difference = f"{row.comparison.difference[-1]:+.0%}" if row.comparison else row.failure
-        lines.append(f"| {row.case.title} | {said} | {difference} |\n")
-    return NOT_SUPPORTED + "".join(lines)
+    return NOT_SUPPORTED + "".join(map(_not_supported_line, rows))
+
+
+def _not_supported_line(row: Row) -> str:
+    said = next((warning for warning in row.warnings if row.case.unsupported in warning), "no warning yet")
+    difference = f"{row.comparison.difference[-1]:+.0%}" if row.comparison else row.failure
+    return f"| {row.case.title} | {said} | {difference} |\n"
