@@ -6,6 +6,7 @@ Transmitted directions have wi.z < 0.
 Paths and photons follow the same f(view, light), the one from the view, the other from the light. All of f is
 reciprocal but for the factors that belong to the viewing side: what layers leave to what they cover, the scale of
 multiple scattering, and how refraction changes radiance. A photon views from where it goes, so they are taken there.
+Where a material differs by side its closures are those of the side that is viewed, too.
 """
 
 from typing import NamedTuple
@@ -15,7 +16,7 @@ import numpy as np
 from ..core.compiling import part
 from ..core.vec3 import BLACK, ONE, ZERO
 from ..scene.closures import Lobe
-from ..scene.hit import channel_at
+from ..scene.hit import channel_at, material_seen
 
 GLOSSY, GLASS = int(Lobe.GLOSSY), int(Lobe.GLASS)
 
@@ -54,8 +55,15 @@ def bsdf_at(scene, hit):
 @part
 def bsdf_of(scene, triangle, u, v, back):
     """The scattering at a point of a triangle, of light that comes to its back or else its front."""
-    material, start = scene.material[triangle], scene.materials.closures.start
+    material, start = material_seen(scene, triangle, back), scene.materials.closures.start
     return Bsdf(start[material], start[material + 1], triangle, u, v, back)
+
+
+@part
+def seen_from_behind(scene, bsdf):
+    """What the same point does to the same light as those see it who are on the other side."""
+    material, start = material_seen(scene, bsdf.triangle, not bsdf.back), scene.materials.closures.start
+    return Bsdf(start[material], start[material + 1], bsdf.triangle, bsdf.u, bsdf.v, bsdf.back)
 
 
 @part

@@ -18,7 +18,9 @@ DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in Lobe)
 
 ALL_LOBES = (1 << len(Lobe)) - 1
 SPECULAR_LOBES = 1 << GLOSSY | 1 << GLASS
-"""Sets of lobes as bits; the second those that a radiance cache, which knows no directions, does not answer for."""
+TRANSMITTING_LOBES = 1 << TRANSLUCENT | 1 << GLASS
+"""Sets of lobes as bits: all, those that a radiance cache, which knows no directions, does not answer for, and those
+that send light through the surface."""
 
 _TINY, _BELOW_ONE, _INFINITY = np.float32(1e-7), np.float32(1 - 2**-24), np.float32(np.inf)
 _UP = ZERO, ZERO, ONE
@@ -87,6 +89,15 @@ def _first_of(lobes):
         if lobes >> kind & 1:
             return kind
     return 0
+
+
+@part
+def has_lobes(scene, bsdf, lobes):
+    """Whether a point has a closure of a set of lobes."""
+    found = False
+    for k in range(bsdf.first, bsdf.last):
+        found |= bool(lobes >> scene.materials.closures.kind[k] & 1)
+    return found
 
 
 @part
@@ -174,7 +185,7 @@ def pdf_glossy(scene, bsdf, wo, wi):
 @part
 def total_weight(scene, bsdf, kind):
     """Sum of the weights of closures of one kind: albedo or transmission, before what layers take."""
-    return weight_of_kind(scene, kind, bsdf.triangle, bsdf.u, bsdf.v)
+    return weight_of_kind(scene, kind, bsdf.first, bsdf.last, bsdf.triangle, bsdf.u, bsdf.v)
 
 
 @part

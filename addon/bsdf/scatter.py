@@ -9,10 +9,21 @@ from ..core.vec3 import BLACK, ONE, ZERO, dot, negative, times, to_local, to_wor
 from ..scene import RayKind
 from ..scene.hit import off_surface, shading_normal
 from . import glass
-from .closure import bsdf_at, closure_at, is_nothing
-from .mixture import GLASS, GLOSSY, choose_closure, sample_bsdf, transmittance_to
+from .closure import bsdf_at, closure_at, is_nothing, seen_from_behind
+from .mixture import (
+    GLASS,
+    GLOSSY,
+    TRANSLUCENT,
+    TRANSMITTING_LOBES,
+    Sample,
+    choose_closure,
+    has_lobes,
+    sample_bsdf,
+    transmittance_to,
+)
 
 _DIFFUSE_RAY, _GLOSSY_RAY, _TRANSMITTED_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY), int(RayKind.TRANSMITTED)
+_HALF, _TWO = np.float32(0.5), np.float32(2)
 _FACING, _LEAST_COS = np.float32(1e-3), np.float32(1e-6)
 _MAX_CORRECTION = np.float32(16)
 """Beyond it light grazes the facet, where very few photons meet it."""
@@ -66,7 +77,10 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light):
     shading = shading_normal(scene, hit)
     axis = facing(shading, hit.normal, direction)
     bsdf, wo = bsdf_at(scene, hit), to_local(negative(direction), axis)
-    sample = sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light)
+    if from_light and scene.materials.two_faced[scene.material[hit.triangle]]:
+        sample = _sample_by_side(scene, bsdf, wo, choice, u, v, lobes)
+    else:
+        sample = sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light)
     weight = sample.weight
     if sample.lobe < GLOSSY:
         axis = shading
@@ -74,6 +88,27 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light):
             axis = hit.normal
             weight = times(weight, shading_normal_correction(shading, hit.normal, direction))
     return _gone_on(scene, hit, axis, sample.wi, weight, sample.lobe, sample.specular, sample.rough)
+
+
+@part
+def _sample_by_side(scene, bsdf, wo, choice, u, v, lobes):
+    """A photon's new direction where the closures that send light back are not those that send it through.
+
+    Which way it goes is drawn first; what the closures then send the other way does not count.
+    """
+    behind = seen_from_behind(scene, bsdf)
+    passes = has_lobes(scene, behind, lobes & TRANSMITTING_LOBES)
+    through = passes and choice >= _HALF
+    if passes:
+        choice = _TWO * choice - ONE if through else _TWO * choice
+    if through:
+        sample = sample_bsdf(scene, behind, wo, choice, u, v, lobes & TRANSMITTING_LOBES, True)
+    else:
+        sample = sample_bsdf(scene, bsdf, wo, choice, u, v, lobes & ~(1 << TRANSLUCENT), True)
+    weight = times(sample.weight, _TWO if passes else ONE)
+    if (sample.wi[2] < ZERO) != through:
+        weight = BLACK
+    return Sample(sample.wi, weight, sample.lobe, sample.specular, sample.rough)
 
 
 @part

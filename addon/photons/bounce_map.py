@@ -136,7 +136,9 @@ def bounce_map(tracer: TransparencyTracer, source: Source, n_photons: int, seed:
     """The bounce map of a source with at least so many pixels."""
     view = view_of(source)
     rays = view.emit(view.points(n_photons, seed, 0))
-    return BounceMap(view, view.side(n_photons), rays, tracer.closest_hit(rays.origins, rays.directions))
+    return BounceMap(
+        view, view.side(n_photons), rays, tracer.closest_hit(rays.origins, rays.directions, from_light=True)
+    )
 
 
 def picture_rays(sources: Sequence[Source], counts: list[int], seed: int) -> list[Rays]:

@@ -62,7 +62,7 @@ def emission_segment(
     of the photons stop and half go on, with twice the power. Objects that block it without being illuminated take the
     photons' power. What see-through surfaces leave of it is in the power, too.
     """
-    hits = tracer.closest_hit(front.origin, front.direction)
+    hits = tracer.closest_hit(front.origin, front.direction, from_light=True)
     if hits.tint is not None:
         np.multiply(front.power, hits.tint, out=front.power)
     if not linking.stops_all:

@@ -155,7 +155,7 @@ class _Tracing:
                 numbers = PathNumbers(self.seed, self.of.value[1], _LINKING)
                 hits = emission_segment(self.scene, self.tracer, self.linking, front, numbers)
             else:
-                hits = self.tracer.closest_hit(origin, direction)
+                hits = self.tracer.closest_hit(origin, direction, from_light=True)
                 if self.log is not None:
                     self.log.take(paths.start, Flights(origin, direction, hits.distance, power, front.specular[:n]))
                 if hits.tint is not None:

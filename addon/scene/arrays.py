@@ -50,16 +50,21 @@ class ClosureArrays(NamedTuple):
 
 
 class MaterialArrays(NamedTuple):
-    """`Materials`: closures and channels, and what is known of them (m,) bool."""
+    """`Materials`: closures and channels, rows that stand for others (m, 2) int32, and what is known of them (m,) bool.
+
+    Those from `matte` on are of a triangle's material, whichever row stands for it.
+    """
 
     closures: ClosureArrays
     emission: ChannelArrays
     coverage: ChannelArrays
     tint: ChannelArrays
+    seen_as: np.ndarray
     matte: np.ndarray
     glossy_or_glass: np.ndarray
     spreads_light: np.ndarray
     see_through: np.ndarray
+    two_faced: np.ndarray
 
 
 class SceneArrays(NamedTuple):

@@ -12,7 +12,10 @@ from .textures import Channel, Textures
 
 @dataclass(frozen=True)
 class Materials:
-    """The m materials of a scene; all surfaces are two-sided.
+    """The m materials of a scene; all surfaces have two sides.
+
+    A material that differs by side has a row for each of them. Triangles have the number of the front's, and `seen_as`
+    says which row stands for it; what is known of a triangle's material (`has`, `matte` and so on) is of both.
 
     Light that meets a material passes straight through with the probability 1 − `coverage`, tinted; emission and
     closures are of the light that does not.
@@ -24,12 +27,14 @@ class Materials:
     closures : Closures
         What scatters light; they add up.
     emission : Channel, W/(m² sr)
-        Emitted radiance, the same in every direction on both sides; below 0 where light is taken away.
+        Emitted radiance, the same in every direction; below 0 where light is taken away.
     coverage : Channel, scalar in [0, 1]
         Share of the light that does not pass straight through.
     tint : Channel
         Colour of the light that passes straight through.
     textures : Textures
+    seen_as : (m, 2) int32
+        The row of each that stands for its front and for its back.
     """
 
     names: tuple[str, ...]
@@ -38,13 +43,28 @@ class Materials:
     coverage: Channel
     tint: Channel
     textures: Textures
+    seen_as: np.ndarray
 
     def __len__(self) -> int:
         return len(self.names)
 
     def has(self, lobe: Lobe) -> np.ndarray:
         """Which materials have a closure of a kind, (m,) bool."""
-        return self.closures.count(lobe) > 0
+        return self.on_any_side(self.closures.count(lobe) > 0)
+
+    def on_any_side(self, rows: np.ndarray) -> np.ndarray:
+        """What is true of one of a material's rows, (m,) bool."""
+        return rows[self.seen_as].any(axis=1)
+
+    @cached_property
+    def emits(self) -> np.ndarray:
+        """Which materials emit light, (m,) bool."""
+        return self.on_any_side(self.emission.nonzero)
+
+    @cached_property
+    def two_faced(self) -> np.ndarray:
+        """Which materials differ by side, (m,) bool."""
+        return self.seen_as[:, 0] != self.seen_as[:, 1]
 
     @cached_property
     def matte(self) -> np.ndarray:
@@ -64,7 +84,7 @@ class Materials:
     @cached_property
     def see_through(self) -> np.ndarray:
         """Which materials let light pass straight through somewhere, (m,) bool."""
-        return (self.coverage.texture >= 0) | (self.coverage.value[:, 0] < 1)
+        return self.on_any_side((self.coverage.texture >= 0) | (self.coverage.value[:, 0] < 1))
 
     @staticmethod
     def of(m: int, textures: Textures | None = None, closures: Closures | None = None, **columns: Any) -> "Materials":
@@ -81,6 +101,7 @@ class Materials:
             "emission": Channel.constant(np.zeros(m)),
             "coverage": Channel.constant(ones),
             "tint": Channel.constant(ones),
+            "seen_as": np.repeat(np.arange(m, dtype=np.int32)[:, None], 2, axis=1),
         }
         own = {name: columns.pop(name, value) for name, value in default.items()}
         closures = closures or closures_of_lobes(m, **columns)

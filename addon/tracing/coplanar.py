@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.compiling import part
 from ..core.vec3 import ONE, WHITE, dot, largest, minus, mul, row, times, wide
-from ..scene.hit import barycentrics, corners, look_up, plane_coordinates, point_at
+from ..scene.hit import barycentrics, corners, is_back, look_up, plane_coordinates, point_at
 
 ONE_PLACE = 2.0**-21
 """How far apart surfaces may be, over their coordinates: about what float32 cannot tell apart."""
@@ -77,15 +77,15 @@ def coplanar_occluded(tracing, hit):
 
 
 @part
-def left_by_coincident(tracing, triangle, u, v):
-    """Share of light that passes the other surfaces where a point of a triangle is."""
+def left_by_coincident(tracing, triangle, u, v, direction, from_light):
+    """Share of light that passes the other surfaces where a ray meets a point of a triangle."""
     scene, coincident = tracing.scene, tracing.coincident
     x, passes = point_at(scene, triangle, u, v), WHITE
     for k in range(coincident.start[triangle], coincident.start[triangle + 1]):
         if _lies_there(tracing, k, x, triangle):
             partner = coincident.partner[k]
             u, v = barycentrics(scene, partner, x)
-            passes = mul(passes, let_through(scene, partner, u, v))
+            passes = mul(passes, let_through(scene, partner, u, v, direction, from_light))
     return passes
 
 
@@ -108,11 +108,17 @@ def following(tracing, kind, triangle, u, v, first):
 
 
 @part
-def let_through(scene, triangle, u, v):
-    """Share of light that passes straight through a point of a triangle."""
-    materials = scene.materials
-    coverage = look_up(scene, materials.coverage, triangle, u, v)[0]
-    return times(look_up(scene, materials.tint, triangle, u, v), ONE - coverage)
+def let_through(scene, triangle, u, v, direction, from_light):
+    """Share of light that passes straight through a point of a triangle, along a ray."""
+    materials, back = scene.materials, viewed_from_back(scene, triangle, direction, from_light)
+    coverage = look_up(scene, materials.coverage, triangle, u, v, back)[0]
+    return times(look_up(scene, materials.tint, triangle, u, v, back), ONE - coverage)
+
+
+@part
+def viewed_from_back(scene, triangle, direction, from_light):
+    """Whether those who see by a ray see a triangle's back: of a photon, those to whom it flies."""
+    return is_back(scene, triangle, direction) != from_light
 
 
 @part

@@ -19,7 +19,15 @@ from ..scene import RayKind, Scene
 from ..scene.arrays import SceneArrays
 from ..scene.hit import barycentrics, hit_at, look_up, point_at
 from .coincident import CoincidentSurfaces
-from .coplanar import CoincidentArrays, brought_forward, coplanar_occluded, following, left_by_coincident, let_through
+from .coplanar import (
+    CoincidentArrays,
+    brought_forward,
+    coplanar_occluded,
+    following,
+    left_by_coincident,
+    let_through,
+    viewed_from_back,
+)
 from .embree import INFINITY, SHORT_OF_TARGET, EmbreeTracer, intersect, new_ray, occluded
 from .onward import onward
 from .protocol import Hits, Tracer
@@ -54,18 +62,18 @@ class Tracing(NamedTuple):
 
 
 @part
-def closest_hit(tracing, room, origin, direction, kind):
+def closest_hit(tracing, room, origin, direction, kind, from_light=False):
     """Where a ray is stopped: (triangle, distance, u, v, tint), with −1 for none.
 
     Surfaces are passed with the probability that they let light through; the tint is what they leave of it, and what
-    surfaces do that lie in the place of the hit.
+    surfaces do that lie in the place of the hit. With `from_light` the ray is a photon's.
     """
     triangle, distance, u, v = intersect(tracing.trees[kind], room, origin, direction, INFINITY)
-    return stopped(tracing, room, origin, direction, kind, triangle, distance, u, v)
+    return stopped(tracing, room, origin, direction, kind, triangle, distance, u, v, from_light)
 
 
 @part
-def stopped(tracing, room, origin, direction, kind, triangle, distance, u, v):
+def stopped(tracing, room, origin, direction, kind, triangle, distance, u, v, from_light=False):
     """Where a ray is stopped whose first hit is known; see `closest_hit`."""
     tint, scene, materials = WHITE, tracing.scene, tracing.scene.materials
     kind = np.int64(kind)  # for other types all parts would be compiled anew
@@ -74,24 +82,25 @@ def stopped(tracing, room, origin, direction, kind, triangle, distance, u, v):
         for step in range(_MAX_SURFACES):
             if triangle < 0 or not materials.see_through[scene.material[triangle]]:
                 break
-            coverage = look_up(scene, materials.coverage, triangle, u, v)[0]
+            back = viewed_from_back(scene, triangle, direction, from_light)
+            coverage = look_up(scene, materials.coverage, triangle, u, v, back)[0]
             if _hashed(origin, direction, step) < coverage:
                 break
-            tint = mul(tint, look_up(scene, materials.tint, triangle, u, v))
+            tint = mul(tint, look_up(scene, materials.tint, triangle, u, v, back))
             met = triangle, distance, u, v
             triangle, distance, u, v, first = _after(tracing, room, direction, INFINITY, kind, met, first)
     if tracing.coincident.any and triangle >= 0 and tracing.coincident.shares[triangle]:
         triangle, u, v = brought_forward(tracing, kind, triangle, u, v)
-        tint = mul(tint, left_by_coincident(tracing, triangle, u, v))
+        tint = mul(tint, left_by_coincident(tracing, triangle, u, v, direction, from_light))
     return triangle, distance, u, v, tint
 
 
 @part
 def beyond(tracing, room, direction, kind, passed):
-    """Where a ray is stopped after it passed a surface (triangle, distance, u, v) that stops others."""
+    """Where a photon is stopped after it passed a surface (triangle, distance, u, v) that stops others."""
     origin = point_at(tracing.scene, passed[0], passed[2], passed[3])
     first = onward(tracing.scene, tracing.trees[kind], room, direction, INFINITY, passed, passed[0])
-    return stopped(tracing, room, origin, direction, kind, *first)
+    return stopped(tracing, room, origin, direction, kind, first[0], first[1], first[2], first[3], True)
 
 
 @part
@@ -108,7 +117,7 @@ def visibility(tracing, room, origin, target):
 
 
 @part
-def transmittance(tracing, room, origin, direction, far, blocks):
+def transmittance(tracing, room, origin, direction, far, blocks, from_light=False):
     """What surfaces that cast shadows leave of the light along a ray as far as `far`; of objects (o,) that block."""
     scene, passes = tracing.scene, WHITE
     triangle, distance, u, v = intersect(tracing.trees[_SHADOW], room, origin, direction, far)
@@ -117,7 +126,7 @@ def transmittance(tracing, room, origin, direction, far, blocks):
         if triangle < 0:
             return passes
         if blocks[scene.object[triangle]]:
-            passes = mul(passes, let_through(scene, triangle, u, v))
+            passes = mul(passes, let_through(scene, triangle, u, v, direction, from_light))
             if largest(passes) <= 0:
                 return BLACK
         met = triangle, distance, u, v
@@ -176,17 +185,17 @@ def _write(tracing, hits, i, stop):
 
 
 @kernel
-def _closest_hits(tracing, room, origins, directions, kind, hits):
+def _closest_hits(tracing, room, origins, directions, kind, from_light, hits):
     for i in range(len(origins)):
-        stop = closest_hit(tracing, room, row(origins, i), row(directions, i), kind[i])
+        stop = closest_hit(tracing, room, row(origins, i), row(directions, i), kind[i], from_light)
         _write(tracing, hits, i, stop)
 
 
 @kernel
-def _stops(tracing, room, origins, directions, kind, hits):
+def _stops(tracing, room, origins, directions, kind, from_light, hits):
     for i in range(len(origins)):
         first = hits[0][i], hits[1][i], hits[2][i], hits[3][i]
-        stop = stopped(tracing, room, row(origins, i), row(directions, i), kind[i], *first)
+        stop = stopped(tracing, room, row(origins, i), row(directions, i), kind[i], *first, from_light)
         _write(tracing, hits, i, stop)
 
 
@@ -206,7 +215,7 @@ def _visibilities(tracing, room, origins, targets, passes):
 @kernel
 def _transmittances(tracing, room, origins, directions, far, blocks, passes):
     for i in range(len(origins)):
-        share = transmittance(tracing, room, row(origins, i), row(directions, i), far[i], blocks)
+        share = transmittance(tracing, room, row(origins, i), row(directions, i), far[i], blocks, True)
         put(passes, i, share)
 
 
@@ -262,23 +271,27 @@ class TransparencyTracer:
         return Tracing(scene, self.surfaces.handles, see_through, self._coincident.arrays, all_objects)
 
     def closest_hit(
-        self, origins: np.ndarray, directions: np.ndarray, kind: np.ndarray | RayKind = RayKind.DIFFUSE
+        self,
+        origins: np.ndarray,
+        directions: np.ndarray,
+        kind: np.ndarray | RayKind = RayKind.DIFFUSE,
+        from_light: bool = False,
     ) -> Hits:
-        """Where each ray (n, 3) is stopped; `kind` is one for all or (n,) of `RayKind`."""
+        """Where each ray (n, 3) is stopped, or photon; `kind` is one for all or (n,) of `RayKind`."""
         kinds = np.full(len(origins), kind, np.uint8)
         rays = kernel_array(origins, np.float32), kernel_array(directions, np.float32), kinds
         hits = self._empty_hits(len(origins))
         if self._first_hits is None:
-            _closest_hits(self.arrays, new_ray(), *rays, _columns(hits))
+            _closest_hits(self.arrays, new_ray(), *rays, from_light, _columns(hits))
         else:
             for one in np.unique(kinds):
                 k = np.flatnonzero(kinds == one)
                 hits.put(k, self._first_hits.closest_hit(origins[k], directions[k], kind=RayKind(one)))
-            _stops(self.arrays, new_ray(), *rays, _columns(hits))
+            _stops(self.arrays, new_ray(), *rays, from_light, _columns(hits))
         return hits
 
     def beyond(self, directions: np.ndarray, passed: Hits) -> Hits:
-        """Where diffuse rays are stopped after they passed surfaces that stop others, with the whole distance."""
+        """Where photons are stopped after they passed surfaces that stop others, with the whole distance."""
         hits = self._empty_hits(len(directions))
         hits.put(np.arange(len(directions)), replace(passed, tint=None))
         _beyond(self.arrays, new_ray(), kernel_array(directions, np.float32), _columns(hits))
@@ -314,7 +327,7 @@ class TransparencyTracer:
     def transmittance(
         self, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray, blocks: np.ndarray | None = None
     ) -> np.ndarray:
-        """What surfaces that cast shadows leave of the light along each ray as far as `t_max` (n,), (n, 3) float32.
+        """What surfaces that cast shadows leave of each photon as far as `t_max` (n,), (n, 3) float32.
 
         Parameters
         ----------

@@ -208,6 +208,18 @@ def test_light_path(output, sees_first):
     expect(read(material), diffuse=0.1 if sees_first else 0.9)
 
 
+def test_sides_are_rows_of_their_own():
+    material, tree, show = tree_of()
+    front, back = shader(tree, "BsdfDiffuse", Color=(0.1,) * 3), shader(tree, "Emission", Strength=3.0)
+    geometry = tree.nodes.new("ShaderNodeNewGeometry")
+    show(mixed(tree, front, back, geometry.outputs["Backfacing"]))
+    warnings = []
+    materials = read(material, warnings)
+    assert materials.seen_as.tolist() == [[0, 1], [1, 1]] and warnings == []
+    np.testing.assert_allclose(scenes.albedo_of(materials), [[0.1] * 3, [0] * 3], atol=1e-6)
+    np.testing.assert_allclose(materials.emission.value, [[0] * 3, [3] * 3], atol=1e-6)
+
+
 def test_what_lets_the_light_of_lamps_through_lets_all_through():
     material, tree, show = tree_of()
     path = tree.nodes.new("ShaderNodeLightPath")

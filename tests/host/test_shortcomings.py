@@ -2,7 +2,7 @@
 
 import pytest
 from photon_bake.tests.host import scenes
-from photon_bake.tests.host.shader_trees import expect, read, shader, tree_of
+from photon_bake.tests.host.shader_trees import read, shader, tree_of
 
 SHORTCOMINGS = {
     "Diffuse Roughness": "its diffuse roughness is not baked",
@@ -61,15 +61,6 @@ def test_says_that_instancers_are_not_asked(kind):
     warnings = []
     read(material, warnings)
     assert [one for one in warnings if "baked as zero" in one]
-
-
-def test_says_that_both_sides_are_alike():
-    material, surface = scenes.add_material("Card")
-    geometry = material.node_tree.nodes.new("ShaderNodeNewGeometry")
-    material.node_tree.links.new(geometry.outputs["Backfacing"], surface.inputs["Metallic"])
-    warnings = []
-    expect(read(material, warnings), f0=0)
-    assert warnings == ["Material 'Card': its back is baked like its front."]
 
 
 def test_normal_map():

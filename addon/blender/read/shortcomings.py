@@ -6,7 +6,7 @@ import bpy
 
 from .materials.closures import ADDERS, Closure
 from .materials.expressions import constant
-from .materials.nodes import Place, all_nodes, output_node, source
+from .materials.nodes import Place, all_nodes, is_used, output_node, source
 
 NOT_BAKED = {
     ("BSDF_DIFFUSE", "Roughness"): "its diffuse roughness is not baked",
@@ -34,9 +34,7 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Ite
         yield "its volume is not baked"
     if output and source(output.inputs["Displacement"]) and material.displacement_method != "BUMP":
         yield "its displacement is not baked"
-    if _uses(material.node_tree, "NEW_GEOMETRY", "Backfacing"):
-        yield "its back is baked like its front"
-    if _uses(material.node_tree, "LAYER_WEIGHT", "Facing"):
+    if is_used(material.node_tree, "LAYER_WEIGHT", "Facing"):
         yield "what it mixes by how much it faces the viewer is baked as the mean over all angles"
     if any(node.type == "PARTICLE_INFO" for node in all_nodes(material.node_tree)):
         yield "what it reads of particles is baked as zero"
@@ -46,11 +44,6 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Ite
         yield "what only shadow rays see of it is baked for all rays"
     for closure in closures:
         yield from _of_closure(closure)
-
-
-def _uses(tree: "bpy.types.NodeTree", kind: str, output: str) -> bool:
-    """Whether an output of a kind of node is linked to anything, groups included."""
-    return any(node.type == kind and node.outputs[output].is_linked for node in all_nodes(tree))
 
 
 def _of_closure(closure: Closure) -> Iterator[str]:

@@ -20,7 +20,7 @@ from ...core.vec3 import BLACK, ONE, ZERO, along, dot, mean, row, times
 from ...emitters.lamps import LampArrays, lights_object, sample_lamp
 from ...emitters.mesh import MeshArrays, mesh_density, sample_mesh
 from ...emitters.world import WorldArrays, sample_world, world_pdf, world_radiance
-from ...scene.hit import emitted
+from ...scene.hit import emitted, is_back
 from .lamp_choice import LampGrid, cell_of, choose_lamp
 
 MAX_CANDIDATES = 4
@@ -151,7 +151,7 @@ def met_radiance(direct, scene, triangle, distance, u, v, direction, normal):
     if cosine * _PER_PI <= direct.mesh_chance * mesh_density(direct.mesh, triangle, distance, facing):
         return BLACK
     # Rays stop in proportion to the coverage, so that it must not weigh what they meet
-    return emitted(scene, triangle, u, v)
+    return emitted(scene, triangle, u, v, is_back(scene, triangle, direction))
 
 
 @part

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...bsdf.closure import bsdf_at
+from ...bsdf.closure import bsdf_at, seen_from_behind
 from ...bsdf.mixture import DIFFUSE, TRANSLUCENT, total_weight
 from ...core.compiling import kernel, part
 from ...core.parallel import Workers
@@ -107,8 +107,8 @@ def _sums_over_points(
 ) -> np.ndarray:
     """Sums over `counts` (2 e,) random points of each side, (2 e, 14) float64.
 
-    Columns: ρE/π, τE/π, ρ and τ in colours, each times the coverage, the coverage, and the square of the sum of the
-    first three.
+    Columns: ρE/π, τE/π as seen from behind, ρ and τ in colours, each times the coverage, the coverage, and the square
+    of the sum of the first three.
     """
     first = np.concatenate([[0], np.cumsum(counts)])
     sums, seed = np.zeros((len(counts), _N_COLUMNS)), path_key(workers.seed, *key)
@@ -146,7 +146,8 @@ def _light_points(tracing, direct, elements, hidden, room, key, start, end, firs
             hit = point_of_side(scene, elements, side, key, path, 0)
             bsdf, origin = bsdf_at(scene, hit), off_surface(scene, hit, ONE)
             albedo, through = total_weight(scene, bsdf, DIFFUSE), total_weight(scene, bsdf, TRANSLUCENT)
-            coverage = look_up(scene, scene.materials.coverage, hit.triangle, hit.u, hit.v)[0]
+            across = total_weight(scene, seen_from_behind(scene, bsdf), TRANSLUCENT)
+            coverage = look_up(scene, scene.materials.coverage, hit.triangle, hit.u, hit.v, hit.back)[0]
             inside = _is_inside(tracing, room, hidden, origin, hit.normal, key, path)
             if inside or coplanar_occluded(tracing, hit):
                 coverage = ZERO
@@ -154,7 +155,7 @@ def _light_points(tracing, direct, elements, hidden, room, key, start, end, firs
             at = origin, shading_normal(scene, hit), scene.object[hit.triangle]
             light = times(direct_light(direct, tracing, room, *at, key, path, 3, False), _PER_PI * coverage)
             _add_columns(sums, side, 0, mul(albedo, light))
-            _add_columns(sums, side, 3, mul(through, light))
+            _add_columns(sums, side, 3, mul(across, light))
             _add_columns(sums, side, 6, times(albedo, coverage))
             _add_columns(sums, side, 9, times(through, coverage))
             sums[side, 12] += coverage

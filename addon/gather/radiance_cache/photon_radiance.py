@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...bsdf.closure import bsdf_of
+from ...bsdf.closure import bsdf_of, seen_from_behind
 from ...bsdf.mixture import DIFFUSE, TRANSLUCENT, total_weight
 from ...bsdf.scatter import shading_normal_correction
 from ...core.compiling import kernel, part
@@ -76,7 +76,7 @@ def _add_photons(scene, elements, triangle, position, normal, direction, power, 
         sums = caustic if kind[k] == _CAUSTIC else others
         bsdf = bsdf_of(scene, t, u, v, back)
         add(sums, side, mul(total_weight(scene, bsdf, DIFFUSE), arriving))
-        add(sums, side ^ 1, mul(total_weight(scene, bsdf, TRANSLUCENT), arriving))
+        add(sums, side ^ 1, mul(total_weight(scene, seen_from_behind(scene, bsdf), TRANSLUCENT), arriving))
 
 
 @kernel
@@ -89,5 +89,6 @@ def _importance(scene, elements, hits_per_area, triangle, position, normal, powe
         light = abs(light[0]), abs(light[1]), abs(light[2])
         if kind[k] != _CAUSTIC:
             bsdf = bsdf_of(scene, t, u, v, side % 2 == 1)
-            light = mul(plus(total_weight(scene, bsdf, DIFFUSE), total_weight(scene, bsdf, TRANSLUCENT)), light)
+            through = total_weight(scene, seen_from_behind(scene, bsdf), TRANSLUCENT)
+            light = mul(plus(total_weight(scene, bsdf, DIFFUSE), through), light)
         importance[k] = mean(light) * hits_per_area[side]

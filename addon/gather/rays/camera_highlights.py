@@ -18,7 +18,7 @@ from ...emitters.lamps import meet_lamp, radiance_of_lamps
 from ...emitters.world import world_radiance
 from ...receivers import CameraPoints
 from ...scene import Scene
-from ...scene.hit import emitted, hit_at, off_surface, shading_normal
+from ...scene.hit import emitted, hit_at, is_back, off_surface, shading_normal
 from ...tracing import TransparencyTracer
 from ...tracing.embree import new_ray
 from ...tracing.transparency import closest_hit
@@ -119,5 +119,5 @@ def _by_rays(tracing, room, direct, hit, direction, key, path):
     if triangle < 0 and (on.specular or direct.world.height == 0):
         met = plus(met, world_radiance(direct.world, on.direction))
     elif triangle >= 0 and on.specular:
-        met = plus(met, emitted(scene, triangle, u, v))
+        met = plus(met, emitted(scene, triangle, u, v, is_back(scene, triangle, on.direction)))
     return mul(mul(on.weight, tint), met)

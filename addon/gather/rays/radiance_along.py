@@ -34,7 +34,7 @@ from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, dot, largest, mul, negative, plus, row, times, to_local
 from ...emitters.lamps import radiance_of_lamps
 from ...emitters.world import world_radiance
-from ...scene.hit import emitted, hit_at, off_surface, shading_normal
+from ...scene.hit import emitted, hit_at, is_back, off_surface, shading_normal
 from ...tracing.transparency import closest_hit
 from ..direct.sampling import DirectArrays, met_radiance, sample_emitters, unsampled_sky
 from ..direct.visible import visible_share
@@ -172,7 +172,10 @@ def _emission_met(scene, direct, hit, on, triangle, distance, u, v, specular):
             normal = negative(normal)
         return met_radiance(direct, scene, triangle, distance, u, v, on.direction, normal)
     if specular and on.specular:
-        shining = emitted(scene, triangle, u, v) if triangle >= 0 else world_radiance(direct.world, on.direction)
+        if triangle >= 0:
+            shining = emitted(scene, triangle, u, v, is_back(scene, triangle, on.direction))
+        else:
+            shining = world_radiance(direct.world, on.direction)
         at = on.origin, on.direction, distance, on.kind, scene.object[hit.triangle]
         return plus(shining, radiance_of_lamps(direct.lamps, *at, _INFINITY))
     return BLACK if triangle >= 0 else unsampled_sky(direct)

@@ -14,7 +14,7 @@ from ...core.vec3 import BLACK, ONE, ZERO, add, dot, mean, mul, plus, put, row
 from ...emitters.lamps import lamp_arrays, radiance_of_lamps
 from ...emitters.world import world_arrays, world_radiance
 from ...scene import RayKind, Scene
-from ...scene.hit import emitted, hit_at
+from ...scene.hit import emitted, hit_at, is_back
 from ...tracing import Hits, TransparencyTracer
 from ...tracing.embree import new_ray
 from ...tracing.transparency import closest_hit
@@ -156,7 +156,10 @@ def _branch(tracing, room, lamps, world, key, path, branch, direction, met, thro
             way += distance
         n_followed += 1
     if n_followed > 1:
-        shining = emitted(scene, triangle, u, v) if triangle >= 0 else world_radiance(world, direction)
+        if triangle >= 0:
+            shining = emitted(scene, triangle, u, v, is_back(scene, triangle, direction))
+        else:
+            shining = world_radiance(world, direction)
         light = plus(light, mul(throughput, shining))
     return (triangle, u, v, direction, throughput, share, way, n_followed), light, n_splits
 

@@ -77,7 +77,7 @@ def _closures(place: Place, factors: tuple[Factor, ...]) -> list[Closure]:
     factor = origin.input("Fac")
     if _is_shadow_trick(factor, shaders):
         return [replace(closure, for_shadows=True) for closure in _closures(shaders[1], factors)]
-    fixed = constant(factor)
+    fixed = constant(factor, view=None)
     found = []
     for shader, inverted in zip(shaders, (True, False), strict=True):
         if fixed is None or Factor(factor, inverted).weight(lambda _: fixed) > 0:

@@ -76,13 +76,41 @@ def _varies(picture: np.ndarray) -> bool:
     return any((np.abs(part - picture[:1, :1]) > 1e-6).any() for part in (picture[::step], picture))
 
 
-def materials_of(rows: list[Surface], textures: Textures) -> Materials:
-    """All materials, in columns."""
+@dataclass(frozen=True)
+class Seen:
+    """One material as it is seen from each side.
+
+    Attributes
+    ----------
+    rows : list of Surface
+        The first is that of the front.
+    as_seen : tuple of int
+        Which of them is seen from the front, and from the back.
+    """
+
+    rows: list[Surface]
+    as_seen: tuple[int, ...] = (0, 0)
+
+    @property
+    def coordinates(self) -> Coordinates | None:
+        """Where its textures take their coordinates from; None where it has none."""
+        return next((row.coordinates for row in self.rows if row.textured), None)
+
+
+def materials_of(seen: list[Seen], textures: Textures) -> Materials:
+    """All materials, in columns; rows that the first ones do not tell come after those of all."""
+    rows, seen_as = [one.rows[0] for one in seen], np.zeros((len(seen), 2), np.int32)
+    for k, one in enumerate(seen):
+        number = [k, *range(len(rows), len(rows) + len(one.rows) - 1)]
+        rows += one.rows[1:]
+        seen_as[k] = [number[i] for i in one.as_seen]
+    others = np.repeat(np.arange(len(seen), len(rows), dtype=np.int32)[:, None], 2, axis=1)
     return Materials.of(
         len(rows),
         names=tuple(row.name for row in rows),
         closures=_closures(rows),
         textures=textures,
+        seen_as=np.concatenate([seen_as, others]),
         **{name: _channel([row.channels for row in rows], name) for name in CHANNELS},
     )
 

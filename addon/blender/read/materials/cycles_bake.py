@@ -15,7 +15,7 @@ from ...lightmap.atlas import Atlas
 from ...temporary import CyclesError, Temporary, cycles_scene, frozen_copy
 from ..content_key import mesh_key, scene_key, tree_key
 from ..meshes.object_values import Reading
-from .nodes import Place, all_nodes, output_node, socket, source
+from .nodes import FROM_FRONT, Place, View, all_nodes, output_node, socket, source
 
 N_SAMPLES = 1
 """A texel holds the value at one point in it: many look-ups average them, as light does."""
@@ -50,6 +50,7 @@ class BakeRequest:
     atlas : Atlas
     values : dict of Reading to (4,) float32
         What the material reads of the object.
+    view : View
     """
 
     material: "bpy.types.Material"
@@ -59,6 +60,7 @@ class BakeRequest:
     matrix: np.ndarray
     atlas: Atlas
     values: dict[Reading, np.ndarray]
+    view: View = FROM_FRONT
 
     def key(self) -> tuple:
         """Equal for requests that give equal pictures."""
@@ -69,7 +71,7 @@ class BakeRequest:
         tree = tree_key(self.material.node_tree)
         frame = scene_key(self.material, bpy.context.scene)
         read = tuple((reading, value.tobytes()) for reading, value in sorted(self.values.items()))
-        return tree, frame, mesh_key(self.mesh), self.atlas.uvs.tobytes(), names, where, read
+        return tree, frame, mesh_key(self.mesh), self.atlas.uvs.tobytes(), names, where, read, self.view
 
 
 _baked: OrderedDict[tuple, list[np.ndarray]] = OrderedDict()
@@ -106,7 +108,7 @@ def _names(place: Place) -> tuple[str, ...]:
 def _bake(request: BakeRequest) -> list[np.ndarray]:
     passes = _passes(request.places)
     with Temporary() as temporary:
-        material = frozen_copy(request.material, VIEW_DEPENDENT, temporary, request.values.get)
+        material = frozen_copy(request.material, VIEW_DEPENDENT, temporary, request.values.get, request.view)
         sources = {place: _exposed(material.node_tree, place) for place in request.places}
         stage = _Stage.build(request, material, temporary)
         pictures: dict[Place, np.ndarray] = {}

@@ -10,7 +10,7 @@ import numpy as np
 from ..meshes.object_values import Values, of_scene, read_by
 from .images import MISSING
 from .node_math import BLEND, COMBINE, MATH, SEPARATE, VECTOR_MATH, lerp, map_range, mean_fresnel, saturate
-from .nodes import Place
+from .nodes import BACKFACING, FROM_FRONT, Place, View
 
 Sampler = Callable[[Place], np.ndarray]
 """Colour and alpha of an image node at each texel of a grid, (h, w, 4); told one of the node's outputs."""
@@ -47,10 +47,13 @@ class Evaluator:
     sample : Sampler
     values : Values
         What is known of objects and the scene.
+    view : View or None
+        Without it what differs by how a surface is seen is unreadable.
     """
 
     sample: Sampler
     values: Values = of_scene
+    view: View | None = FROM_FRONT
     _known: dict[Place, np.ndarray] = field(default_factory=dict)
 
     def value(self, place: Place) -> np.ndarray:
@@ -73,7 +76,10 @@ class Evaluator:
 
     def _computed(self, place: Place) -> np.ndarray:
         node = place.socket.node
-        fixed = AS_DIFFUSE_RAYS_SEE_IT.get((node.type, place.socket.identifier))
+        output = node.type, place.socket.identifier
+        if self.view is None and output == BACKFACING:
+            raise UnreadableError(node)
+        fixed = (self.view or FROM_FRONT).value(*output)
         if fixed is not None:
             return np.full((1, 1, 1), fixed)
         read = read_by(place, self.values)
@@ -84,10 +90,10 @@ class Evaluator:
         return READERS[node.type](_Inputs(self, place))
 
 
-def constant(place: Place, values: Values = of_scene) -> np.ndarray | None:
-    """The value of a socket if it is the same everywhere, (1 or 3,) float32, or None."""
+def constant(place: Place, values: Values = of_scene, view: View | None = FROM_FRONT) -> np.ndarray | None:
+    """The value of a socket if it is the same everywhere, (1 or 3,) float32, or None; see `Evaluator`."""
     try:
-        value = Evaluator(no_images, values).value(place)
+        value = Evaluator(no_images, values, view).value(place)
     except UnreadableError:
         return None
     return value[0, 0]
@@ -139,29 +145,6 @@ def mean_of_layer_weight(blend: float, output: str) -> float:
     blend = min(max(blend, 0), 1 - 1e-5)
     exponent = 2 * blend if blend < 0.5 else 0.5 / (1 - blend)
     return exponent / (exponent + 2)
-
-
-AS_DIFFUSE_RAYS_SEE_IT = {
-    ("LIGHT_PATH", name): value
-    for name, value in {
-        "Is Camera Ray": 0,
-        "Is Shadow Ray": 0,
-        "Is Diffuse Ray": 1,
-        "Is Glossy Ray": 0,
-        "Is Singular Ray": 0,
-        "Is Reflection Ray": 1,
-        "Is Transmission Ray": 0,
-        "Is Volume Scatter Ray": 0,
-        "Ray Length": 1,
-        "Ray Depth": 1,
-        "Diffuse Depth": 1,
-        "Glossy Depth": 0,
-        "Transparent Depth": 0,
-        "Transmission Depth": 0,
-        "Portal Depth": 0,
-    }.items()
-} | {("NEW_GEOMETRY", "Backfacing"): 0}
-"""Outputs that differ from ray to ray, and what they are taken for."""
 
 
 def _image(at: _Inputs) -> np.ndarray:

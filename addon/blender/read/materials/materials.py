@@ -1,7 +1,8 @@
 """Blender materials as closures with constant or textured channels."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import bpy
 import numpy as np
@@ -16,11 +17,11 @@ from ..meshes.meshes import attribute
 from ..meshes.object_values import Reading, Values, of_scene, readings_in
 from ..shortcomings import shortcomings
 from .closures import Closure, combine, read_closures
-from .columns import Surface, materials_of
+from .columns import Seen, Surface, materials_of
 from .cycles_bake import BakeRequest, bake_values, sees_object
 from .expressions import Evaluator, UnreadableError, default_value, no_images
 from .images import ImageTable
-from .nodes import Place, output_node, source, uses_nodes
+from .nodes import BACKFACING, FROM_FRONT, Place, View, is_used, output_node, source, uses_nodes
 from .sums import ShaderSum, Term
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of
 
@@ -42,7 +43,7 @@ class MaterialTable:
         self._images = ImageTable()
         self._readers: dict[int, _Reader] = {}
         self._index: dict[tuple, int] = {}
-        self._entries: list[Surface | _Pending] = []
+        self._entries: list[Seen | _Pending] = []
 
     def add(
         self,
@@ -73,7 +74,7 @@ class MaterialTable:
             key += reader.appearance(obj, mesh)
         if key not in self._index:
             self._index[key] = len(self._entries)
-            self._entries.append(reader.pending(obj, mesh, read) if baked else reader.surface(read))
+            self._entries.append(reader.pending(obj, mesh, read) if baked else reader.seen(read))
         return self._index[key]
 
     def differing(self, material: "bpy.types.Material | None") -> tuple[list[Reading], int]:
@@ -90,8 +91,7 @@ class MaterialTable:
 
     def coordinates(self, index: int) -> Coordinates | None:
         """Texture coordinates that a material reads, or None where it has no texture."""
-        entry = self._entries[index]
-        return entry.coordinates if isinstance(entry, _Pending) or entry.textured else None
+        return self._entries[index].coordinates
 
     @property
     def readable_images(self) -> dict[int, bool]:
@@ -103,7 +103,7 @@ class MaterialTable:
         rows = []
         for number, entry in enumerate(self._entries):
             progress.update(READING, number / len(self._entries))
-            rows.append(entry.surface() if isinstance(entry, _Pending) else entry)
+            rows.append(entry.seen() if isinstance(entry, _Pending) else entry)
         self._entries = list(rows)
         return materials_of(rows, self._images.textures())
 
@@ -117,8 +117,10 @@ class _Reader:
         What it reads of the object that it is on.
     pictures : dict
         The images that its values depend on, by node.
-    varying : list of Place
+    varying : dict of Place to None
         The sockets whose values are not constant.
+    views : list of View
+        How it is seen in ways that differ: from the front and, where that is another, from the back.
     needs_bake : bool
         Whether only Cycles can evaluate some of them.
     """
@@ -135,12 +137,16 @@ class _Reader:
         self.varying: dict[Place, None] = {}
         self.readings: list[Reading] = []
         self.needs_bake = False
+        self.views = [FROM_FRONT]
         if material and uses_nodes(material):
             self.readings = readings_in(material.node_tree)
             self.closures = read_closures(material)
             for what in shortcomings(material, self.closures):
                 self.warn(what)
-            combine(self.closures, self.probe)
+            if is_used(material.node_tree, *BACKFACING):
+                self.views.append(View(back=True))
+            for view in self.views:
+                combine(self.closures, partial(self.probe, view))
             self.needs_bake |= bool(self.pictures) and Grid.of(list(self.pictures.values())) is None
             if self.needs_bake:
                 self.pictures = {key: one.mean for key, one in self.pictures.items()}
@@ -148,11 +154,11 @@ class _Reader:
     def warn(self, what: str) -> None:
         self.warnings.add(f"Material '{self.name}': {what}.")
 
-    def probe(self, place: Place) -> np.ndarray:
+    def probe(self, view: View, place: Place) -> np.ndarray:
         """The value of a socket if it is constant; otherwise ½, having taken note of what it depends on."""
         depends: list[Place] = []
         try:
-            value = Evaluator(lambda image: self.note(image, depends), self.stand_in).value(place)
+            value = Evaluator(lambda image: self.note(image, depends), self.stand_in, view).value(place)
         except UnreadableError:
             self.needs_bake = True
             depends.append(place)
@@ -187,19 +193,27 @@ class _Reader:
             self.pictures[_key(image)] = Picture(pixels, node.extension, coordinates)
         return np.full((1, 1, 4), 0.5, np.float32)
 
-    def surface(self, read: dict[Reading, np.ndarray]) -> Surface:
+    def seen(self, read: dict[Reading, np.ndarray]) -> Seen:
         """The material without a bake, on an object of which it reads some values."""
+        seen = self.as_seen([self.surface(read, view) for view in self.views])
+        if not self.readings:
+            self.pictures.clear()
+        return seen
+
+    def as_seen(self, rows: list[Surface]) -> Seen:
+        """The material of one row for each of its views."""
+        return Seen(rows, (0, len(rows) - 1))
+
+    def surface(self, read: dict[Reading, np.ndarray], view: View) -> Surface:
+        """One of its views without a bake."""
         if not self.closures:
             return self.made_of(self.without_closures())
         grid = Grid.of(list(self.pictures.values())) if self.pictures and not self.needs_bake else None
         if grid is None:
-            return self.made_of(combine(self.closures, lambda place: self.guess(place, read)))
-        evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]), read.get)
+            return self.made_of(combine(self.closures, lambda place: self.guess(place, read, view)))
+        evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]), read.get, view)
         coordinates = grid.place(next(iter(self.pictures.values())).coordinates)
-        total = combine(self.closures, evaluator.value)
-        if not self.readings:
-            self.pictures.clear()
-        return self.made_of(total, coordinates, grid.extends)
+        return self.made_of(combine(self.closures, evaluator.value), coordinates, grid.extends)
 
     def made_of(self, total: ShaderSum, coordinates: Coordinates | None = None, extends: bool = False) -> Surface:
         """The material of what its shaders add up to."""
@@ -215,10 +229,10 @@ class _Reader:
         volume_alone = output and source(output.inputs["Volume"]) and not source(output.inputs["Surface"])
         return ShaderSum(transparent=np.full((1, 1, 3), float(bool(volume_alone)), np.float32))
 
-    def guess(self, place: Place, read: dict[Reading, np.ndarray]) -> np.ndarray:
+    def guess(self, place: Place, read: dict[Reading, np.ndarray], view: View) -> np.ndarray:
         """The value of a socket, or what its own field says where nodes that cannot be read make it."""
         try:
-            return Evaluator(self.mean_of_picture, read.get).value(place)
+            return Evaluator(self.mean_of_picture, read.get, view).value(place)
         except UnreadableError:
             return default_value(place.socket)
 
@@ -235,28 +249,32 @@ class _Reader:
 
     def pending(
         self, obj: "bpy.types.Object", mesh: "bpy.types.Mesh", read: dict[Reading, np.ndarray]
-    ) -> "_Pending | Surface":
+    ) -> "_Pending | Seen":
         """The material on an object of which it reads some values, to be baked later."""
         assert self.material is not None
         matrix = np.array(obj.matrix_world, np.float64)
         atlas = make_atlas(mesh, _faces_of(obj, mesh, self.material), matrix)
         if atlas is None:
             self.warn_of_guess(f"the mesh of '{obj.name}' has too many faces to bake its nodes")
-            return self.surface(read)
+            return self.seen(read)
         request = BakeRequest(self.material.original, list(self.varying), mesh, obj.original, matrix, atlas, read)
         return _Pending(self, request)
 
     def warn_of_guess(self, why: str) -> None:
         self.warn(f"{why}, so the fields of its sockets are baked instead")
 
-    def baked(self, request: BakeRequest) -> Surface:
+    def baked(self, request: BakeRequest) -> Seen:
         """The material as Cycles evaluates it on an object."""
         try:
-            values = dict(zip(self.varying, bake_values(request), strict=True))
+            return self.as_seen([self.baked_view(replace(request, view=view)) for view in self.views])
         except CyclesError as error:
             self.warn_of_guess(f"its nodes cannot be baked ({error})")
-            return self.surface(request.values)
-        evaluator = Evaluator(no_images, request.values.get)
+            return self.seen(request.values)
+
+    def baked_view(self, request: BakeRequest) -> Surface:
+        """One of its views as Cycles evaluates it on an object."""
+        values = dict(zip(self.varying, bake_values(request), strict=True))
+        evaluator = Evaluator(no_images, request.values.get, request.view)
         total = combine(self.closures, lambda place: values[place] if place in values else evaluator.value(place))
         return self.made_of(total, Coordinates(atlas=request.atlas), extends=True)
 
@@ -272,7 +290,7 @@ class _Pending:
     def coordinates(self) -> Coordinates:
         return Coordinates(atlas=self.request.atlas)
 
-    def surface(self) -> Surface:
+    def seen(self) -> Seen:
         return self.reader.baked(self.request)
 
 

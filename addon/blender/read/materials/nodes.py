@@ -120,6 +120,11 @@ def all_nodes(tree: "bpy.types.NodeTree") -> "Iterator[bpy.types.Node]":
                 trees.append(node.node_tree)
 
 
+def is_used(tree: "bpy.types.NodeTree", kind: str, output: str) -> bool:
+    """Whether an output of a kind of node is linked to anything, groups included."""
+    return any(node.type == kind and node.outputs[output].is_linked for node in all_nodes(tree))
+
+
 def reached_nodes(block: "bpy.types.ID") -> "Iterator[bpy.types.Node]":
     """The nodes that what a material, world or light shows may depend on, groups included, each once."""
     output = output_node(block)
@@ -179,3 +184,48 @@ class Factor:
         """The factor in [0, 1], (h, w, 1)."""
         factor = saturate(value(self.place))
         return 1 - factor if self.inverted else factor
+
+
+@dataclass(frozen=True)
+class View:
+    """How a surface is seen.
+
+    Attributes
+    ----------
+    back : bool
+        From its back.
+    """
+
+    back: bool = False
+
+    def value(self, node: str, output: str) -> float | None:
+        """The value of an output of a type of node that differs from ray to ray; None of others."""
+        if (node, output) == BACKFACING:
+            return float(self.back)
+        return AS_DIFFUSE_RAYS_SEE_IT.get((node, output))
+
+
+FROM_FRONT = View()
+BACKFACING = ("NEW_GEOMETRY", "Backfacing")
+
+AS_DIFFUSE_RAYS_SEE_IT = {
+    ("LIGHT_PATH", name): value
+    for name, value in {
+        "Is Camera Ray": 0,
+        "Is Shadow Ray": 0,
+        "Is Diffuse Ray": 1,
+        "Is Glossy Ray": 0,
+        "Is Singular Ray": 0,
+        "Is Reflection Ray": 1,
+        "Is Transmission Ray": 0,
+        "Is Volume Scatter Ray": 0,
+        "Ray Length": 1,
+        "Ray Depth": 1,
+        "Diffuse Depth": 1,
+        "Glossy Depth": 0,
+        "Transparent Depth": 0,
+        "Transmission Depth": 0,
+        "Portal Depth": 0,
+    }.items()
+}
+"""Outputs that differ from ray to ray, and what they are taken for."""

@@ -97,7 +97,7 @@ def shader_group():
     painted_floor(tree.done(node))
 
 
-@case("Backfacing", GROUP, unsupported="Feature")
+@case("Backfacing", GROUP)
 def backfacing():
     # A screen that is dark blue on the lamp's side (its back), and white on the other.
     tree = nodes()
