@@ -1,4 +1,4 @@
-"""The mixture's functions for many points at a time: loops over its parts."""
+"""The mixture's functions for many points at a time that a camera sees: loops over its parts."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +11,7 @@ from ..core.vec3 import put, row
 from ..scene import Scene
 from ..scene.arrays import SceneArrays
 from . import mixture
-from .closure import bsdf_of
+from .closure import seen_by_camera
 
 
 @dataclass(frozen=True)
@@ -89,29 +89,29 @@ def reflects_highlights(surface: Surface) -> np.ndarray:
 @kernel
 def _evaluate_glossy(scene, triangle, u, v, back, wo, wi, out):
     for i in range(len(triangle)):
-        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
+        bsdf = seen_by_camera(scene, triangle[i], u[i], v[i], back[i])
         put(out, i, mixture.evaluate_glossy(scene, bsdf, row(wo, i), row(wi, i)))
 
 
 @kernel
 def _diffuse_albedo(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
-        put(out, i, mixture.diffuse_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
+        put(out, i, mixture.diffuse_albedo(scene, seen_by_camera(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
 
 
 @kernel
 def _translucent_albedo(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
-        put(out, i, mixture.translucent_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
+        put(out, i, mixture.translucent_albedo(scene, seen_by_camera(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
 
 
 @kernel
 def _glossy_albedo(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
-        put(out, i, mixture.glossy_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
+        put(out, i, mixture.glossy_albedo(scene, seen_by_camera(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
 
 
 @kernel
 def _reflects_highlights(scene, triangle, u, v, back, out):
     for i in range(len(triangle)):
-        out[i] = mixture.reflects_highlights(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]))
+        out[i] = mixture.reflects_highlights(scene, seen_by_camera(scene, triangle[i], u[i], v[i], back[i]))

@@ -6,7 +6,7 @@ Transmitted directions have wi.z < 0.
 Paths and photons follow the same f(view, light), the one from the view, the other from the light. All of f is
 reciprocal but for the factors that belong to the viewing side: what layers leave to what they cover, the scale of
 multiple scattering, and how refraction changes radiance. A photon views from where it goes, so they are taken there.
-Where a material differs by side its closures are those of the side that is viewed, too.
+Where a material differs by side or by kind of ray, its closures are those that the view sees, too.
 """
 
 from typing import NamedTuple
@@ -15,10 +15,12 @@ import numpy as np
 
 from ..core.compiling import part
 from ..core.vec3 import BLACK, ONE, ZERO
+from ..scene import RayKind
 from ..scene.closures import Lobe
 from ..scene.hit import channel_at, material_seen
 
 GLOSSY, GLASS = int(Lobe.GLOSSY), int(Lobe.GLASS)
+_DIFFUSE_RAY, _CAMERA_RAY = int(RayKind.DIFFUSE), int(RayKind.CAMERA)
 
 
 class Bsdf(NamedTuple):
@@ -47,23 +49,41 @@ class Closure(NamedTuple):
 
 
 @part
-def bsdf_at(scene, hit):
-    """The scattering where a ray met a surface."""
-    return bsdf_of(scene, hit.triangle, hit.u, hit.v, hit.back)
+def bsdf_at(scene, hit, kind):
+    """The scattering where a ray met a surface, as rays of a `RayKind` see it."""
+    return _bsdf(scene, hit.triangle, hit.u, hit.v, hit.back, hit.back, kind)
 
 
 @part
 def bsdf_of(scene, triangle, u, v, back):
-    """The scattering at a point of a triangle, of light that comes to its back or else its front."""
-    material, start = material_seen(scene, triangle, back), scene.materials.closures.start
-    return Bsdf(start[material], start[material + 1], triangle, u, v, back)
+    """The scattering at a point of a triangle, of light that comes to its back or else its front, for diffuse rays."""
+    return _bsdf(scene, triangle, u, v, back, back, _DIFFUSE_RAY)
 
 
 @part
-def seen_from_behind(scene, bsdf):
-    """What the same point does to the same light as those see it who are on the other side."""
-    material, start = material_seen(scene, bsdf.triangle, not bsdf.back), scene.materials.closures.start
-    return Bsdf(start[material], start[material + 1], bsdf.triangle, bsdf.u, bsdf.v, bsdf.back)
+def seen_by_camera(scene, triangle, u, v, back):
+    """The same for a camera."""
+    return _bsdf(scene, triangle, u, v, back, back, _CAMERA_RAY)
+
+
+@part
+def seen_otherwise(scene, hit, kind):
+    """Whether rays of a kind see other closures where they met a surface than diffuse rays do."""
+    seen = material_seen(scene, hit.triangle, hit.back, np.int64(kind))
+    return seen != material_seen(scene, hit.triangle, hit.back, _DIFFUSE_RAY)
+
+
+@part
+def seen_from_behind(scene, bsdf, kind):
+    """What the same point does to the same light as rays of a kind see it that come from the other side."""
+    return _bsdf(scene, bsdf.triangle, bsdf.u, bsdf.v, bsdf.back, not bsdf.back, kind)
+
+
+@part
+def _bsdf(scene, triangle, u, v, back, seen_from_back, kind):
+    """The scattering of light that comes to one side by the closures that are seen from a side."""
+    material, start = material_seen(scene, triangle, seen_from_back, np.int64(kind)), scene.materials.closures.start
+    return Bsdf(start[material], start[material + 1], triangle, u, v, back)
 
 
 @part

@@ -61,7 +61,7 @@ class Scattered(NamedTuple):
 
 
 @part
-def scatter(scene, hit, direction, choice, u, v, lobes, from_light):
+def scatter(scene, hit, direction, choice, u, v, lobes, from_light, seen):
     """One new direction for a ray that met a surface, by what its material does.
 
     Parameters
@@ -73,12 +73,14 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light):
         Those that may be chosen, as `ALL_LOBES`.
     from_light : bool
         Whether the ray is a photon; otherwise it comes from where light is wanted.
+    seen : int
+        `RayKind` of those who see the surface: of the ray itself, or of one that looks back along the photon's way on.
     """
     shading = shading_normal(scene, hit)
     axis = facing(shading, hit.normal, direction)
-    bsdf, wo = bsdf_at(scene, hit), to_local(negative(direction), axis)
+    bsdf, wo = bsdf_at(scene, hit, seen), to_local(negative(direction), axis)
     if from_light and scene.materials.two_faced[scene.material[hit.triangle]]:
-        sample = _sample_by_side(scene, bsdf, wo, choice, u, v, lobes)
+        sample = _sample_by_side(scene, bsdf, seen_from_behind(scene, bsdf, seen), wo, choice, u, v, lobes)
     else:
         sample = sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light)
     weight = sample.weight
@@ -91,12 +93,11 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light):
 
 
 @part
-def _sample_by_side(scene, bsdf, wo, choice, u, v, lobes):
+def _sample_by_side(scene, bsdf, behind, wo, choice, u, v, lobes):
     """A photon's new direction where the closures that send light back are not those that send it through.
 
     Which way it goes is drawn first; what the closures then send the other way does not count.
     """
-    behind = seen_from_behind(scene, bsdf)
     passes = has_lobes(scene, behind, lobes & TRANSMITTING_LOBES)
     through = passes and choice >= _HALF
     if passes:
@@ -112,10 +113,10 @@ def _sample_by_side(scene, bsdf, wo, choice, u, v, lobes):
 
 
 @part
-def scatter_both_ways(scene, hit, direction, choice, u, v):
+def scatter_both_ways(scene, hit, direction, choice, u, v, seen):
     """What glass reflects of a path from a view, and what it lets through: a `Scattered` each."""
     axis = facing(shading_normal(scene, hit), hit.normal, direction)
-    bsdf, wo = bsdf_at(scene, hit), to_local(negative(direction), axis)
+    bsdf, wo = bsdf_at(scene, hit, seen), to_local(negative(direction), axis)
     chosen, inverse, _ = choose_closure(scene, bsdf, wo, choice, 1 << GLASS, False)
     if chosen < 0:
         nothing = _gone_on(scene, hit, axis, (ZERO, ZERO, ONE), BLACK, np.int32(GLASS), True, False)

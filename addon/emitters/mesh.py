@@ -12,7 +12,7 @@ from ..core.sampling.cutpoint_table import CutpointTable, cutpoint_table, drawn_
 from ..core.sampling.sobol import fixed_points
 from ..core.sampling.warps import PI, cosine_hemisphere, sample_uniform_triangle, uniform_triangle
 from ..core.vec3 import BLACK, ONE, TWO, ZERO, along, direction_to, dot, negative, put, row, times, to_world
-from ..scene import Scene
+from ..scene import RayKind, Scene
 from ..scene.arrays import SceneArrays
 from ..scene.hit import emitted, is_back, look_up, point_at, ray_offset
 from .aiming.discs import Discs
@@ -21,6 +21,7 @@ from .aiming.target_region import aimed_direction, per_density_towards, towards_
 from .row import MESH, SourceRow
 
 _BY_OBJECT = 0.1
+_DIFFUSE_RAY = int(RayKind.DIFFUSE)
 _LEAST_COSINE = np.float32(1e-6)
 _N_POINTS = 1 << 20
 """Points at which textured emission is looked at, at a time."""
@@ -141,10 +142,13 @@ def mesh_density(mesh, triangle, distance, cosine):
 
 @part
 def mesh_radiance(scene, triangle, u, v, back):
-    """Radiance that a point of a triangle emits to its back or else its front, with what its coverage leaves of it."""
-    radiance = emitted(scene, triangle, u, v, back)
+    """Radiance that a point of a triangle emits to its back or else its front, with what its coverage leaves of it.
+
+    It is that which diffuse rays see.
+    """
+    radiance = emitted(scene, triangle, u, v, back, _DIFFUSE_RAY)
     if scene.materials.see_through[scene.material[triangle]]:
-        return times(radiance, look_up(scene, scene.materials.coverage, triangle, u, v, back)[0])
+        return times(radiance, look_up(scene, scene.materials.coverage, triangle, u, v, back, _DIFFUSE_RAY)[0])
     return radiance
 
 
@@ -197,7 +201,7 @@ def emissive_triangles(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 def front_shares(scene: Scene, triangles: np.ndarray) -> np.ndarray:
     """`front` of `MeshArrays`, (e,) float32."""
-    emits = scene.materials.emission.nonzero[scene.materials.seen_as[scene.material_of_triangle[triangles]]]
+    emits = scene.materials.emission.nonzero[scene.materials.seen_as[scene.material_of_triangle[triangles], :2]]
     front, back = emits.T
     return np.where(front & back, 0.5, front).astype(np.float32)
 
@@ -207,7 +211,7 @@ def _mean_emission(scene: Scene, triangles: np.ndarray, back: bool) -> np.ndarra
     middle = np.full(len(triangles), 1 / 3, np.float32)
     mean = np.abs(radiance_of(scene.arrays, triangles, middle, middle, back)).astype(np.float64)
     materials = scene.materials
-    textured = materials.on_any_side((materials.emission.texture >= 0) | (materials.coverage.texture >= 0))
+    textured = materials.of_any_view((materials.emission.texture >= 0) | (materials.coverage.texture >= 0))
     varying = np.flatnonzero(textured[scene.material_of_triangle[triangles]])
     n_points = 1 << int(np.clip(np.log2(_N_POINTS / max(len(varying), 1)), 4, 12))
     u, v = sample_uniform_triangle(fixed_points(n_points))
@@ -226,4 +230,4 @@ def _brightest(scene: Scene) -> np.ndarray:
     if emission.textured:
         textured = emission.texture >= 0
         brightest[textured] *= np.maximum.reduceat(np.abs(textures.pixels), textures.offset)[emission.texture[textured]]
-    return brightest[scene.materials.seen_as].max(axis=1)
+    return brightest[scene.materials.seen_as[:, :2]].max(axis=1)

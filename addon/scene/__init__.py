@@ -3,7 +3,7 @@
 from .closures import Closures, Lobe
 from .light_groups import OTHER, LightGroups
 from .lights import ALL_BOUNCES, LightKind, Lights
-from .materials import Channel, Materials
+from .materials import N_VIEWS, Channel, Materials
 from .ray_kinds import RayKind, seen_by
 from .scene import Scene, SceneObjects
 from .textures import Textures
@@ -11,6 +11,7 @@ from .world import World
 
 __all__ = [
     "ALL_BOUNCES",
+    "N_VIEWS",
     "OTHER",
     "Channel",
     "Closures",

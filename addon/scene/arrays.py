@@ -50,9 +50,9 @@ class ClosureArrays(NamedTuple):
 
 
 class MaterialArrays(NamedTuple):
-    """`Materials`: closures and channels, rows that stand for others (m, 2) int32, and what is known of them (m,) bool.
+    """`Materials`: closures and channels, and which rows stand for others (m, 10) int32.
 
-    Those from `matte` on are of a triangle's material, whichever row stands for it.
+    Those from `matte` on, (m,) bool, are known of a triangle's material, whichever row stands for it.
     """
 
     closures: ClosureArrays

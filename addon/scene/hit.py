@@ -10,10 +10,11 @@ import numpy as np
 from ..core.compiling import kernel, part
 from ..core.vec3 import ONE, ZERO, dot, largest, length, minus, mul, negative, plus, put, row, times, wide
 from .closures import Lobe
+from .ray_kinds import RayKind
 
 _LEAST_COORDINATE = np.float32(0.01)  # m, that rounding is taken from: the origin is no better known than what is near
 _PER_COORDINATE = np.float32(2.0**-18)  # 64 roundings
-_DIFFUSE = int(Lobe.DIFFUSE)
+_DIFFUSE, _DIFFUSE_RAY = int(Lobe.DIFFUSE), int(RayKind.DIFFUSE)
 _SHORTEST_NORMAL = np.float32(1e-3)
 _TINY, _TINIEST = np.float32(1e-20), 1e-300
 
@@ -158,15 +159,15 @@ def is_back(scene, triangle, direction):
 
 
 @part
-def material_seen(scene, triangle, back):
-    """The row of the materials that stands for a triangle's where it is seen from its back or else its front."""
-    return scene.materials.seen_as[scene.material[triangle], 1 if back else 0]
+def material_seen(scene, triangle, back, kind):
+    """The row of the materials that stands for a triangle's where rays of a kind see its back or else its front."""
+    return scene.materials.seen_as[scene.material[triangle], 2 * kind + (1 if back else 0)]
 
 
 @part
-def look_up(scene, channel, triangle, u, v, back):
-    """A channel of the materials (`ChannelArrays`) at a point of a triangle, as it is on the back or else the front."""
-    return channel_at(scene, channel, material_seen(scene, triangle, back), triangle, u, v)
+def look_up(scene, channel, triangle, u, v, back, kind):
+    """A channel of the materials (`ChannelArrays`) at a point of a triangle, as `material_seen` has it."""
+    return channel_at(scene, channel, material_seen(scene, triangle, back, kind), triangle, u, v)
 
 
 @part
@@ -206,11 +207,11 @@ def texel(textures, image, x, y):
 
 
 @part
-def emitted(scene, triangle, u, v, back):
-    """Radiance that a point of a triangle emits, to its back or else its front, where rays end on it."""
+def emitted(scene, triangle, u, v, back, kind):
+    """Radiance that a point of a triangle emits, to its back or else its front, where rays of a kind end on it."""
     if not scene.emits[scene.object[triangle]]:
         return ZERO, ZERO, ZERO
-    return look_up(scene, scene.materials.emission, triangle, u, v, back)
+    return look_up(scene, scene.materials.emission, triangle, u, v, back, kind)
 
 
 @kernel
@@ -254,14 +255,14 @@ def ray_offsets_of(scene, triangle, positions, out):
 def look_up_of(scene, channel, triangle, u, v, back, out):
     """`look_up` of many."""
     for i in range(len(triangle)):
-        put(out, i, look_up(scene, channel, triangle[i], u[i], v[i], back[i]))
+        put(out, i, look_up(scene, channel, triangle[i], u[i], v[i], back[i], _DIFFUSE_RAY))
 
 
 @kernel
-def albedos_of(scene, triangle, u, v, back, out):
-    """Diffuse albedos of many points, before what layers take."""
+def albedos_of(scene, triangle, u, v, back, kind, out):
+    """Diffuse albedos of many points that rays of a kind see, before what layers take."""
     start = scene.materials.closures.start
     for i in range(len(triangle)):
-        material = material_seen(scene, triangle[i], back[i])
+        material = material_seen(scene, triangle[i], back[i], kind)
         of = start[material], start[material + 1]
         put(out, i, weight_of_kind(scene, _DIFFUSE, *of, triangle[i], u[i], v[i]))

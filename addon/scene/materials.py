@@ -7,15 +7,20 @@ from typing import Any
 import numpy as np
 
 from .closures import Closures, Lobe, closures_of_lobes
+from .ray_kinds import RayKind
 from .textures import Channel, Textures
+
+N_VIEWS = 2 * len(RayKind)
+"""Kinds of rays, each from both sides."""
 
 
 @dataclass(frozen=True)
 class Materials:
     """The m materials of a scene; all surfaces have two sides.
 
-    A material that differs by side has a row for each of them. Triangles have the number of the front's, and `seen_as`
-    says which row stands for it; what is known of a triangle's material (`has`, `matte` and so on) is of both.
+    A material that differs by side, or by the kind of ray that sees it, has further rows. Triangles have the number of
+    the one that diffuse rays see from the front, and `seen_as` says which row stands for it; what is known of a
+    triangle's material (`has`, `matte` and so on) is of all of them.
 
     Light that meets a material passes straight through with the probability 1 − `coverage`, tinted; emission and
     closures are of the light that does not.
@@ -33,8 +38,8 @@ class Materials:
     tint : Channel
         Colour of the light that passes straight through.
     textures : Textures
-    seen_as : (m, 2) int32
-        The row of each that stands for its front and for its back.
+    seen_as : (m, 10) int32
+        The row that stands for each where rays of kind k (`RayKind`) see its front, column 2 k, and its back, 2 k + 1.
     """
 
     names: tuple[str, ...]
@@ -50,21 +55,36 @@ class Materials:
 
     def has(self, lobe: Lobe) -> np.ndarray:
         """Which materials have a closure of a kind, (m,) bool."""
-        return self.on_any_side(self.closures.count(lobe) > 0)
+        return self.of_any_view(self.closures.count(lobe) > 0)
 
-    def on_any_side(self, rows: np.ndarray) -> np.ndarray:
-        """What is true of one of a material's rows, (m,) bool."""
+    def of_any_view(self, rows: np.ndarray) -> np.ndarray:
+        """What is true of one of the rows that stand for a material, (m,) bool."""
         return rows[self.seen_as].any(axis=1)
 
     @cached_property
     def emits(self) -> np.ndarray:
-        """Which materials emit light, (m,) bool."""
-        return self.on_any_side(self.emission.nonzero)
+        """Which materials emit light that diffuse rays see, (m,) bool."""
+        return self.emission.nonzero[self.seen_as[:, :2]].any(axis=1)
 
     @cached_property
     def two_faced(self) -> np.ndarray:
         """Which materials differ by side, (m,) bool."""
-        return self.seen_as[:, 0] != self.seen_as[:, 1]
+        return (self.seen_as[:, ::2] != self.seen_as[:, 1::2]).any(axis=1)
+
+    @cached_property
+    def differs_in_shadow(self) -> bool:
+        """Whether shadow rays see any material otherwise than diffuse rays do."""
+        return self._differs(RayKind.SHADOW)
+
+    @cached_property
+    def differs_by_lobe(self) -> bool:
+        """Whether rays that one lobe sends see any material otherwise than those of another lobe."""
+        return self._differs(RayKind.GLOSSY) or self._differs(RayKind.TRANSMITTED)
+
+    def _differs(self, kind: RayKind) -> bool:
+        """Whether rays of a kind see any material otherwise than diffuse rays do."""
+        sides = self.seen_as.reshape(len(self), -1, 2)
+        return bool((sides[:, kind] != sides[:, RayKind.DIFFUSE]).any())
 
     @cached_property
     def matte(self) -> np.ndarray:
@@ -84,7 +104,7 @@ class Materials:
     @cached_property
     def see_through(self) -> np.ndarray:
         """Which materials let light pass straight through somewhere, (m,) bool."""
-        return self.on_any_side((self.coverage.texture >= 0) | (self.coverage.value[:, 0] < 1))
+        return self.of_any_view((self.coverage.texture >= 0) | (self.coverage.value[:, 0] < 1))
 
     @staticmethod
     def of(m: int, textures: Textures | None = None, closures: Closures | None = None, **columns: Any) -> "Materials":
@@ -101,7 +121,7 @@ class Materials:
             "emission": Channel.constant(np.zeros(m)),
             "coverage": Channel.constant(ones),
             "tint": Channel.constant(ones),
-            "seen_as": np.repeat(np.arange(m, dtype=np.int32)[:, None], 2, axis=1),
+            "seen_as": np.repeat(np.arange(m, dtype=np.int32)[:, None], N_VIEWS, axis=1),
         }
         own = {name: columns.pop(name, value) for name, value in default.items()}
         closures = closures or closures_of_lobes(m, **columns)

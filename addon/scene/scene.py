@@ -14,6 +14,7 @@ from . import hit
 from .arrays import SceneArrays, channel_arrays, scene_arrays
 from .lights import Lights
 from .materials import Channel, Materials
+from .ray_kinds import RayKind
 from .world import World
 
 _CHUNK = 1 << 16  # triangles
@@ -213,10 +214,20 @@ class Scene:
         hit.look_up_of(self.arrays, channel_arrays(channel), *_places(triangle, u, v), _sides(triangle, back), out)
         return out
 
-    def albedo(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, back: np.ndarray | None = None) -> np.ndarray:
-        """Diffuse albedo of points on triangles, before what layers take of it, (n, 3) float32; `back` as above."""
+    def albedo(
+        self,
+        triangle: np.ndarray,
+        u: np.ndarray,
+        v: np.ndarray,
+        back: np.ndarray | None = None,
+        kind: RayKind = RayKind.DIFFUSE,
+    ) -> np.ndarray:
+        """Diffuse albedo of points on triangles that rays of a kind see, before what layers take of it, (n, 3) float32.
+
+        `back` as above.
+        """
         out = np.empty((len(triangle), 3), np.float32)
-        hit.albedos_of(self.arrays, *_places(triangle, u, v), _sides(triangle, back), out)
+        hit.albedos_of(self.arrays, *_places(triangle, u, v), _sides(triangle, back), int(kind), out)
         return out
 
     def ray_offset(self, triangle: np.ndarray, positions: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ import bpy
 
 from .materials.closures import ADDERS, Closure
 from .materials.expressions import constant
-from .materials.nodes import Place, all_nodes, is_used, output_node, source
+from .materials.nodes import TAKEN_FOR_ONE, Place, all_nodes, is_used, output_node, source
 
 NOT_BAKED = {
     ("BSDF_DIFFUSE", "Roughness"): "its diffuse roughness is not baked",
@@ -40,8 +40,8 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Ite
         yield "what it reads of particles is baked as zero"
     if any(getattr(node, "from_instancer", False) for node in all_nodes(material.node_tree)):
         yield "its texture coordinates from instancers are baked as zero"
-    if any(closure.for_shadows for closure in closures):
-        yield "what only shadow rays see of it is baked for all rays"
+    if any(is_used(material.node_tree, "LIGHT_PATH", output) for output in TAKEN_FOR_ONE):
+        yield "what it mixes by rays' lengths and depths is baked as of rays of 1 m that left one surface before"
     for closure in closures:
         yield from _of_closure(closure)
 

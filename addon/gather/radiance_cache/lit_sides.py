@@ -144,10 +144,10 @@ def _light_points(tracing, direct, elements, hidden, room, key, start, end, firs
     for side in range(start, end):
         for path in range(first[side], first[side + 1]):
             hit = point_of_side(scene, elements, side, key, path, 0)
-            bsdf, origin = bsdf_at(scene, hit), off_surface(scene, hit, ONE)
+            bsdf, origin = bsdf_at(scene, hit, _DIFFUSE), off_surface(scene, hit, ONE)
             albedo, through = total_weight(scene, bsdf, DIFFUSE), total_weight(scene, bsdf, TRANSLUCENT)
-            across = total_weight(scene, seen_from_behind(scene, bsdf), TRANSLUCENT)
-            coverage = look_up(scene, scene.materials.coverage, hit.triangle, hit.u, hit.v, hit.back)[0]
+            across = total_weight(scene, seen_from_behind(scene, bsdf, _DIFFUSE), TRANSLUCENT)
+            coverage = look_up(scene, scene.materials.coverage, hit.triangle, hit.u, hit.v, hit.back, _DIFFUSE)[0]
             inside = _is_inside(tracing, room, hidden, origin, hit.normal, key, path)
             if inside or coplanar_occluded(tracing, hit):
                 coverage = ZERO

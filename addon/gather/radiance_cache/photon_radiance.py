@@ -9,12 +9,12 @@ from ...core.compiling import kernel, part
 from ...core.parallel import slices
 from ...core.vec3 import ZERO, add, dot, mean, mul, negative, plus, row, times
 from ...photons import PathKind, Photons
-from ...scene import Scene
+from ...scene import RayKind, Scene
 from ...scene.hit import barycentrics, shading_normal_at
 from .elements import SurfaceElements, element_at
 
 _CHUNK = 1 << 17
-_CAUSTIC = int(PathKind.CAUSTIC)
+_CAUSTIC, _DIFFUSE_RAY = int(PathKind.CAUSTIC), int(RayKind.DIFFUSE)
 
 
 def photon_radiance(
@@ -76,7 +76,9 @@ def _add_photons(scene, elements, triangle, position, normal, direction, power, 
         sums = caustic if kind[k] == _CAUSTIC else others
         bsdf = bsdf_of(scene, t, u, v, back)
         add(sums, side, mul(total_weight(scene, bsdf, DIFFUSE), arriving))
-        add(sums, side ^ 1, mul(total_weight(scene, seen_from_behind(scene, bsdf), TRANSLUCENT), arriving))
+        add(
+            sums, side ^ 1, mul(total_weight(scene, seen_from_behind(scene, bsdf, _DIFFUSE_RAY), TRANSLUCENT), arriving)
+        )
 
 
 @kernel
@@ -89,6 +91,6 @@ def _importance(scene, elements, hits_per_area, triangle, position, normal, powe
         light = abs(light[0]), abs(light[1]), abs(light[2])
         if kind[k] != _CAUSTIC:
             bsdf = bsdf_of(scene, t, u, v, side % 2 == 1)
-            through = total_weight(scene, seen_from_behind(scene, bsdf), TRANSLUCENT)
+            through = total_weight(scene, seen_from_behind(scene, bsdf, _DIFFUSE_RAY), TRANSLUCENT)
             light = mul(plus(total_weight(scene, bsdf, DIFFUSE), through), light)
         importance[k] = mean(light) * hits_per_area[side]

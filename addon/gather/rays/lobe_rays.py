@@ -11,12 +11,13 @@ from ...core.parallel import Workers, slices
 from ...core.sampling.path_numbers import path_key
 from ...core.vec3 import ONE, ZERO, dot, largest, row
 from ...receivers import CameraPoints
-from ...scene import Scene
+from ...scene import RayKind, Scene
 from ...scene.hit import hit_at
 
 LEAST_RAYS = 2
 """Of a point: with fewer the error could not be told."""
 
+_CAMERA = int(RayKind.CAMERA)
 _CHUNK = 1 << 15  # rays
 _COUNTED = 1 << 17  # points
 _RAY_BYTES = 150  # a ray takes, with what it meets
@@ -37,7 +38,7 @@ def _count(scene, triangle, u, v, direction, tint, point, n_rays, least, counts)
     for i in range(len(point)):
         k = point[i]
         hit = hit_at(scene, row(direction, k), triangle[k], ZERO, u[k], v[k])
-        bsdf, cos = bsdf_at(scene, hit), abs(dot(hit.normal, row(direction, k)))
+        bsdf, cos = bsdf_at(scene, hit, _CAMERA), abs(dot(hit.normal, row(direction, k)))
         albedo = largest(glossy_albedo(scene, bsdf, cos)) + largest(glass_albedo(scene, bsdf))
         counts[i] = max(np.int64(np.ceil(np.float32(n_rays) * min(albedo, ONE) * largest(row(tint, k)))), least)
 

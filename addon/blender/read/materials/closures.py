@@ -31,13 +31,10 @@ class Closure:
     shader : Place
         Its output, or the colour that stands in its place.
     factors : tuple of Factor
-    for_shadows : bool
-        Whether in Cycles only shadow rays see it.
     """
 
     shader: Place
     factors: tuple[Factor, ...] = ()
-    for_shadows: bool = False
 
     @property
     def node(self) -> "bpy.types.Node":
@@ -75,24 +72,12 @@ def _closures(place: Place, factors: tuple[Factor, ...]) -> list[Closure]:
     if node.type == "ADD_SHADER":
         return [closure for shader in shaders for closure in _closures(shader, factors)]
     factor = origin.input("Fac")
-    if _is_shadow_trick(factor, shaders):
-        return [replace(closure, for_shadows=True) for closure in _closures(shaders[1], factors)]
     fixed = constant(factor, view=None)
     found = []
     for shader, inverted in zip(shaders, (True, False), strict=True):
         if fixed is None or Factor(factor, inverted).weight(lambda _: fixed) > 0:
             found += _closures(shader, (*factors, Factor(factor, inverted)))
     return found
-
-
-def _is_shadow_trick(factor: Place, shaders: list[Place]) -> bool:
-    """Whether a material lets light of lamps through and blocks the rest, or the other way round.
-
-    What lamps' light meets counts then for all light: it is most of it.
-    """
-    origin = factor.origin.socket
-    asks = origin.is_output and origin.node.type == "LIGHT_PATH" and origin.identifier == "Is Shadow Ray"
-    return asks and any(shader.origin.socket.node.type == "BSDF_TRANSPARENT" for shader in shaders)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....scene import Channel, Closures, Materials, Textures
+from ....scene import N_VIEWS, Channel, Closures, Materials, Textures
 from .images import ImageTable
 from .sums import ShaderSum, Term
 from .texture_grid import Coordinates
@@ -78,18 +78,18 @@ def _varies(picture: np.ndarray) -> bool:
 
 @dataclass(frozen=True)
 class Seen:
-    """One material as it is seen from each side.
+    """One material as it is seen from each side and by each kind of rays.
 
     Attributes
     ----------
     rows : list of Surface
-        The first is that of the front.
+        The first is that of the front for diffuse rays.
     as_seen : tuple of int
-        Which of them is seen from the front, and from the back.
+        Which of them each of `VIEWS` sees.
     """
 
     rows: list[Surface]
-    as_seen: tuple[int, ...] = (0, 0)
+    as_seen: tuple[int, ...]
 
     @property
     def coordinates(self) -> Coordinates | None:
@@ -99,12 +99,12 @@ class Seen:
 
 def materials_of(seen: list[Seen], textures: Textures) -> Materials:
     """All materials, in columns; rows that the first ones do not tell come after those of all."""
-    rows, seen_as = [one.rows[0] for one in seen], np.zeros((len(seen), 2), np.int32)
+    rows, seen_as = [one.rows[0] for one in seen], np.zeros((len(seen), N_VIEWS), np.int32)
     for k, one in enumerate(seen):
         number = [k, *range(len(rows), len(rows) + len(one.rows) - 1)]
         rows += one.rows[1:]
         seen_as[k] = [number[i] for i in one.as_seen]
-    others = np.repeat(np.arange(len(seen), len(rows), dtype=np.int32)[:, None], 2, axis=1)
+    others = np.repeat(np.arange(len(seen), len(rows), dtype=np.int32)[:, None], N_VIEWS, axis=1)
     return Materials.of(
         len(rows),
         names=tuple(row.name for row in rows),

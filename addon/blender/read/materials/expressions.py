@@ -10,7 +10,7 @@ import numpy as np
 from ..meshes.object_values import Values, of_scene, read_by
 from .images import MISSING
 from .node_math import BLEND, COMBINE, MATH, SEPARATE, VECTOR_MATH, lerp, map_range, mean_fresnel, saturate
-from .nodes import BACKFACING, FROM_FRONT, Place, View
+from .nodes import FROM_FRONT, Place, View
 
 Sampler = Callable[[Place], np.ndarray]
 """Colour and alpha of an image node at each texel of a grid, (h, w, 4); told one of the node's outputs."""
@@ -76,10 +76,9 @@ class Evaluator:
 
     def _computed(self, place: Place) -> np.ndarray:
         node = place.socket.node
-        output = node.type, place.socket.identifier
-        if self.view is None and output == BACKFACING:
+        fixed = (self.view or FROM_FRONT).value(place.socket)
+        if fixed is not None and self.view is None:
             raise UnreadableError(node)
-        fixed = (self.view or FROM_FRONT).value(*output)
         if fixed is not None:
             return np.full((1, 1, 1), fixed)
         read = read_by(place, self.values)

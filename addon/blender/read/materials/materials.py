@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from ....core.progress import Progress
-from ....scene import Lobe, Materials
+from ....scene import N_VIEWS, Lobe, Materials
 from ...lightmap.atlas import make_atlas
 from ...temporary import CyclesError
 from ...warn import Warnings
@@ -21,7 +21,7 @@ from .columns import Seen, Surface, materials_of
 from .cycles_bake import BakeRequest, bake_values, sees_object
 from .expressions import Evaluator, UnreadableError, default_value, no_images
 from .images import ImageTable
-from .nodes import BACKFACING, FROM_FRONT, Place, View, is_used, output_node, source, uses_nodes
+from .nodes import FROM_FRONT, Place, View, differing_views, output_node, source, uses_nodes
 from .sums import ShaderSum, Term
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of
 
@@ -38,8 +38,8 @@ class MaterialTable:
     then everything else has to be read, since a bake changes Blender's data for its while.
     """
 
-    def __init__(self, warnings: Warnings) -> None:
-        self._warnings = warnings
+    def __init__(self, warnings: Warnings, for_camera: bool = False) -> None:
+        self._warnings, self._for_camera = warnings, for_camera
         self._images = ImageTable()
         self._readers: dict[int, _Reader] = {}
         self._index: dict[tuple, int] = {}
@@ -86,7 +86,7 @@ class MaterialTable:
     def _reader(self, material: "bpy.types.Material | None") -> "_Reader":
         identity = material.original.session_uid if material else 0  # a local and a linked one may share a name
         if identity not in self._readers:
-            self._readers[identity] = _Reader(material, identity, self._images, self._warnings)
+            self._readers[identity] = _Reader(material, identity, self._images, self._warnings, self._for_camera)
         return self._readers[identity]
 
     def coordinates(self, index: int) -> Coordinates | None:
@@ -120,13 +120,20 @@ class _Reader:
     varying : dict of Place to None
         The sockets whose values are not constant.
     views : list of View
-        How it is seen in ways that differ: from the front and, where that is another, from the back.
+        How it is seen in ways that differ.
+    as_seen : tuple of int
+        Which of them each of `VIEWS` is.
     needs_bake : bool
         Whether only Cycles can evaluate some of them.
     """
 
     def __init__(
-        self, material: "bpy.types.Material | None", identity: int, images: ImageTable, warnings: Warnings
+        self,
+        material: "bpy.types.Material | None",
+        identity: int,
+        images: ImageTable,
+        warnings: Warnings,
+        for_camera: bool,
     ) -> None:
         self.material, self.identity = material, identity
         self.name = material.name if material else "Default"
@@ -137,14 +144,13 @@ class _Reader:
         self.varying: dict[Place, None] = {}
         self.readings: list[Reading] = []
         self.needs_bake = False
-        self.views = [FROM_FRONT]
+        self.views, self.as_seen = [FROM_FRONT], (0,) * N_VIEWS
         if material and uses_nodes(material):
             self.readings = readings_in(material.node_tree)
             self.closures = read_closures(material)
             for what in shortcomings(material, self.closures):
                 self.warn(what)
-            if is_used(material.node_tree, *BACKFACING):
-                self.views.append(View(back=True))
+            self.views, self.as_seen = differing_views(material.node_tree, for_camera)
             for view in self.views:
                 combine(self.closures, partial(self.probe, view))
             self.needs_bake |= bool(self.pictures) and Grid.of(list(self.pictures.values())) is None
@@ -195,14 +201,10 @@ class _Reader:
 
     def seen(self, read: dict[Reading, np.ndarray]) -> Seen:
         """The material without a bake, on an object of which it reads some values."""
-        seen = self.as_seen([self.surface(read, view) for view in self.views])
+        seen = Seen([self.surface(read, view) for view in self.views], self.as_seen)
         if not self.readings:
             self.pictures.clear()
         return seen
-
-    def as_seen(self, rows: list[Surface]) -> Seen:
-        """The material of one row for each of its views."""
-        return Seen(rows, (0, len(rows) - 1))
 
     def surface(self, read: dict[Reading, np.ndarray], view: View) -> Surface:
         """One of its views without a bake."""
@@ -266,10 +268,11 @@ class _Reader:
     def baked(self, request: BakeRequest) -> Seen:
         """The material as Cycles evaluates it on an object."""
         try:
-            return self.as_seen([self.baked_view(replace(request, view=view)) for view in self.views])
+            rows = [self.baked_view(replace(request, view=view)) for view in self.views]
         except CyclesError as error:
             self.warn_of_guess(f"its nodes cannot be baked ({error})")
             return self.seen(request.values)
+        return Seen(rows, self.as_seen)
 
     def baked_view(self, request: BakeRequest) -> Surface:
         """One of its views as Cycles evaluates it on an object."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from ....scene import RayKind
 from .node_math import saturate
 
 SHOWN = "photon_bake_preview"
@@ -186,46 +187,73 @@ class Factor:
         return 1 - factor if self.inverted else factor
 
 
+LIGHT_PATH = {
+    "Is Camera Ray": {RayKind.CAMERA: 1},
+    "Is Shadow Ray": {RayKind.SHADOW: 1},
+    "Is Diffuse Ray": {RayKind.DIFFUSE: 1},
+    "Is Glossy Ray": {RayKind.GLOSSY: 1, RayKind.TRANSMITTED: 1},
+    "Is Singular Ray": {},
+    "Is Reflection Ray": {RayKind.DIFFUSE: 1, RayKind.GLOSSY: 1},
+    "Is Transmission Ray": {RayKind.TRANSMITTED: 1},
+    "Is Volume Scatter Ray": {},
+    "Ray Length": dict.fromkeys(RayKind, 1),
+    "Ray Depth": {RayKind.DIFFUSE: 1, RayKind.GLOSSY: 2, RayKind.TRANSMITTED: 2, RayKind.SHADOW: 1},
+    "Diffuse Depth": {RayKind.DIFFUSE: 1, RayKind.GLOSSY: 1, RayKind.TRANSMITTED: 1, RayKind.SHADOW: 1},
+    "Glossy Depth": {RayKind.GLOSSY: 1},
+    "Transparent Depth": {},
+    "Transmission Depth": {RayKind.TRANSMITTED: 1},
+    "Portal Depth": {},
+}
+"""What outputs of Light Path are for rays of each kind, 0 where it does not say; rays of gloss and glass are taken to
+have left a diffuse surface before. Rays that glass reflects count as transmitted."""
+
+TAKEN_FOR_ONE = ("Ray Length", "Ray Depth", "Diffuse Depth", "Glossy Depth", "Transparent Depth", "Transmission Depth")
+"""Those whose values differ among rays of a kind."""
+
+
 @dataclass(frozen=True)
 class View:
     """How a surface is seen.
 
     Attributes
     ----------
+    kind : RayKind
+        By which rays.
     back : bool
         From its back.
     """
 
+    kind: RayKind = RayKind.DIFFUSE
     back: bool = False
 
-    def value(self, node: str, output: str) -> float | None:
-        """The value of an output of a type of node that differs from ray to ray; None of others."""
-        if (node, output) == BACKFACING:
+    def value(self, output: "bpy.types.NodeSocket") -> float | None:
+        """The value of a node's output that differs from ray to ray; None of others."""
+        if output.node.type == "NEW_GEOMETRY" and output.identifier == "Backfacing":
             return float(self.back)
-        return AS_DIFFUSE_RAYS_SEE_IT.get((node, output))
+        if output.node.type == "LIGHT_PATH" and output.identifier in LIGHT_PATH:
+            return float(LIGHT_PATH[output.identifier].get(self.kind, 0))
+        return None
 
 
 FROM_FRONT = View()
-BACKFACING = ("NEW_GEOMETRY", "Backfacing")
+VIEWS = [View(kind, back) for kind in RayKind for back in (False, True)]
+"""All of them, in the order of `Materials.seen_as`."""
 
-AS_DIFFUSE_RAYS_SEE_IT = {
-    ("LIGHT_PATH", name): value
-    for name, value in {
-        "Is Camera Ray": 0,
-        "Is Shadow Ray": 0,
-        "Is Diffuse Ray": 1,
-        "Is Glossy Ray": 0,
-        "Is Singular Ray": 0,
-        "Is Reflection Ray": 1,
-        "Is Transmission Ray": 0,
-        "Is Volume Scatter Ray": 0,
-        "Ray Length": 1,
-        "Ray Depth": 1,
-        "Diffuse Depth": 1,
-        "Glossy Depth": 0,
-        "Transparent Depth": 0,
-        "Transmission Depth": 0,
-        "Portal Depth": 0,
-    }.items()
-}
-"""Outputs that differ from ray to ray, and what they are taken for."""
+
+def differing_views(tree: "bpy.types.NodeTree", for_camera: bool) -> tuple[list[View], tuple[int, ...]]:
+    """Views in which a tree may differ, that of diffuse rays from the front first; and which one each of `VIEWS` is.
+
+    Unless it is `for_camera`, cameras' rays are taken to see what diffuse rays do.
+    """
+    linked = [output for node in all_nodes(tree) for output in node.outputs if output.is_linked]
+    used = [output for output in linked if FROM_FRONT.value(output) is not None]
+    found: dict[tuple, int] = {}
+    views, which = [], []
+    for view in VIEWS:
+        by = RayKind.DIFFUSE if view.kind == RayKind.CAMERA and not for_camera else view.kind
+        seen = tuple(View(by, view.back).value(output) for output in used)
+        if seen not in found:
+            found[seen] = len(views)
+            views.append(view)
+        which.append(found[seen])
+    return views, tuple(which)

@@ -112,7 +112,7 @@ def backfacing():
     lamp("AREA", (-1.8, 0, 0), (0, 0, 0), size=1, energy=200)
 
 
-@case("Light Path: transparent for shadow rays", GROUP, unsupported="Feature")
+@case("Light Path: transparent for shadow rays", GROUP)
 def light_path_shadow():
     # An old trick: the screen lets a lamp's light through, and blocks all else.
     tree = nodes()
