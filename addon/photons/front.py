@@ -37,7 +37,7 @@ class Photon(NamedTuple):
     came_from: int
     path: int
     source: int
-    kind: int
+    kind: np.uint8
 
 
 class Front(NamedTuple):

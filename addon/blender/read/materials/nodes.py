@@ -248,7 +248,8 @@ def differing_views(tree: "bpy.types.NodeTree", for_camera: bool) -> tuple[list[
     linked = [output for node in all_nodes(tree) for output in node.outputs if output.is_linked]
     used = [output for output in linked if FROM_FRONT.value(output) is not None]
     found: dict[tuple, int] = {}
-    views, which = [], []
+    views: list[View] = []
+    which: list[int] = []
     for view in VIEWS:
         by = RayKind.DIFFUSE if view.kind == RayKind.CAMERA and not for_camera else view.kind
         seen = tuple(View(by, view.back).value(output) for output in used)
