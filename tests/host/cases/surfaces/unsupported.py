@@ -82,20 +82,6 @@ def toon():
     painted_floor(shader("BsdfToon", {"Color": (0.8, 0.5, 0.3), "Size": 0.3}, "Toon"))
 
 
-@case("Displacement", GROUP, unsupported="Ramp")
-def displacement():
-    # Makes a slope of the floor, up to the green wall.
-    tree = nodes("Ramp")
-    tree.done(tree.add("BsdfDiffuse", {"Color": (0.8, 0.8, 0.8)}))
-    height = tree.add("SeparateXYZ", {"Vector": tree.add("TexCoord").outputs["Object"]})
-    moved = tree.add("Displacement", {"Height": height, "Midlevel": -2.0, "Scale": 0.4})
-    tree.feed(tree.tree.get_output_node("ALL").inputs["Displacement"], moved)
-    tree.block.displacement_method = "DISPLACEMENT"
-    room(paint={"Floor": tree.block}, dim=0.5)
-    probes("Left Right Ceiling", 32)
-    lamp("AREA", (-1.5, 0, -0.5), (0.5, 0, -2), size=0.8, energy=100)
-
-
 @case("A hair system", GROUP, unsupported="Lawn")
 def hair():
     # Black grass on the floor.
