@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from ..core.compiling import kernel, kernel_array
+from ..core.compiling import kernel, kernel_array, part
 from ..core.sampling.vectors import rows
-from ..core.vec3 import put, row
+from ..core.vec3 import ONE, ZERO, put, row
 from ..scene import Scene
 from ..scene.arrays import SceneArrays
 from . import mixture
@@ -86,6 +86,12 @@ def reflects_highlights(surface: Surface) -> np.ndarray:
     return surface.asked(_reflects_highlights, columns=(), dtype=np.bool_)
 
 
+@part
+def _seen_at(cos):
+    """A local direction at a cosine to +z."""
+    return np.sqrt(max(ONE - cos * cos, ZERO)), ZERO, cos
+
+
 @kernel
 def _evaluate_glossy(scene, triangle, u, v, back, wo, wi, out):
     for i in range(len(triangle)):
@@ -96,19 +102,22 @@ def _evaluate_glossy(scene, triangle, u, v, back, wo, wi, out):
 @kernel
 def _diffuse_albedo(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
-        put(out, i, mixture.diffuse_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
+        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
+        put(out, i, mixture.diffuse_albedo(scene, bsdf, _seen_at(cos[i])))
 
 
 @kernel
 def _translucent_albedo(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
-        put(out, i, mixture.translucent_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
+        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
+        put(out, i, mixture.translucent_albedo(scene, bsdf, _seen_at(cos[i])))
 
 
 @kernel
 def _glossy_albedo(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
-        put(out, i, mixture.glossy_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
+        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
+        put(out, i, mixture.glossy_albedo(scene, bsdf, _seen_at(cos[i])))
 
 
 @kernel
