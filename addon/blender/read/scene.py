@@ -15,7 +15,7 @@ from .lamps.lamps import in_light_group, light_group_of
 from .lamps.light_links import Placed, link_lights
 from .lamps.world import WorldReading, light_group_of_world, read_world
 from .materials.materials import READING, MaterialTable
-from .materials.missing_files import warn_of_missing_files
+from .materials.pictures.missing_files import warn_of_missing_files
 from .meshes.meshes import LocalMesh, count_triangles, read_mesh
 from .meshes.placing import Model, Models, PlacedMeshes
 from .meshes.tangents import corner_tangents

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....scene import Channel, Closures, Materials, Textures
-from .images import ImageTable
+from .pictures.images import ImageTable
 from .sums import ShaderSum, Term
 from .texture_grid import Coordinates
 

@@ -19,9 +19,9 @@ from .closures import Closure, combine, read_closures
 from .columns import Surface, materials_of
 from .cycles_bake import BakeRequest, bake_values, sees_object
 from .expressions import Evaluator, UnreadableError, default_value, no_images
-from .images import ImageTable
 from .nodes import Place, Value, output_node, source, uses_nodes
 from .own_normals import OwnNormal, baked_normal, node_of, read_normal, uv_map_of
+from .pictures.images import ImageTable
 from .sums import ShaderSum, Term
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of
 
