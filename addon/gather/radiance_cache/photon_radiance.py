@@ -72,8 +72,8 @@ def _add_photons(scene, elements, triangle, position, normal, direction, power, 
         back = side % 2 == 1
         met = negative(front) if back else front
         bsdf, flown = bsdf_of(scene, t, u, v, back), row(direction, k)
-        normal = met if bsdf.perturbed else shading_normal_at(scene, t, u, v, met, back)
-        arriving = times(row(power, k), shading_normal_correction(normal, met, flown))
+        lit = met if bsdf.perturbed else shading_normal_at(scene, t, u, v, met, back)
+        arriving = times(row(power, k), shading_normal_correction(lit, met, flown))
         sums, towards = caustic if kind[k] == _CAUSTIC else others, negative(flown)
         add(sums, side, mul(weight_received(scene, bsdf, DIFFUSE, towards), arriving))
         add(sums, side ^ 1, mul(weight_received(scene, bsdf, TRANSLUCENT, towards), arriving))
