@@ -19,8 +19,8 @@ from .closures import Closure, combine, read_closures
 from .columns import Surface, materials_of
 from .cycles_bake import BakeRequest, bake_values, sees_object
 from .expressions import Evaluator, UnreadableError, default_value, no_images
-from .nodes import Place, Value, output_node, source, uses_nodes
-from .own_normals import OwnNormal, baked_normal, node_of, read_normal, uv_map_of
+from .nodes import Place, output_node, source, uses_nodes
+from .own_normals import Normals, OwnNormal
 from .pictures.images import ImageTable
 from .sums import ShaderSum, Term
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of
@@ -75,7 +75,7 @@ class MaterialTable:
             key += reader.appearance(obj, mesh)
         if key not in self._index:
             self._index[key] = len(self._entries)
-            self._tangents.append(reader.tangents)
+            self._tangents.append(reader.normals.tangents)
             self._entries.append(reader.pending(obj, mesh, read) if baked else reader.surface(read))
         return self._index[key]
 
@@ -128,10 +128,7 @@ class _Reader:
         The sockets whose values are not constant.
     needs_bake : bool
         Whether only Cycles can evaluate some of them.
-    normals : dict of Place to None
-        Sockets of normals that a bake has to give, if there is one.
-    tangents : str or None
-        The UV map of the tangents that others are given by.
+    normals : Normals
     """
 
     def __init__(
@@ -146,8 +143,7 @@ class _Reader:
         self.varying: dict[Place, None] = {}
         self.readings: list[Reading] = []
         self.needs_bake = False
-        self.normals: dict[Place, None] = {}
-        self.tangents: str | None = None
+        self.normals = Normals(material if material and uses_nodes(material) else None)
         if material and uses_nodes(material):
             self.readings = readings_in(material.node_tree)
             self.closures = read_closures(material)
@@ -175,31 +171,13 @@ class _Reader:
         return value
 
     def probe_normal(self, place: Place) -> OwnNormal | None:
-        """A stand-in for the normals of a socket, having taken note of what they depend on.
-
-        If the material is baked, Cycles evaluates those of Normal Map nodes by their colours, and bends all others.
-        """
-        node, uv_map = node_of(place), uv_map_of(place)
-        if node is None:
-            return None
-        if node.type == "NORMAL_MAP" and (uv_map is None or self.tangents in (None, uv_map)):
-            self.tangents = self.tangents if uv_map is None else uv_map
-            return read_normal(place, self.probe, False)
-        self.normals[place] = None
-        depends: list[Place] = []
+        """A stand-in for the normals of a socket, having taken note of what they depend on."""
+        noted = Evaluator(lambda image: self.note(image, []), self.stand_in).value
         try:
-            if node.type == "NORMAL_MAP":
-                raise UnreadableError(node)
-            return read_normal(place, Evaluator(lambda image: self.note(image, depends), self.stand_in).value, False)
+            return self.normals.probe(place, self.probe, noted)
         except UnreadableError:
             self.needs_bake = True
             return None
-
-    def own_normal(self, place: Place, value: Value, extends: bool) -> OwnNormal | None:
-        """The normals of a socket without a bake; the interpolated ones where only that would tell."""
-        if self.needs_bake and place in self.normals:
-            return None
-        return read_normal(place, value, extends)
 
     def read(self, values: Values) -> dict[Reading, np.ndarray]:
         """What it reads of an object; zero where that is not known."""
@@ -237,11 +215,11 @@ class _Reader:
             def guess(place: Place) -> np.ndarray:
                 return self.guess(place, read)
 
-            return self.made_of(combine(self.closures, guess, lambda place: self.own_normal(place, guess, True)))
+            return self.made_of(combine(self.closures, guess, lambda place: self.normals.read(place, guess, True)))
         evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]), read.get)
         coordinates = grid.place(next(iter(self.pictures.values())).coordinates)
-        extends = grid.extends
-        total = combine(self.closures, evaluator.value, lambda place: self.own_normal(place, evaluator.value, extends))
+        value, extends = evaluator.value, grid.extends
+        total = combine(self.closures, value, lambda place: self.normals.read(place, value, extends))
         if not self.readings:
             self.pictures.clear()
         return self.made_of(total, coordinates, grid.extends)
@@ -288,7 +266,7 @@ class _Reader:
         if atlas is None:
             self.warn_of_guess(f"the mesh of '{obj.name}' has too many faces to bake its nodes")
             return self.surface(read)
-        wanted = [*self.varying, *self.normals]
+        wanted = [*self.varying, *self.normals.to_bake]
         request = BakeRequest(self.material.original, wanted, mesh, obj.original, matrix, atlas, read)
         return _Pending(self, request)
 
@@ -308,7 +286,7 @@ class _Reader:
             return values[place] if place in values else evaluator.value(place)
 
         def normal(place: Place) -> OwnNormal | None:
-            return baked_normal(values[place], request.matrix) if place in values else read_normal(place, value, True)
+            return self.normals.baked(place, values, value, request.matrix)
 
         total = combine(self.closures, value, normal)
         return self.made_of(total, Coordinates(atlas=request.atlas), extends=True)
