@@ -18,7 +18,12 @@ def set_cycles(samples: int) -> None:
 
 
 def cycles_mean(seed: int, into_image: bool = False) -> np.ndarray:
-    """Cycles' bake of the probes of the scene as it is, (3,)."""
+    """The mean of `cycles_light`, (3,)."""
+    return cycles_light(seed, into_image).mean(axis=0, dtype=np.float64)
+
+
+def cycles_light(seed: int, into_image: bool = False) -> np.ndarray:
+    """Cycles' bake of the probes' corners, or of their texels, of the scene as it is, (c, 3) float32."""
     bpy.context.scene.cycles.seed = seed
     obj = bpy.data.objects["Probes"]
     if into_image:
@@ -39,7 +44,7 @@ def cycles_mean(seed: int, into_image: bool = False) -> np.ndarray:
     else:
         values = np.empty(len(obj.data.loops) * 4, np.float32)
         obj.data.color_attributes["Cycles"].data.foreach_get("color", values)
-    return values.reshape(-1, 4)[:, :3].mean(axis=0, dtype=np.float64)
+    return values.reshape(-1, 4)[:, :3]
 
 
 def _image_of(obj: "bpy.types.Object") -> "bpy.types.Image":
