@@ -1,7 +1,7 @@
 """The closures of a point on a surface, as the scattering sees them, inside kernels.
 
 The local frame has as +z the normal of the side that the light came to; wo is where it came from, so wo.z > 0.
-Transmitted directions have wi.z < 0.
+Transmitted directions have wi.z < 0. Closures with normals of their own have frames within it, see `frames`.
 
 Paths and photons follow the same f(view, light), the one from the view, the other from the light. All of f is
 reciprocal but for the factors that belong to the viewing side: what layers leave to what they cover, the scale of
@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import part
-from ..core.vec3 import BLACK, ONE, ZERO
+from ..core.vec3 import BLACK, ONE, ZERO, negative, row
 from ..scene import RayKind
 from ..scene.closures import Lobe
 from ..scene.hit import channel_at, material_seen
@@ -24,7 +24,11 @@ _DIFFUSE_RAY, _CAMERA_RAY = int(RayKind.DIFFUSE), int(RayKind.CAMERA)
 
 
 class Bsdf(NamedTuple):
-    """What a point does to light that comes to one side of it: closures `first` to `last` of the scene's."""
+    """What a point does to light that comes to one side of it: closures `first` to `last` of the scene's.
+
+    normal : the geometric one of that side.
+    perturbed : whether a closure has a normal of its own; then +z of the local frame is `normal`, see `frames`.
+    """
 
     first: np.int32
     last: np.int32
@@ -32,6 +36,8 @@ class Bsdf(NamedTuple):
     u: np.float32
     v: np.float32
     back: bool
+    normal: tuple
+    perturbed: bool
 
 
 class Closure(NamedTuple):
@@ -83,7 +89,11 @@ def seen_from_behind(scene, bsdf, kind):
 def _bsdf(scene, triangle, u, v, back, seen_from_back, kind):
     """The scattering of light that comes to one side by the closures that are seen from a side."""
     material, start = material_seen(scene, triangle, seen_from_back, np.int64(kind)), scene.materials.closures.start
-    return Bsdf(start[material], start[material + 1], triangle, u, v, back)
+    normal = row(scene.normals, triangle)
+    if back:
+        normal = negative(normal)
+    perturbed = scene.materials.perturbed[scene.material[triangle]]
+    return Bsdf(start[material], start[material + 1], triangle, u, v, back, normal, perturbed)
 
 
 @part

@@ -20,8 +20,9 @@ from .closures import Closure, combine, read_closures
 from .columns import Seen, Surface, materials_of
 from .cycles_bake import BakeRequest, bake_values, sees_object
 from .expressions import Evaluator, UnreadableError, default_value, no_images
-from .images import ImageTable
-from .nodes import FROM_FRONT, Place, View, differing_views, output_node, source, uses_nodes
+from .nodes import FROM_FRONT, Place, Value, View, differing_views, output_node, source, uses_nodes
+from .own_normals import Normals, OwnNormal
+from .pictures.images import ImageTable
 from .sums import ShaderSum, Term
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of
 
@@ -44,6 +45,7 @@ class MaterialTable:
         self._readers: dict[int, _Reader] = {}
         self._index: dict[tuple, int] = {}
         self._entries: list[Seen | _Pending] = []
+        self._tangents: list[str | None] = []
 
     def add(
         self,
@@ -74,6 +76,7 @@ class MaterialTable:
             key += reader.appearance(obj, mesh)
         if key not in self._index:
             self._index[key] = len(self._entries)
+            self._tangents.append(reader.normals.tangents)
             self._entries.append(reader.pending(obj, mesh, read) if baked else reader.seen(read))
         return self._index[key]
 
@@ -92,6 +95,10 @@ class MaterialTable:
     def coordinates(self, index: int) -> Coordinates | None:
         """Texture coordinates that a material reads, or None where it has no texture."""
         return self._entries[index].coordinates
+
+    def tangents(self, index: int) -> str | None:
+        """The UV map whose tangents give a material's normals, empty for the active one; None where none do."""
+        return self._tangents[index]
 
     @property
     def readable_images(self) -> dict[int, bool]:
@@ -125,6 +132,7 @@ class _Reader:
         Which of them each of `VIEWS` is.
     needs_bake : bool
         Whether only Cycles can evaluate some of them.
+    normals : Normals
     """
 
     def __init__(
@@ -145,6 +153,7 @@ class _Reader:
         self.readings: list[Reading] = []
         self.needs_bake = False
         self.views, self.as_seen = [FROM_FRONT], (0,) * N_VIEWS
+        self.normals = Normals(material if material and uses_nodes(material) else None)
         if material and uses_nodes(material):
             self.readings = readings_in(material.node_tree)
             self.closures = read_closures(material)
@@ -152,7 +161,8 @@ class _Reader:
                 self.warn(what)
             self.views, self.as_seen = differing_views(material.node_tree, for_camera)
             for view in self.views:
-                combine(self.closures, partial(self.probe, view))
+                probe = partial(self.probe, view)
+                combine(self.closures, probe, partial(self.probe_normal, probe))
             self.needs_bake |= bool(self.pictures) and Grid.of(list(self.pictures.values())) is None
             if self.needs_bake:
                 self.pictures = {key: one.mean for key, one in self.pictures.items()}
@@ -172,6 +182,15 @@ class _Reader:
         if depends:
             self.varying[place] = None
         return value
+
+    def probe_normal(self, probe: Value, place: Place) -> OwnNormal | None:
+        """A stand-in for the normals of a socket, having taken note of what they depend on."""
+        noted = Evaluator(lambda image: self.note(image, []), self.stand_in).value
+        try:
+            return self.normals.probe(place, probe, noted)
+        except UnreadableError:
+            self.needs_bake = True
+            return None
 
     def read(self, values: Values) -> dict[Reading, np.ndarray]:
         """What it reads of an object; zero where that is not known."""
@@ -212,10 +231,16 @@ class _Reader:
             return self.made_of(self.without_closures())
         grid = Grid.of(list(self.pictures.values())) if self.pictures and not self.needs_bake else None
         if grid is None:
-            return self.made_of(combine(self.closures, lambda place: self.guess(place, read, view)))
+
+            def guess(place: Place) -> np.ndarray:
+                return self.guess(place, read, view)
+
+            return self.made_of(combine(self.closures, guess, lambda place: self.normals.read(place, guess, True)))
         evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]), read.get, view)
         coordinates = grid.place(next(iter(self.pictures.values())).coordinates)
-        return self.made_of(combine(self.closures, evaluator.value), coordinates, grid.extends)
+        value, extends = evaluator.value, grid.extends
+        total = combine(self.closures, value, lambda place: self.normals.read(place, value, extends))
+        return self.made_of(total, coordinates, extends)
 
     def made_of(self, total: ShaderSum, coordinates: Coordinates | None = None, extends: bool = False) -> Surface:
         """The material of what its shaders add up to."""
@@ -259,7 +284,8 @@ class _Reader:
         if atlas is None:
             self.warn_of_guess(f"the mesh of '{obj.name}' has too many faces to bake its nodes")
             return self.seen(read)
-        request = BakeRequest(self.material.original, list(self.varying), mesh, obj.original, matrix, atlas, read)
+        wanted = [*self.varying, *self.normals.to_bake]
+        request = BakeRequest(self.material.original, wanted, mesh, obj.original, matrix, atlas, read)
         return _Pending(self, request)
 
     def warn_of_guess(self, why: str) -> None:
@@ -276,9 +302,16 @@ class _Reader:
 
     def baked_view(self, request: BakeRequest) -> Surface:
         """One of its views as Cycles evaluates it on an object."""
-        values = dict(zip(self.varying, bake_values(request), strict=True))
+        values = dict(zip(request.places, bake_values(request), strict=True))
         evaluator = Evaluator(no_images, request.values.get, request.view)
-        total = combine(self.closures, lambda place: values[place] if place in values else evaluator.value(place))
+
+        def value(place: Place) -> np.ndarray:
+            return values[place] if place in values else evaluator.value(place)
+
+        def normal(place: Place) -> OwnNormal | None:
+            return self.normals.baked(place, values, value, request.matrix)
+
+        total = combine(self.closures, value, normal)
         return self.made_of(total, Coordinates(atlas=request.atlas), extends=True)
 
 
