@@ -16,10 +16,11 @@ import numpy as np
 from ..core.compiling import part
 from ..core.vec3 import BLACK, ONE, ZERO, negative, row
 from ..scene import RayKind
-from ..scene.closures import Lobe
+from ..scene.closures import N_ANGLES, Lobe
 from ..scene.hit import channel_at, material_seen
 
 GLOSSY, GLASS = int(Lobe.GLOSSY), int(Lobe.GLASS)
+_LAST_ANGLE = np.float32(N_ANGLES - 1)
 _DIFFUSE_RAY, _CAMERA_RAY = int(RayKind.DIFFUSE), int(RayKind.CAMERA)
 
 
@@ -52,6 +53,7 @@ class Closure(NamedTuple):
     fresnel: bool
     preserves_energy: bool
     layer: np.int32
+    curve: np.int32
 
 
 @part
@@ -108,7 +110,19 @@ def closure_at(scene, bsdf, k):
     if kind == GLASS and bsdf.back:
         ior = ONE / ior
     fresnel, preserves_energy = closures.fresnel[k], closures.preserves_energy[k]
-    return Closure(kind, weight, roughness, f0, f90, ior, fresnel, preserves_energy, closures.layer[k])
+    layer, curve = closures.layer[k], closures.curve[k]
+    return Closure(kind, weight, roughness, f0, f90, ior, fresnel, preserves_energy, layer, curve)
+
+
+@part
+def seen_at(scene, closure, cos):
+    """What a closure's weight is multiplied by where it is seen at a cosine to the normal."""
+    if closure.curve < 0:
+        return ONE
+    at = np.sqrt(max(cos, ZERO)) * _LAST_ANGLE
+    k = np.int64(min(at, _LAST_ANGLE - ONE))
+    share, curves = at - np.float32(k), scene.materials.closures.curves
+    return curves[closure.curve, k] * (ONE - share) + curves[closure.curve, k + 1] * share
 
 
 @part

@@ -12,7 +12,7 @@ from ..core.vec3 import BLACK, ONE, ZERO, largest, mean, mul, plus, times, to_lo
 from ..scene.closures import Lobe
 from ..scene.hit import channel_at, weight_of_kind
 from . import diffuse, glass, glossy, translucent
-from .closure import Bsdf, bsdf_at, closure_at, is_nothing
+from .closure import Bsdf, bsdf_at, closure_at, is_nothing, seen_at
 from .frames import UP, Frame, frame_of, into, out_of, received
 
 DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in Lobe)
@@ -146,8 +146,11 @@ def _is_specular(closure, view, light):
 
 @part
 def transmittance_to(scene, bsdf, closure, view):
-    """Share of the light that the layers over a closure leave to it, seen from a local direction on either side."""
-    left, layer = ONE, closure.layer
+    """Share of the light that the layers over a closure and its own curve leave to it.
+
+    It is seen from a local direction on either side.
+    """
+    left, layer = seen_at(scene, closure, abs(view[2])), closure.layer
     while layer >= 0:
         over = closure_at(scene, bsdf, layer)
         left *= glossy.transmittance(over, abs(into(frame_of(scene, bsdf, layer, view), view)[2]))

@@ -88,13 +88,20 @@ class Materials:
 
     @cached_property
     def matte(self) -> np.ndarray:
-        """Which materials have no closure but diffuse ones, (m,) bool."""
-        return ~(self.has(Lobe.TRANSLUCENT) | self.glossy_or_glass)
+        """Which materials have no closure but diffuse ones that look the same from all angles, (m,) bool."""
+        return ~(self.has(Lobe.TRANSLUCENT) | self.differs_by_angle)
 
     @cached_property
     def glossy_or_glass(self) -> np.ndarray:
         """Which materials have a glossy or a glass closure, (m,) bool."""
         return self.has(Lobe.GLOSSY) | self.has(Lobe.GLASS)
+
+    @cached_property
+    def differs_by_angle(self) -> np.ndarray:
+        """Which materials look otherwise from other angles, (m,) bool: glossy ones, glass, and those with curves."""
+        closures = self.closures
+        curved = np.bincount(closures.material[closures.angles.of_closure >= 0], minlength=len(self)) > 0
+        return self.glossy_or_glass | self.of_any_view(curved)
 
     @cached_property
     def spreads_light(self) -> np.ndarray:

@@ -32,8 +32,6 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Ite
     output = output_node(material)
     if output and source(output.inputs["Volume"]):
         yield "its volume is not baked"
-    if is_used(material.node_tree, "LAYER_WEIGHT", "Facing"):
-        yield "what it mixes by how much it faces the viewer is baked as the mean over all angles"
     if any(node.type == "PARTICLE_INFO" for node in all_nodes(material.node_tree)):
         yield "what it reads of particles is baked as zero"
     if any(getattr(node, "from_instancer", False) for node in all_nodes(material.node_tree)):

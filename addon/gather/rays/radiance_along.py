@@ -92,7 +92,7 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         else:
             broad = row(cache.radiance, side)
         chance = ONE if near else ZERO  # of going on
-        if scene.materials.glossy_or_glass[scene.material[triangle]]:
+        if scene.materials.differs_by_angle[scene.material[triangle]]:
             wo = to_local(negative(direction), axis_at(scene, hit, direction))
             broad = mul(broad, base_transmittance(scene, bsdf, wo))
             # Highlights are bright, however little gloss there is on average

@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ....scene import Lobe
+from .angles import ValueAt, curve_of
 from .expressions import constant
 from .node_math import dielectric_f0, ior_of_f0, mean_of_pane, saturate
 from .nodes import Factor, Place, Value, output_node
@@ -162,33 +163,44 @@ class _Leaf:
         total.add(Lobe.GLASS, weight, f0=reflection, f90=transmission, fresnel=fresnel, **facets, **self.normal())
 
 
-def combine(closures: list[Closure], value: Value, normal_of: NormalOf = interpolated) -> ShaderSum:
+def combine(
+    closures: list[Closure], value: Value, normal_of: NormalOf = interpolated, value_at: ValueAt = lambda *_: None
+) -> ShaderSum:
     """The sum of closures.
 
     A mix of a diffuse with a glossy shader by Fresnel's curve, as materials were built before Principled, is read as
-    what it means, a glossy layer over a diffuse base; one of refraction and gloss is glass. Any other shader that is
-    mixed by the angle gets the factor's mean over the hemisphere.
+    what it means, a glossy layer over a diffuse base; one of refraction and gloss is glass. Any other closure that is
+    mixed by the angle gets the factor's curve, by `value_at`. Emission, and what is mixed with transparency by the
+    angle, get its mean over the hemisphere.
     """
     over = _layers([one for one in closures if one.kind == "BSDF_GLOSSY"], inverted=False)
     coated = over & _layers([one for one in closures if _is_diffuse(one)], inverted=True)
     glass = over & _layers([one for one in closures if one.kind == "BSDF_REFRACTION"], inverted=True) - coated
-    leaves = []
+    leaves, curves, averaged = [], [], _averaged(closures, value_at)
     for closure in closures:
         layers = {"BSDF_GLOSSY": coated | glass, "BSDF_REFRACTION": glass}.get(closure.kind, set())
         layers = coated if _is_diffuse(closure) else layers
         layer = next((one for one in closure.factors if one.place in layers), None)
-        weight = closure.weight(value, layers)
+        turned, curve = curve_of(closure.factors, value_at, layers | averaged)
+        weight = closure.weight(value, layers | set(turned))
         if (weight > 0).any():
+            curves.append(curve)
             leaves.append(_Leaf(closure, value, weight, layer, layer is not None and layer.place in glass, normal_of))
     reflected: dict[Place, np.ndarray] = {}
     for leaf in leaves:
         if leaf.layer and leaf.in_glass and leaf.closure.kind == "BSDF_GLOSSY":
             reflected[leaf.layer.place] = reflected.get(leaf.layer.place, black()) + leaf.weighted
     total = ShaderSum()
-    for leaf in leaves:
+    for leaf, total.by_angle in zip(leaves, curves, strict=True):
         leaf = replace(leaf, reflected=reflected.get(leaf.layer.place) if leaf.layer else None)
         ADDERS.get(leaf.closure.kind, _add_diffuse)(leaf, total)
     return total
+
+
+def _averaged(closures: list[Closure], value_at: ValueAt) -> set[Place]:
+    """The sockets of factors whose mean over the angle counts: those of emission and of what light passes straight."""
+    passing = [one for one in closures if one.kind in {"BSDF_TRANSPARENT", "EMISSION", "BACKGROUND", "COLOR"}]
+    return {place for closure in passing for place in curve_of(closure.factors, value_at, set())[0]}
 
 
 def _layers(closures: list[Closure], inverted: bool) -> set[Place]:

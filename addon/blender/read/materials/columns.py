@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....scene import N_VIEWS, Channel, Closures, Materials, Textures
+from ....scene import N_ANGLES, N_VIEWS, AngleCurves, Channel, Closures, Materials, Textures
 from .pictures.images import ImageTable
 from .sums import ShaderSum, Term
 from .texture_grid import Coordinates
@@ -130,8 +130,17 @@ def _closures(rows: list[Surface]) -> Closures:
         preserves_energy=np.array([term.keeps_energy for term in terms], bool),
         normal_space=np.array([term.normal_space for term in terms], np.int32),
         layer=np.where(np.array(layer, int) >= 0, first + np.array(layer, int), -1).astype(np.int32),
+        by_angle=_angle_curves([term.by_angle for term in terms]),
         **{name: _channel(values, name) for name in OF_CLOSURES},
     )
+
+
+def _angle_curves(by_angle: list[tuple[float, ...]]) -> AngleCurves:
+    """The curves of closures, alike ones once."""
+    different = list(dict.fromkeys(curve for curve in by_angle if curve))
+    index = {curve: i for i, curve in enumerate(different)} | {(): -1}
+    curves = np.array(different, np.float32).reshape(-1, N_ANGLES)
+    return AngleCurves(np.array([index[curve] for curve in by_angle], np.int32), curves)
 
 
 def _channel(rows: list[ChannelValues], name: str) -> Channel:

@@ -8,7 +8,20 @@ import bpy
 import numpy as np
 
 from ..meshes.object_values import Values, of_scene, read_by
-from .node_math import BLEND, COMBINE, MATH, SEPARATE, VECTOR_MATH, lerp, map_range, mean_fresnel, saturate
+from .node_math import (
+    BLEND,
+    COMBINE,
+    MATH,
+    SEPARATE,
+    VECTOR_MATH,
+    facing_at,
+    fresnel_at,
+    lerp,
+    map_range,
+    mean_fresnel,
+    mean_of_facing,
+    saturate,
+)
 from .nodes import FROM_FRONT, Place, View
 from .pictures.images import MISSING
 
@@ -135,15 +148,6 @@ class _Inputs:
 
     def all(self) -> list[np.ndarray]:
         return [self[one.identifier] for one in self.node.inputs]
-
-
-def mean_of_layer_weight(blend: float, output: str) -> float:
-    """Average of the Layer Weight node over directions by their cosine."""
-    if output == "Fresnel":
-        return mean_fresnel(1 / max(1 - blend, 1e-5))
-    blend = min(max(blend, 0), 1 - 1e-5)
-    exponent = 2 * blend if blend < 0.5 else 0.5 / (1 - blend)
-    return exponent / (exponent + 2)
 
 
 def _image(at: _Inputs) -> np.ndarray:
@@ -276,11 +280,22 @@ def _map_range(at: _Inputs) -> np.ndarray:
 
 
 def _fresnel(at: _Inputs) -> np.ndarray:
-    return np.full((1, 1, 1), mean_fresnel(max(float(at["IOR"].mean()), 1e-5)))
+    return np.full((1, 1, 1), _fresnel_seen(at, max(float(at["IOR"].mean()), 1e-5)))
+
+
+def _fresnel_seen(at: _Inputs, ior: float) -> float:
+    """Fresnel reflectance of the front in a view."""
+    view = at.evaluator.view or FROM_FRONT
+    return mean_fresnel(ior) if view.cosine is None else fresnel_at(view.cosine, 1 / ior if view.back else ior)
 
 
 def _layer_weight(at: _Inputs) -> np.ndarray:
-    return np.full((1, 1, 1), mean_of_layer_weight(float(at["Blend"].mean()), at.asked))
+    view, blend = at.evaluator.view or FROM_FRONT, float(at["Blend"].mean())
+    if at.asked == "Fresnel":
+        weight = _fresnel_seen(at, 1 / max(1 - blend, 1e-5))
+    else:
+        weight = mean_of_facing(blend) if view.cosine is None else facing_at(view.cosine, blend)
+    return np.full((1, 1, 1), weight)
 
 
 READERS: dict[str, Callable[[_Inputs], np.ndarray]] = {
@@ -312,4 +327,6 @@ READERS: dict[str, Callable[[_Inputs], np.ndarray]] = {
     "FRESNEL": _fresnel,
     "LAYER_WEIGHT": _layer_weight,
 }
-"""Node types that can be evaluated without Cycles. Those that depend on the direction give their mean."""
+"""Node types that can be evaluated without Cycles. Those that depend on the direction give their mean, or what the view
+has of it.
+"""

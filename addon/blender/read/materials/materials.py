@@ -1,6 +1,5 @@
 """Blender materials as closures with constant or textured channels."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -8,7 +7,7 @@ import bpy
 import numpy as np
 
 from ....core.progress import Progress
-from ....scene import N_VIEWS, Lobe, Materials
+from ....scene import N_VIEWS, Materials
 from ...lightmap.atlas import make_atlas
 from ...temporary import CyclesError
 from ...warn import Warnings
@@ -16,6 +15,7 @@ from ..meshes.instance_groups import MOST_BAKED_GROUPS, MOST_GROUPS
 from ..meshes.meshes import attribute
 from ..meshes.object_values import Reading, Values, of_scene, readings_in
 from ..shortcomings import shortcomings
+from .angles import seen_at
 from .closures import Closure, combine, read_closures
 from .columns import Seen, Surface, materials_of
 from .cycles_bake import BakeRequest, bake_values, sees_object
@@ -23,7 +23,7 @@ from .expressions import Evaluator, UnreadableError, default_value, no_images
 from .nodes import FROM_FRONT, Place, Value, View, differing_views, output_node, source, uses_nodes
 from .own_normals import Normals, OwnNormal
 from .pictures.images import ImageTable
-from .sums import ShaderSum, Term
+from .sums import ShaderSum, matte
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of
 
 READING = "Reading the scene"
@@ -162,7 +162,8 @@ class _Reader:
             self.views, self.as_seen = differing_views(material.node_tree, for_camera)
             for view in self.views:
                 probe = partial(self.probe, view)
-                combine(self.closures, probe, partial(self.probe_normal, probe))
+                normal = partial(self.probe_normal, probe)
+                combine(self.closures, probe, normal, seen_at(view, self.stand_in))
             self.needs_bake |= bool(self.pictures) and Grid.of(list(self.pictures.values())) is None
             if self.needs_bake:
                 self.pictures = {key: one.mean for key, one in self.pictures.items()}
@@ -235,11 +236,16 @@ class _Reader:
             def guess(place: Place) -> np.ndarray:
                 return self.guess(place, read, view)
 
-            return self.made_of(combine(self.closures, guess, lambda place: self.normals.read(place, guess, True)))
+            def normal(place: Place) -> OwnNormal | None:
+                return self.normals.read(place, guess, True)
+
+            return self.made_of(combine(self.closures, guess, normal, seen_at(view, read.get)))
         evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]), read.get, view)
         coordinates = grid.place(next(iter(self.pictures.values())).coordinates)
         value, extends = evaluator.value, grid.extends
-        total = combine(self.closures, value, lambda place: self.normals.read(place, value, extends))
+        total = combine(
+            self.closures, value, lambda place: self.normals.read(place, value, extends), seen_at(view, read.get)
+        )
         return self.made_of(total, coordinates, extends)
 
     def made_of(self, total: ShaderSum, coordinates: Coordinates | None = None, extends: bool = False) -> Surface:
@@ -249,9 +255,9 @@ class _Reader:
     def without_closures(self) -> ShaderSum:
         """Cycles' grey without a material, its viewport colour without nodes, and black with an empty output."""
         if self.material is None:
-            return _matte((DEFAULT_GREY,) * 3)
+            return matte((DEFAULT_GREY,) * 3)
         if not uses_nodes(self.material):
-            return _matte(self.material.diffuse_color[:3])
+            return matte(self.material.diffuse_color[:3])
         output = output_node(self.material)
         volume_alone = output and source(output.inputs["Volume"]) and not source(output.inputs["Surface"])
         return ShaderSum(transparent=np.full((1, 1, 3), float(bool(volume_alone)), np.float32))
@@ -311,7 +317,7 @@ class _Reader:
         def normal(place: Place) -> OwnNormal | None:
             return self.normals.baked(place, values, value, request.matrix)
 
-        total = combine(self.closures, value, normal)
+        total = combine(self.closures, value, normal, seen_at(request.view, request.values.get))
         return self.made_of(total, Coordinates(atlas=request.atlas), extends=True)
 
 
@@ -331,10 +337,6 @@ class _Pending:
 
 
 _MATERIAL_INDEX = Reading("INFO", "Material Index")
-
-
-def _matte(albedo: Sequence[float]) -> ShaderSum:
-    return ShaderSum(terms=[Term(Lobe.DIFFUSE, np.array(albedo, np.float32).reshape(1, 1, 3))])
 
 
 def _key(image: Place) -> tuple:

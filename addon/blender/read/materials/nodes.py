@@ -221,10 +221,13 @@ class View:
         By which rays.
     back : bool
         From its back.
+    cosine : float, optional
+        Of the angle to the normal; without it values are means over directions by their cosine.
     """
 
     kind: RayKind = RayKind.DIFFUSE
     back: bool = False
+    cosine: float | None = None
 
     def value(self, output: "bpy.types.NodeSocket") -> float | None:
         """The value of a node's output that differs from ray to ray; None of others."""
@@ -247,12 +250,13 @@ def differing_views(tree: "bpy.types.NodeTree", for_camera: bool) -> tuple[list[
     """
     linked = [output for node in all_nodes(tree) for output in node.outputs if output.is_linked]
     used = [output for output in linked if FROM_FRONT.value(output) is not None]
+    by_fresnel = any(output.node.type == "FRESNEL" or output.identifier == "Fresnel" for output in linked)
     found: dict[tuple, int] = {}
     views: list[View] = []
     which: list[int] = []
     for view in VIEWS:
         by = RayKind.DIFFUSE if view.kind == RayKind.CAMERA and not for_camera else view.kind
-        seen = tuple(View(by, view.back).value(output) for output in used)
+        seen = (*(View(by, view.back).value(output) for output in used), by_fresnel and view.back)
         if seen not in found:
             found[seen] = len(views)
             views.append(view)

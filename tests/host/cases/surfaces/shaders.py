@@ -58,7 +58,7 @@ def mix_shader_fresnel():
     shiny_floor(mixed(fresnel, diffuse((0.05, 0.02, 0.02)), gloss), at=(-1.8, 0, -1.5), size=0.6)
 
 
-@case("Mix Shader by Layer Weight", GROUP, unsupported="Feature")
+@case("Mix Shader by Layer Weight", GROUP)
 def mix_shader_facing():
     # Blue where seen from above, red at grazing angles.
     def facing(tree):
