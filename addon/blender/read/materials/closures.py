@@ -198,8 +198,15 @@ def combine(
 
 
 def _averaged(closures: list[Closure], value_at: ValueAt) -> set[Place]:
-    """The sockets of factors whose mean over the angle counts: those of emission and of what light passes straight."""
+    """The sockets of factors whose mean over the angle counts.
+
+    They are those of emission and of what light passes straight, and all where light is both reflected and transmitted
+    broadly: a cache knows the sum of the two.
+    """
     passing = [one for one in closures if one.kind in {"BSDF_TRANSPARENT", "EMISSION", "BACKGROUND", "COLOR"}]
+    kinds = {one.kind for one in closures}
+    if "BSDF_TRANSLUCENT" in kinds and ("BSDF_PRINCIPLED" in kinds or any(map(_is_diffuse, closures))):
+        passing = closures
     return {place for closure in passing for place in curve_of(closure.factors, value_at, set())[0]}
 
 

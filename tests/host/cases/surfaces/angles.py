@@ -2,7 +2,7 @@
 
 from ..registry import case
 from ..stage import lamp, probes, room
-from .stage import GROUP, diffuse, divided, mixed, painted_floor, shiny_floor
+from .stage import GROUP, diffuse, mixed, painted_floor, shiny_floor
 
 
 def scaled(node, output, operation, value, **inputs):
@@ -34,14 +34,6 @@ def facing_velvet():
     room(paint={"Floor": velvet}, dim=0.4)
     probes("Left Right Front Back", 60, lambda p: p[2] < 0.3)
     lamp("AREA", (0, 0, 0.5), size=1.0, energy=100)
-
-
-@case("Curtain that lets light through by Layer Weight's Fresnel", GROUP)
-def fresnel_curtain():
-    def cloth(tree):
-        return tree.add("BsdfTranslucent", {"Color": (0.8, 0.6, 0.4)})
-
-    divided(mixed(scaled("LayerWeight", "Fresnel", "ADD", 0.1, Blend=0.4), cloth, diffuse((0.2, 0.3, 0.8))))
 
 
 @case("Paint of two coats by Facing", GROUP, effort=2)
