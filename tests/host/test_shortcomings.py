@@ -62,4 +62,4 @@ def test_normal_map():
     material.node_tree.links.new(bump.outputs[0], surface.inputs["Normal"])
     warnings = []
     read(material, warnings)
-    assert warnings == ["Material 'Bumpy': its normal map is not baked."]
+    assert warnings == []
