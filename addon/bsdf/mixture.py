@@ -8,22 +8,30 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import part
-from ..core.vec3 import BLACK, ONE, ZERO, largest, mean, mul, plus, times
-from ..scene.closures import Lobe
+from ..core.vec3 import BLACK, ONE, WHITE, ZERO, largest, mean, mul, plus, times
+from ..scene.closures import BROAD, NARROW, Lobe
 from ..scene.hit import weight_of_kind
 from . import diffuse, glass, glossy, translucent
+from .broad import lobes as others
+from .broad import toon
 from .closure import Bsdf, bsdf_at, closure_at, is_nothing
 
-DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in Lobe)
+DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in list(Lobe)[:4])
+GLOSSY_TOON, _ABSORBING = int(Lobe.GLOSSY_TOON), int(Lobe.ABSORBING)
 
 ALL_LOBES = (1 << len(Lobe)) - 1
-SPECULAR_LOBES = 1 << GLOSSY | 1 << GLASS
-"""Sets of lobes as bits; the second those that a radiance cache, which knows no directions, does not answer for."""
+SPECULAR_LOBES, BROAD_LOBES = (sum(1 << lobe for lobe in lobes) for lobes in (NARROW, BROAD))
+"""Sets of lobes as bits: those that a radiance cache, which knows no directions, does not answer for; and those of
+which it knows the light that comes.
+"""
+_GLOSSY_LOBES = 1 << GLOSSY | 1 << GLOSSY_TOON
+_DIFFUSE_LOBES = 1 << DIFFUSE | BROAD_LOBES
 
 _TINY, _BELOW_ONE, _INFINITY = np.float32(1e-7), np.float32(1 - 2**-24), np.float32(np.inf)
-_UP = ZERO, ZERO, ONE
+_N_KINDS = len(Lobe)
+_UP, _GRAZING = (ZERO, ZERO, ONE), np.float32(0.2)
 
-__all__ = ["ALL_LOBES", "SPECULAR_LOBES", "Bsdf", "Sample", "bsdf_at", "sample_bsdf"]
+__all__ = ["ALL_LOBES", "BROAD_LOBES", "SPECULAR_LOBES", "Bsdf", "Sample", "bsdf_at", "sample_bsdf"]
 
 
 class Sample(NamedTuple):
@@ -55,9 +63,8 @@ def sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light):
     closure = closure_at(scene, bsdf, chosen)
     wi, weight = _sample(closure, wo, choice, u, v, from_light)
     view, light = (wi, wo) if from_light else (wo, wi)
-    weight = times(weight, transmittance_to(scene, bsdf, closure, abs(view[2])) * inverse)
-    rough = closure.kind == GLOSSY and closure.roughness >= glossy.SMOOTH
-    return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), rough)
+    weight = times(mul(weight, transmittance_to(scene, bsdf, closure, abs(view[2]))), inverse)
+    return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), _is_rough(closure))
 
 
 @part
@@ -83,7 +90,7 @@ def choose_closure(scene, bsdf, wo, choice, lobes, from_light):
 @part
 def _first_of(lobes):
     """The first of a set of lobes."""
-    for kind in range(4):
+    for kind in range(_N_KINDS):
         if lobes >> kind & 1:
             return kind
     return 0
@@ -95,12 +102,19 @@ def _expected(scene, bsdf, closure, cos, from_light):
     if is_nothing(closure.weight):
         return ZERO
     # What layers leave of a photon is not known before its direction is
-    left = ONE if from_light else transmittance_to(scene, bsdf, closure, cos)
-    if closure.kind == GLOSSY:
-        return mean(glossy.albedo(closure, cos)) * left
+    left = ONE if from_light else mean(transmittance_to(scene, bsdf, closure, cos))
     if closure.kind == GLASS:
         return glass.albedo(closure, cos, from_light) * left
-    return mean(closure.weight) * left
+    # A photon views from elsewhere, and sheen is seen where it grazes
+    return mean(_albedo_of(closure, min(cos, _GRAZING) if from_light and closure.kind > GLASS else cos)) * left
+
+
+@part
+def _albedo_of(closure, cos):
+    """Directional albedo of a closure that is not glass."""
+    if closure.kind < GLOSSY:
+        return closure.weight
+    return glossy.albedo(closure, cos) if closure.kind == GLOSSY else others.albedo(closure, cos)
 
 
 @part
@@ -112,48 +126,70 @@ def _sample(closure, wo, choice, u, v, from_light):
         return translucent.sample(closure, u, v)
     if closure.kind == GLOSSY:
         return glossy.sample(closure, wo, u, v, from_light)
-    return glass.sample(closure, wo, choice, u, v, from_light)
+    if closure.kind == GLASS:
+        return glass.sample(closure, wo, choice, u, v, from_light)
+    return others.sample(closure, wo, u, v, from_light)
 
 
 @part
 def _is_specular(closure, view, light):
     """Whether lamplight from `light` to `view` over a closure is left to photons: by glass, and by peaks of gloss."""
-    return closure.kind == GLASS or (closure.kind == GLOSSY and glossy.is_specular(closure, view, light))
+    if closure.kind == GLOSSY:
+        return glossy.is_specular(closure, view, light)
+    if closure.kind == GLOSSY_TOON:
+        return largest(others.evaluate(closure, view, light)) >= glossy.PEAK
+    return closure.kind == GLASS
+
+
+@part
+def _is_rough(closure):
+    """Whether it is a glossy closure that is no mirror."""
+    return closure.kind == GLOSSY_TOON or (closure.kind == GLOSSY and closure.roughness >= glossy.SMOOTH)
 
 
 @part
 def transmittance_to(scene, bsdf, closure, cos):
     """Share of the light that the layers over a closure leave to it, seen at `cos` to the normal."""
-    left, layer = ONE, closure.layer
+    left, layer = WHITE, closure.layer
     while layer >= 0:
         over = closure_at(scene, bsdf, layer)
-        left *= glossy.transmittance(over, cos)
+        if over.kind == GLOSSY:
+            left = times(left, glossy.transmittance(over, cos))
+        else:
+            left = mul(left, others.transmittance(over, cos))
         layer = over.layer
     return left
 
 
 @part
+def evaluate_direct(scene, bsdf, wo, wi):
+    """What shadow rays ask for of all but Lambertian lobes: f in 1/sr without the cosine, 0 where photons have it."""
+    return _evaluate(scene, bsdf, wo, wi, _GLOSSY_LOBES | BROAD_LOBES, glossy.PEAK)
+
+
+@part
 def evaluate_broad(scene, bsdf, wo, wi):
-    """What shadow rays ask for of the glossy lobes: f in 1/sr without the cosine, and 0 where it is left to photons."""
-    return _evaluate(scene, bsdf, wo, wi, glossy.PEAK)
+    """The same of glossy lobes alone."""
+    return _evaluate(scene, bsdf, wo, wi, _GLOSSY_LOBES, glossy.PEAK)
 
 
 @part
 def evaluate_glossy(scene, bsdf, wo, wi):
     """The f of all rough glossy lobes in 1/sr, without the cosine; wo is the viewing side."""
-    return _evaluate(scene, bsdf, wo, wi, _INFINITY)
+    return _evaluate(scene, bsdf, wo, wi, _GLOSSY_LOBES, _INFINITY)
 
 
 @part
-def _evaluate(scene, bsdf, wo, wi, peak):
-    """The f of those glossy lobes that are below a peak."""
+def _evaluate(scene, bsdf, wo, wi, lobes, peak):
+    """The f of some lobes, of glossy ones that are below a peak."""
     f = BLACK
     for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] == GLOSSY:
+        kind = scene.materials.closures.kind[k]
+        if lobes >> kind & 1:
             closure = closure_at(scene, bsdf, k)
-            of_one = glossy.evaluate(closure, wo, wi)
-            if largest(of_one) < peak:
-                f = plus(f, times(of_one, transmittance_to(scene, bsdf, closure, wo[2])))
+            of_one = glossy.evaluate(closure, wo, wi) if kind == GLOSSY else others.evaluate(closure, wo, wi)
+            if BROAD_LOBES >> kind & 1 or largest(of_one) < peak:
+                f = plus(f, mul(of_one, transmittance_to(scene, bsdf, closure, wo[2])))
     return f
 
 
@@ -162,12 +198,13 @@ def pdf_glossy(scene, bsdf, wo, wi):
     """Density of wi by solid angle when a path's rough glossy lobes are sampled from wo."""
     total = density = ZERO
     for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] == GLOSSY:
+        if _GLOSSY_LOBES >> scene.materials.closures.kind[k] & 1:
             closure = closure_at(scene, bsdf, k)
-            if closure.roughness >= glossy.SMOOTH:
+            if _is_rough(closure):
                 share = _expected(scene, bsdf, closure, wo[2], False)
                 total += share
-                density += share * glossy.pdf(closure, wo, wi)
+                of_one = glossy.pdf(closure, wo, wi) if closure.kind == GLOSSY else toon.pdf(closure, wo, wi)
+                density += share * of_one
     return density / total if total > ZERO else ZERO
 
 
@@ -178,33 +215,38 @@ def total_weight(scene, bsdf, kind):
 
 
 @part
-def _albedo(scene, bsdf, kind, cos):
-    """What the closures of a kind scatter in all of light seen at `cos`, with what layers leave of it."""
+def _albedo(scene, bsdf, lobes, cos):
+    """What some lobes but glass scatter in all of light seen at `cos`, with what layers leave of it."""
     total = BLACK
     for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] == kind:
+        if lobes >> scene.materials.closures.kind[k] & 1:
             closure = closure_at(scene, bsdf, k)
-            of_one = glossy.albedo(closure, cos) if kind == GLOSSY else closure.weight
-            total = plus(total, times(of_one, transmittance_to(scene, bsdf, closure, cos)))
+            total = plus(total, mul(_albedo_of(closure, cos), transmittance_to(scene, bsdf, closure, cos)))
     return total
 
 
 @part
 def diffuse_albedo(scene, bsdf, cos):
-    """What a surface seen at `cos` reflects diffusely, with what layers leave of it."""
-    return _albedo(scene, bsdf, DIFFUSE, cos)
+    """What a surface seen at `cos` reflects diffusely, by Lambertian and broad lobes, with what layers leave of it."""
+    return _albedo(scene, bsdf, _DIFFUSE_LOBES, cos)
+
+
+@part
+def broad_albedo(scene, bsdf, cos):
+    """What a surface seen at `cos` reflects by broad lobes that are not Lambertian."""
+    return _albedo(scene, bsdf, BROAD_LOBES, cos)
 
 
 @part
 def translucent_albedo(scene, bsdf, cos):
     """What a surface seen at `cos` transmits diffusely, with what layers leave of it."""
-    return _albedo(scene, bsdf, TRANSLUCENT, cos)
+    return _albedo(scene, bsdf, 1 << TRANSLUCENT, cos)
 
 
 @part
 def glossy_albedo(scene, bsdf, cos):
     """What the glossy lobes of a surface seen at `cos` reflect in all."""
-    return _albedo(scene, bsdf, GLOSSY, cos)
+    return _albedo(scene, bsdf, _GLOSSY_LOBES, cos)
 
 
 @part
@@ -231,7 +273,7 @@ def base_transmittance(scene, bsdf, cos):
         if scene.materials.closures.kind[k] < GLOSSY:
             closure = closure_at(scene, bsdf, k)
             whole = plus(whole, closure.weight)
-            left = plus(left, times(closure.weight, transmittance_to(scene, bsdf, closure, cos)))
+            left = plus(left, mul(closure.weight, transmittance_to(scene, bsdf, closure, cos)))
     return _ratio(left[0], whole[0]), _ratio(left[1], whole[1]), _ratio(left[2], whole[2])
 
 
@@ -244,7 +286,7 @@ def _ratio(a, b):
 def reflects_highlights(scene, bsdf):
     """Whether a glossy lobe is rough enough for shadow rays to find light by it."""
     for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] == GLOSSY and closure_at(scene, bsdf, k).roughness >= glossy.SMOOTH:
+        if _GLOSSY_LOBES >> scene.materials.closures.kind[k] & 1 and _is_rough(closure_at(scene, bsdf, k)):
             return True
     return False
 
@@ -252,8 +294,12 @@ def reflects_highlights(scene, bsdf):
 @part
 def is_mirror(scene, bsdf):
     """Whether light is scattered by smooth gloss or glass alone."""
+    n = 0
     for k in range(bsdf.first, bsdf.last):
         closure = closure_at(scene, bsdf, k)
-        if closure.kind < GLOSSY or closure.roughness >= glossy.SMOOTH:
+        if closure.kind == _ABSORBING:
+            continue
+        if (closure.kind != GLOSSY and closure.kind != GLASS) or closure.roughness >= glossy.SMOOTH:
             return False
-    return bsdf.last > bsdf.first
+        n += 1
+    return n > 0

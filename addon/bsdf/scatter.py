@@ -5,12 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import part
-from ..core.vec3 import BLACK, ONE, ZERO, dot, negative, times, to_local, to_world
+from ..core.vec3 import BLACK, ONE, ZERO, dot, mul, negative, times, to_local, to_world
 from ..scene import RayKind
 from ..scene.hit import off_surface, shading_normal
 from . import glass
 from .closure import bsdf_at, closure_at, is_nothing
-from .mixture import GLASS, GLOSSY, choose_closure, sample_bsdf, transmittance_to
+from .mixture import BROAD_LOBES, GLASS, GLOSSY, GLOSSY_TOON, choose_closure, sample_bsdf, transmittance_to
 
 _DIFFUSE_RAY, _GLOSSY_RAY, _TRANSMITTED_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY), int(RayKind.TRANSMITTED)
 _FACING, _LEAST_COS = np.float32(1e-3), np.float32(1e-6)
@@ -73,6 +73,10 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light):
         if from_light:
             axis = hit.normal
             weight = times(weight, shading_normal_correction(shading, hit.normal, direction))
+    elif from_light and BROAD_LOBES >> sample.lobe & 1:  # by its cosine at the shading normal, and not the facet's
+        left = abs(dot(to_world(sample.wi, axis), hit.normal)) / max(sample.wi[2], _LEAST_COS)
+        correction = shading_normal_correction(axis, hit.normal, direction)
+        weight = times(weight, correction * min(left, _MAX_CORRECTION))
     return _gone_on(scene, hit, axis, sample.wi, weight, sample.lobe, sample.specular, sample.rough)
 
 
@@ -89,8 +93,8 @@ def scatter_both_ways(scene, hit, direction, choice, u, v):
     facet = glass.facet_of(closure, wo, u, v)
     up, reflected = glass.scatter(closure, wo, facet, True, False)
     down, refracted = glass.scatter(closure, wo, facet, False, False)
-    factor = transmittance_to(scene, bsdf, closure, wo[2]) * inverse
-    reflected, refracted = times(reflected, factor), times(refracted, factor)
+    factor = times(transmittance_to(scene, bsdf, closure, wo[2]), inverse)
+    reflected, refracted = mul(reflected, factor), mul(refracted, factor)
     return (
         _gone_on(scene, hit, axis, up, reflected, np.int32(GLASS), True, False),
         _gone_on(scene, hit, axis, down, refracted, np.int32(GLASS), True, False),
@@ -106,7 +110,7 @@ def _gone_on(scene, hit, axis, wi, weight, lobe, specular, rough):
     if not alive:
         weight = BLACK
     kind = _DIFFUSE_RAY
-    if lobe == GLOSSY:
+    if lobe in (GLOSSY, GLOSSY_TOON):
         kind = _GLOSSY_RAY
     elif lobe == GLASS:
         kind = _TRANSMITTED_RAY

@@ -8,6 +8,9 @@ tracer would find them, by direct light at the point and a further ray for the r
 - What glossy and glass lobes reflect and transmit, which depends on the direction. Rays follow them in proportion to
   their albedo. Light that lamps send over mirrors, glass and narrow gloss is left out: those are caustics, which
   photons find far better. Where there are none, in what a camera sees in gloss, rays may be told to bring it.
+
+Of broad lobes that are not Lambertian, as rough diffuse and sheen, direct light is found at the point, and the rest is
+what comes to the surface, by the cache, times their albedo.
 """
 
 from typing import NamedTuple
@@ -22,7 +25,8 @@ from ...bsdf.mixture import (
     SPECULAR_LOBES,
     TRANSLUCENT,
     base_transmittance,
-    evaluate_broad,
+    broad_albedo,
+    evaluate_direct,
     glass_albedo,
     glossy_albedo,
     reflects_highlights,
@@ -90,11 +94,14 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         else:
             broad = row(cache.radiance, side)
         chance = ONE if near else ZERO  # of going on
-        if scene.materials.glossy_or_glass[scene.material[triangle]]:
-            cos = abs(dot(hit.normal, direction))
+        if scene.materials.directional[scene.material[triangle]]:
+            cos, spreads = abs(dot(hit.normal, direction)), scene.materials.broad[scene.material[triangle]]
             broad = mul(broad, base_transmittance(scene, bsdf, cos))
+            if spreads:
+                incident = row(cache.incident_caustic if near else cache.incident, side)
+                broad = plus(broad, mul(broad_albedo(scene, bsdf, cos), incident))
             # Highlights are bright, however little gloss there is on average
-            if reflects_highlights(scene, bsdf):
+            if spreads or reflects_highlights(scene, bsdf):
                 seen = light.direct, key, path, i + _GLOSSY_LIGHT, hit, bsdf, direction
                 broad = plus(broad, _highlight(tracing, room, *seen))
             if not near:
@@ -128,9 +135,10 @@ def _only_reflects(scene, bsdf):
     """Whether a surface reflects diffusely, and nothing shines through it: that is lit from its other side, and only
     the cache knows both.
     """
-    return (
-        largest(total_weight(scene, bsdf, DIFFUSE)) > ZERO and largest(total_weight(scene, bsdf, TRANSLUCENT)) <= ZERO
+    reflects = (
+        largest(total_weight(scene, bsdf, DIFFUSE)) > ZERO or scene.materials.broad[scene.material[bsdf.triangle]]
     )
+    return reflects and largest(total_weight(scene, bsdf, TRANSLUCENT)) <= ZERO
 
 
 @part
@@ -148,7 +156,7 @@ def _direct_light_reflected(tracing, room, direct, key, path, i, hit, bsdf):
 
 @part
 def _highlight(tracing, room, direct, key, path, i, hit, bsdf, direction):
-    """Direct light that rough glossy lobes reflect."""
+    """Direct light that rough glossy lobes and broad ones reflect that are not Lambertian."""
     scene = tracing.scene
     origin, object_ = off_surface(scene, hit, ONE), scene.object[hit.triangle]
     normal = facing(shading_normal(scene, hit), hit.normal, direction)
@@ -157,7 +165,7 @@ def _highlight(tracing, room, direct, key, path, i, hit, bsdf, direction):
         return BLACK
     towards, _ = direction_to(origin, target)
     wi, wo = to_local(towards, normal), to_local(negative(direction), normal)
-    reflected = mul(evaluate_broad(scene, bsdf, wo, wi), irradiance)
+    reflected = mul(evaluate_direct(scene, bsdf, wo, wi), irradiance)
     if largest(reflected) <= ZERO:
         return BLACK
     return mul(reflected, visible_share(direct, tracing, room, lamp, origin, target))
