@@ -9,10 +9,6 @@ from .materials.expressions import constant
 from .materials.nodes import Place, all_nodes, output_node, source
 
 NOT_BAKED = {
-    ("BSDF_DIFFUSE", "Roughness"): "its diffuse roughness is not baked",
-    ("BSDF_PRINCIPLED", "Diffuse Roughness"): "its diffuse roughness is not baked",
-    ("BSDF_PRINCIPLED", "Coat Weight"): "its coat is not baked",
-    ("BSDF_PRINCIPLED", "Sheen Weight"): "its sheen is not baked",
     ("BSDF_PRINCIPLED", "Subsurface Weight"): "its subsurface scattering is baked as diffuse",
     ("BSDF_PRINCIPLED", "Anisotropic"): "its anisotropy is not baked",
     ("BSDF_PRINCIPLED", "Thin Film Thickness"): "its thin film is not baked",
