@@ -12,7 +12,8 @@ from ....scene import Lobe
 from .expressions import constant
 from .node_math import dielectric_f0, ior_of_f0, mean_of_pane, saturate
 from .nodes import Factor, Place, Value, output_node
-from .shaders.broad import add_base, add_diffuse, add_sheen, add_toon
+from .shaders.broad import add_base, add_diffuse, add_sheen, add_sheet, add_toon
+from .shaders.hair import add_hair, add_principled_hair
 from .shaders.layers import add_layers
 from .sums import ShaderSum, black, white
 
@@ -265,7 +266,7 @@ def _add_refraction(leaf: Leaf, total: ShaderSum) -> None:
 
 
 def _add_principled(leaf: Leaf, total: ShaderSum) -> None:
-    """Cycles' order: what alpha lets through, sheen and coat, emission, metal, glass, a dielectric layer over diffuse."""
+    """Cycles' order: what alpha lets through, sheen, coat, emission, metal, glass, a dielectric layer over diffuse."""
     alpha = saturate(leaf["Alpha"])
     total.transparent = total.transparent + leaf.weight * (1 - alpha)
     weight = leaf.weight * alpha
@@ -286,6 +287,8 @@ def _add_principled(leaf: Leaf, total: ShaderSum) -> None:
     weight = weight * (1 - transmission)
     if weight.any():
         under = _add_dielectric(replace(leaf, weight=weight), total)
+        if leaf.is_thin:
+            weight = add_sheet(leaf, total, weight, base, under)
         add_base(leaf, total, weight * base, base, "Diffuse Roughness", under)
 
 
@@ -324,6 +327,8 @@ ADDERS: dict[str, Callable[[Leaf, ShaderSum], None]] = {
     "BSDF_DIFFUSE": add_diffuse,
     "BSDF_SHEEN": add_sheen,
     "BSDF_TOON": add_toon,
+    "BSDF_HAIR": add_hair,
+    "BSDF_HAIR_PRINCIPLED": add_principled_hair,
     "BSDF_GLOSSY": _add_glossy,
     "BSDF_METALLIC": _add_metal,
     "BSDF_GLASS": _add_glass,

@@ -33,6 +33,15 @@ def add_base(
         total.add(Lobe.ROUGH_DIFFUSE, weight, f0=color, roughness=rough, under=under)
 
 
+def add_sheet(leaf: "Leaf", total: ShaderSum, weight: np.ndarray, base: np.ndarray, under: Hashable) -> np.ndarray:
+    """Subsurface scattering with a thin wall, to both sides of a sheet by its anisotropy; the weight that is left."""
+    share, forward = saturate(leaf["Subsurface Weight"]), leaf["Subsurface Anisotropy"]
+    scattered = weight * share * base
+    add_base(leaf, total, scattered * saturate((1 - forward) / 2), base, "Diffuse Roughness", under)
+    total.add(Lobe.TRANSLUCENT, scattered * saturate((1 + forward) / 2), under=under)
+    return weight * (1 - share)
+
+
 def add_sheen(leaf: "Leaf", total: ShaderSum) -> None:
     """A Sheen BSDF."""
     roughness = saturate(leaf["Roughness"])
