@@ -13,11 +13,13 @@ from ...core.vec3 import ONE, ZERO
 @part
 def transmittance(closure, cos):
     """Share of the light that it leaves to what it covers, seen at `cos`."""
-    ratio = ONE / max(closure.ior, ONE)
+    left, share = along_way(closure.f0, closure.ior, cos), closure.roughness
+    return ONE + share * (left[0] - ONE), ONE + share * (left[1] - ONE), ONE + share * (left[2] - ONE)
+
+
+@part
+def along_way(tint, ior, cos):
+    """Transmittance of a layer along the refracted way of what is seen at `cos`."""
+    ratio = ONE / max(ior, ONE)
     way = ONE / np.sqrt(max(ONE - ratio * ratio * (ONE - cos * cos), np.float32(1e-6)))
-    share, tint = closure.roughness, closure.f0
-    return (
-        ONE + share * (max(tint[0], ZERO) ** way - ONE),
-        ONE + share * (max(tint[1], ZERO) ** way - ONE),
-        ONE + share * (max(tint[2], ZERO) ** way - ONE),
-    )
+    return max(tint[0], ZERO) ** way, max(tint[1], ZERO) ** way, max(tint[2], ZERO) ** way

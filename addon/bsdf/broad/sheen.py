@@ -56,13 +56,13 @@ def evaluate(closure, view, light):
 @part
 def albedo(closure, cos):
     """Directional albedo, seen at `cos`."""
-    return times(mul(closure.weight, closure.f0), _share(closure, cos))
+    return times(mul(closure.weight, closure.f0), share(closure.roughness, cos))
 
 
 @part
 def transmittance(closure, cos):
     """Share of the light that it leaves to what it covers: 1 − its albedo, of its brightest colour."""
-    return max(ONE - largest(closure.f0) * _share(closure, cos), ZERO)
+    return max(ONE - largest(closure.f0) * share(closure.roughness, cos), ZERO)
 
 
 @part
@@ -84,9 +84,9 @@ def _transform(closure, cos):
 
 
 @part
-def _share(closure, cos):
+def share(roughness, cos):
     """Albedo of a white lobe, R: a Gaussian of the cosine over an offset."""
-    x, y = min(max(cos, ZERO), ONE), max(closure.roughness, _LEAST_ROUGHNESS)
+    x, y = min(max(cos, ZERO), ONE), max(roughness, _LEAST_ROUGHNESS)
     width = y * (_WIDTH[0] + _WIDTH[1] * y) / (_WIDTH[2] + y * (_WIDTH[3] + y))
     center = y * (_MEAN[0] + y * (_MEAN[1] + y * (_MEAN[2] + _MEAN[3] * y * y))) / (_MEAN[4] + y)
     offset = y * (_OFFSET[0] + (_OFFSET[1] + _OFFSET[2] * y) * y) / (_OFFSET[3] + y * (_OFFSET[4] + y))
