@@ -15,7 +15,7 @@ from ..sums import ShaderSum
 if TYPE_CHECKING:
     from ..closures import Leaf
 
-EUMELANIN, PHEOMELANIN = np.float32([0.506, 0.841, 1.653]), np.float32([0.343, 0.733, 1.924])
+EUMELANIN, PHEOMELANIN = np.array([[0.506, 0.841, 1.653], [0.343, 0.733, 1.924]], np.float32)
 """Absorption by concentration of pigments (d'Eon et al. 2011, as Cycles scales it)."""
 
 _N = 16
