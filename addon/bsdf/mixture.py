@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.compiling import part
 from ..core.vec3 import BLACK, ONE, WHITE, ZERO, largest, mean, mul, plus, times
-from ..scene.closures import BROAD, NARROW, Lobe
+from ..scene.closures import BROAD, DIRECTED, NARROW, Lobe
 from ..scene.hit import weight_of_kind
 from . import diffuse, glass, glossy, translucent
 from .broad import lobes as others
@@ -20,9 +20,9 @@ DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in list(Lobe)[:4])
 GLOSSY_TOON, _ABSORBING = int(Lobe.GLOSSY_TOON), int(Lobe.ABSORBING)
 
 ALL_LOBES = (1 << len(Lobe)) - 1
-SPECULAR_LOBES, BROAD_LOBES = (sum(1 << lobe for lobe in lobes) for lobes in (NARROW, BROAD))
-"""Sets of lobes as bits: those that a radiance cache, which knows no directions, does not answer for; and those of
-which it knows the light that comes.
+SPECULAR_LOBES, BROAD_LOBES, DIRECTED_LOBES = (sum(1 << lobe for lobe in lobes) for lobes in (NARROW, BROAD, DIRECTED))
+"""Sets of lobes as bits: those that a radiance cache, which knows no directions, does not answer for; those of which it
+knows the light that comes; and those among them that it does not answer for but for caustics.
 """
 _GLOSSY_LOBES = 1 << GLOSSY | 1 << GLOSSY_TOON
 _DIFFUSE_LOBES = 1 << DIFFUSE | BROAD_LOBES
@@ -31,7 +31,7 @@ _TINY, _BELOW_ONE, _INFINITY = np.float32(1e-7), np.float32(1 - 2**-24), np.floa
 _N_KINDS = len(Lobe)
 _UP, _GRAZING = (ZERO, ZERO, ONE), np.float32(0.2)
 
-__all__ = ["ALL_LOBES", "BROAD_LOBES", "SPECULAR_LOBES", "Bsdf", "Sample", "bsdf_at", "sample_bsdf"]
+__all__ = ["ALL_LOBES", "BROAD_LOBES", "DIRECTED_LOBES", "SPECULAR_LOBES", "Bsdf", "Sample", "bsdf_at", "sample_bsdf"]
 
 
 class Sample(NamedTuple):
@@ -235,6 +235,18 @@ def diffuse_albedo(scene, bsdf, cos):
 def broad_albedo(scene, bsdf, cos):
     """What a surface seen at `cos` reflects by broad lobes that are not Lambertian."""
     return _albedo(scene, bsdf, BROAD_LOBES, cos)
+
+
+@part
+def rough_albedo(scene, bsdf, cos):
+    """What a surface seen at `cos` reflects by broad lobes that are neither Lambertian nor directed."""
+    return _albedo(scene, bsdf, BROAD_LOBES & ~DIRECTED_LOBES, cos)
+
+
+@part
+def directed_albedo(scene, bsdf, cos):
+    """What a surface seen at `cos` reflects by directed lobes."""
+    return _albedo(scene, bsdf, DIRECTED_LOBES, cos)
 
 
 @part

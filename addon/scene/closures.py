@@ -28,8 +28,10 @@ class Lobe(IntEnum):
 LAMBERTIAN = (Lobe.DIFFUSE, Lobe.TRANSLUCENT)
 BROAD = (Lobe.ROUGH_DIFFUSE, Lobe.SHEEN, Lobe.VELVET, Lobe.TOON)
 NARROW = (Lobe.GLOSSY, Lobe.GLASS, Lobe.GLOSSY_TOON)
+DIRECTED = (Lobe.SHEEN, Lobe.VELVET, Lobe.TOON)
 """Kinds by who finds light in them: of Lambertian ones a cache knows the radiance; of broad ones it knows the light
-that comes, and lamps are found by shadow rays; narrow ones are followed by rays.
+that comes, and lamps are found by shadow rays; narrow ones are followed by rays. Directed ones are broad, but what they
+reflect depends so much on where the light comes from that rays follow them as well.
 """
 
 

@@ -125,6 +125,8 @@ def _importance(scene, elements, hits_per_area, triangle, position, normal, powe
         light = abs(light[0]), abs(light[1]), abs(light[2])
         if kind[k] != _CAUSTIC:
             bsdf = bsdf_of(scene, t, u, v, side % 2 == 1)
-            reflected = plus(total_weight(scene, bsdf, DIFFUSE), broad_albedo(scene, bsdf, _HALF))
-            light = mul(plus(reflected, total_weight(scene, bsdf, TRANSLUCENT)), light)
+            scattered = plus(total_weight(scene, bsdf, DIFFUSE), total_weight(scene, bsdf, TRANSLUCENT))
+            if scene.materials.broad[scene.material[t]]:
+                scattered = plus(scattered, broad_albedo(scene, bsdf, _HALF))
+            light = mul(scattered, light)
         importance[k] = mean(light) * hits_per_area[side]

@@ -9,8 +9,9 @@ tracer would find them, by direct light at the point and a further ray for the r
   their albedo. Light that lamps send over mirrors, glass and narrow gloss is left out: those are caustics, which
   photons find far better. Where there are none, in what a camera sees in gloss, rays may be told to bring it.
 
-Of broad lobes that are not Lambertian, as rough diffuse and sheen, direct light is found at the point, and the rest is
-what comes to the surface, by the cache, times their albedo.
+Of broad lobes that are not Lambertian direct light is found at the point. The rest is what comes to the surface, by the
+cache, times the albedo of rough diffuse lobes; directed ones, as sheen, are followed as gloss is, and take from there
+caustics alone.
 """
 
 from typing import NamedTuple
@@ -21,15 +22,17 @@ from ...bsdf.closure import bsdf_at
 from ...bsdf.mixture import (
     ALL_LOBES,
     DIFFUSE,
+    DIRECTED_LOBES,
     GLOSSY,
     SPECULAR_LOBES,
     TRANSLUCENT,
     base_transmittance,
-    broad_albedo,
+    directed_albedo,
     evaluate_direct,
     glass_albedo,
     glossy_albedo,
     reflects_highlights,
+    rough_albedo,
     total_weight,
 )
 from ...bsdf.scatter import facing, scatter
@@ -52,6 +55,7 @@ _LATE_SURVIVAL = np.float32(0.5)  # after the first few hits: a long tail of few
 _FOLLOWED = TWO
 """Rays that follow a narrow lobe, over its albedo: more of them cost time, fewer make noise."""
 
+_FOLLOWED_LOBES = SPECULAR_LOBES | DIRECTED_LOBES
 _NUMBERS_A_STEP = 40  # pairs of a path's numbers
 _DIFFUSE_LIGHT, _GLOSSY_LIGHT = 3, 20  # the first of those that draw lights
 _PER_PI, _INFINITY = np.float32(1 / np.pi), np.float32(np.inf)
@@ -95,17 +99,21 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
             broad = row(cache.radiance, side)
         chance = ONE if near else ZERO  # of going on
         if scene.materials.directional[scene.material[triangle]]:
-            cos, spreads = abs(dot(hit.normal, direction)), scene.materials.broad[scene.material[triangle]]
+            cos, directed = abs(dot(hit.normal, direction)), BLACK
+            spreads = scene.materials.broad[scene.material[triangle]]
             broad = mul(broad, base_transmittance(scene, bsdf, cos))
             if spreads:
-                incident = row(cache.incident_caustic if near else cache.incident, side)
-                broad = plus(broad, mul(broad_albedo(scene, bsdf, cos), incident))
+                caustic, directed = row(cache.incident_caustic, side), directed_albedo(scene, bsdf, cos)
+                incident = caustic if near else row(cache.incident, side)
+                broad = plus(broad, mul(rough_albedo(scene, bsdf, cos), incident))
+                broad = plus(broad, mul(directed, caustic))
             # Highlights are bright, however little gloss there is on average
             if spreads or reflects_highlights(scene, bsdf):
                 seen = light.direct, key, path, i + _GLOSSY_LIGHT, hit, bsdf, direction
                 broad = plus(broad, _highlight(tracing, room, *seen))
             if not near:
                 albedo = largest(glossy_albedo(scene, bsdf, cos)) + largest(glass_albedo(scene, bsdf))
+                albedo += largest(directed)
                 chance = min(_FOLLOWED * albedo * min(largest(throughput), ONE), ONE)
         radiance = plus(radiance, mul(throughput, broad))
 
@@ -117,7 +125,7 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         if follow >= chance:
             break
         a, b = two_numbers(key, path, i + 1)
-        on = scatter(scene, hit, direction, choice, a, b, ALL_LOBES if near else SPECULAR_LOBES, False)
+        on = scatter(scene, hit, direction, choice, a, b, ALL_LOBES if near else _FOLLOWED_LOBES, False)
         throughput = times(mul(throughput, on.weight), ONE / chance)
         fate, _ = two_numbers(key, path, i + 2)
         survival = min(largest(throughput), ONE if step < _MAX_NEAR_HITS else _LATE_SURVIVAL)
