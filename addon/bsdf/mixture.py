@@ -8,13 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import part
-from ..core.vec3 import BLACK, ONE, WHITE, ZERO, largest, mean, mul, plus, times
+from ..core.vec3 import BLACK, ONE, WHITE, ZERO, largest, mean, mul, plus, times, to_local
 from ..scene.closures import BROAD, DIRECTED, NARROW, Lobe
-from ..scene.hit import weight_of_kind
+from ..scene.hit import channel_at, weight_of_kind
 from . import diffuse, glass, glossy, translucent
 from .broad import lobes as others
 from .broad import toon
 from .closure import Bsdf, bsdf_at, closure_at, is_nothing
+from .frames import UP, Frame, bump_shadowing_in, frame_of, into, out_of, received
 
 DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in list(Lobe)[:4])
 GLOSSY_TOON, _ABSORBING = int(Lobe.GLOSSY_TOON), int(Lobe.ABSORBING)
@@ -26,10 +27,12 @@ knows the light that comes; and those among them that it does not answer for but
 """
 _GLOSSY_LOBES = 1 << GLOSSY | 1 << GLOSSY_TOON
 _DIFFUSE_LOBES = 1 << DIFFUSE | BROAD_LOBES
+BUMPED_LOBES = BROAD_LOBES & ~(1 << int(Lobe.VELVET))
+"""Broad lobes that Cycles shadows where bumps turn from the light."""
 
-_TINY, _BELOW_ONE, _INFINITY = np.float32(1e-7), np.float32(1 - 2**-24), np.float32(np.inf)
-_N_KINDS = len(Lobe)
-_UP, _GRAZING = (ZERO, ZERO, ONE), np.float32(0.2)
+_TINY, _LEAST_COS = np.float32(1e-7), np.float32(1e-6)
+_BELOW_ONE, _INFINITY = np.float32(1 - 2**-24), np.float32(np.inf)
+_N_KINDS, _GRAZING = len(Lobe), np.float32(0.2)
 
 __all__ = ["ALL_LOBES", "BROAD_LOBES", "DIRECTED_LOBES", "SPECULAR_LOBES", "Bsdf", "Sample", "bsdf_at", "sample_bsdf"]
 
@@ -41,6 +44,7 @@ class Sample(NamedTuple):
     lobe : kind of the closure that scattered.
     specular : whether lamplight that takes this way is left to photons; `evaluate_broad` has the rest.
     rough : whether a glossy closure scattered that is no mirror, one of those that `pdf_glossy` is of.
+    frame : of the closure that scattered.
     """
 
     wi: tuple
@@ -48,6 +52,7 @@ class Sample(NamedTuple):
     lobe: np.int32
     specular: bool
     rough: bool
+    frame: Frame
 
 
 @part
@@ -59,12 +64,15 @@ def sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light):
     """
     chosen, inverse, choice = choose_closure(scene, bsdf, wo, choice, lobes, from_light)
     if chosen < 0:
-        return Sample(_UP, BLACK, np.int32(_first_of(lobes)), False, False)
-    closure = closure_at(scene, bsdf, chosen)
-    wi, weight = _sample(closure, wo, choice, u, v, from_light)
-    view, light = (wi, wo) if from_light else (wo, wi)
-    weight = times(mul(weight, transmittance_to(scene, bsdf, closure, abs(view[2]))), inverse)
-    return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), _is_rough(closure))
+        return Sample(UP, BLACK, np.int32(_first_of(lobes)), False, False, Frame(False, UP))
+    closure, frame = closure_at(scene, bsdf, chosen), frame_of(scene, bsdf, chosen, wo)
+    own_wo = into(frame, wo)
+    own_wi, weight = _sample(closure, own_wo, choice, u, v, from_light)
+    # Photons leave broad lobes by the cosine with the geometric normal, see `scatter`
+    wi = own_wi if from_light and closure.kind < GLOSSY else out_of(frame, own_wi)
+    view, light = (own_wi, own_wo) if from_light else (own_wo, own_wi)
+    weight = times(mul(weight, transmittance_to(scene, bsdf, closure, wi if from_light else wo)), inverse)
+    return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), _is_rough(closure), frame)
 
 
 @part
@@ -74,7 +82,7 @@ def choose_closure(scene, bsdf, wo, choice, lobes, from_light):
     for k in range(bsdf.first, bsdf.last):  # one after the other takes its share of the choice
         if not lobes >> scene.materials.closures.kind[k] & 1:
             continue
-        scattered = _expected(scene, bsdf, closure_at(scene, bsdf, k), wo[2], from_light)
+        scattered = _expected(scene, bsdf, k, wo, from_light)
         if scattered <= ZERO:
             continue
         total += scattered
@@ -97,12 +105,18 @@ def _first_of(lobes):
 
 
 @part
-def _expected(scene, bsdf, closure, cos, from_light):
-    """What a closure scatters of light from a direction, about; above 0 wherever it scatters any."""
+def _expected(scene, bsdf, k, wo, from_light):
+    """What the k-th closure scatters of light from a direction, about; above 0 wherever it scatters any."""
+    closure = closure_at(scene, bsdf, k)
     if is_nothing(closure.weight):
         return ZERO
+    cos = ONE
+    if closure.kind >= GLOSSY:
+        cos = into(frame_of(scene, bsdf, k, wo), wo)[2]
+        if cos <= ZERO:  # a lobe that is seen from behind
+            return ZERO
     # What layers leave of a photon is not known before its direction is
-    left = ONE if from_light else mean(transmittance_to(scene, bsdf, closure, cos))
+    left = ONE if from_light else mean(transmittance_to(scene, bsdf, closure, wo))
     if closure.kind == GLASS:
         return glass.albedo(closure, cos, from_light) * left
     # A photon views from elsewhere, and sheen is seen where it grazes
@@ -148,11 +162,11 @@ def _is_rough(closure):
 
 
 @part
-def transmittance_to(scene, bsdf, closure, cos):
-    """Share of the light that the layers over a closure leave to it, seen at `cos` to the normal."""
+def transmittance_to(scene, bsdf, closure, view):
+    """Share of the light that the layers over a closure leave to it, seen from a local direction on either side."""
     left, layer = WHITE, closure.layer
     while layer >= 0:
-        over = closure_at(scene, bsdf, layer)
+        over, cos = closure_at(scene, bsdf, layer), abs(into(frame_of(scene, bsdf, layer, view), view)[2])
         if over.kind == GLOSSY:
             left = times(left, glossy.transmittance(over, cos))
         else:
@@ -163,7 +177,10 @@ def transmittance_to(scene, bsdf, closure, cos):
 
 @part
 def evaluate_direct(scene, bsdf, wo, wi):
-    """What shadow rays ask for of all but Lambertian lobes: f in 1/sr without the cosine, 0 where photons have it."""
+    """What shadow rays ask for of all but Lambertian lobes: f in 1/sr without the cosine, 0 where photons have it.
+
+    The cosine is that with +z: f of a lobe with a frame of its own is times its cosine over that.
+    """
     return _evaluate(scene, bsdf, wo, wi, _GLOSSY_LOBES | BROAD_LOBES, glossy.PEAK)
 
 
@@ -186,10 +203,19 @@ def _evaluate(scene, bsdf, wo, wi, lobes, peak):
     for k in range(bsdf.first, bsdf.last):
         kind = scene.materials.closures.kind[k]
         if lobes >> kind & 1:
-            closure = closure_at(scene, bsdf, k)
-            of_one = glossy.evaluate(closure, wo, wi) if kind == GLOSSY else others.evaluate(closure, wo, wi)
+            closure, frame = closure_at(scene, bsdf, k), frame_of(scene, bsdf, k, wo)
+            own_wo, own_wi = into(frame, wo), into(frame, wi)
+            of_one = (
+                glossy.evaluate(closure, own_wo, own_wi) if kind == GLOSSY else others.evaluate(closure, own_wo, own_wi)
+            )
             if BROAD_LOBES >> kind & 1 or largest(of_one) < peak:
-                f = plus(f, mul(of_one, transmittance_to(scene, bsdf, closure, wo[2])))
+                of_one = mul(of_one, transmittance_to(scene, bsdf, closure, wo))
+                if frame.own:
+                    share = max(own_wi[2], ZERO) / max(wi[2], _LEAST_COS)
+                    if BUMPED_LOBES >> kind & 1:
+                        share *= bump_shadowing_in(scene, bsdf, frame, wi)
+                    of_one = times(of_one, share)
+                f = plus(f, of_one)
     return f
 
 
@@ -201,9 +227,10 @@ def pdf_glossy(scene, bsdf, wo, wi):
         if _GLOSSY_LOBES >> scene.materials.closures.kind[k] & 1:
             closure = closure_at(scene, bsdf, k)
             if _is_rough(closure):
-                share = _expected(scene, bsdf, closure, wo[2], False)
+                share, frame = _expected(scene, bsdf, k, wo, False), frame_of(scene, bsdf, k, wo)
+                view, light = into(frame, wo), into(frame, wi)
                 total += share
-                of_one = glossy.pdf(closure, wo, wi) if closure.kind == GLOSSY else toon.pdf(closure, wo, wi)
+                of_one = glossy.pdf(closure, view, light) if closure.kind == GLOSSY else toon.pdf(closure, view, light)
                 density += share * of_one
     return density / total if total > ZERO else ZERO
 
@@ -215,50 +242,56 @@ def total_weight(scene, bsdf, kind):
 
 
 @part
-def _albedo(scene, bsdf, lobes, cos):
-    """What some lobes but glass scatter in all of light seen at `cos`, with what layers leave of it."""
-    total = BLACK
+def weight_received(scene, bsdf, kind, towards):
+    """`total_weight` of Lambertian closures, each times what it takes of light from a direction (`received`).
+
+    The light is that on `lit_normal`, its direction one of the world.
+    """
+    if not bsdf.perturbed:
+        return total_weight(scene, bsdf, kind)
+    total, closures, light = BLACK, scene.materials.closures, to_local(towards, bsdf.normal)
     for k in range(bsdf.first, bsdf.last):
-        if lobes >> scene.materials.closures.kind[k] & 1:
-            closure = closure_at(scene, bsdf, k)
-            total = plus(total, mul(_albedo_of(closure, cos), transmittance_to(scene, bsdf, closure, cos)))
+        if closures.kind[k] == kind:
+            weight = channel_at(scene, closures.weight, k, bsdf.triangle, bsdf.u, bsdf.v)
+            total = plus(total, times(weight, received(scene, bsdf, k, light)))
     return total
 
 
 @part
-def diffuse_albedo(scene, bsdf, cos):
-    """What a surface seen at `cos` reflects diffusely, by Lambertian and broad lobes, with what layers leave of it."""
-    return _albedo(scene, bsdf, _DIFFUSE_LOBES, cos)
+def _albedo(scene, bsdf, lobes, wo):
+    """What some lobes but glass scatter in all of light seen from a local direction, with what layers leave of it."""
+    total = BLACK
+    for k in range(bsdf.first, bsdf.last):
+        if lobes >> scene.materials.closures.kind[k] & 1:
+            closure, cos = closure_at(scene, bsdf, k), ONE
+            if closure.kind >= GLOSSY:
+                cos = max(into(frame_of(scene, bsdf, k, wo), wo)[2], ZERO)
+            total = plus(total, mul(_albedo_of(closure, cos), transmittance_to(scene, bsdf, closure, wo)))
+    return total
 
 
 @part
-def broad_albedo(scene, bsdf, cos):
-    """What a surface seen at `cos` reflects by broad lobes that are not Lambertian."""
-    return _albedo(scene, bsdf, BROAD_LOBES, cos)
+def diffuse_albedo(scene, bsdf, wo):
+    """What Lambertian and broad lobes reflect in all, seen from a local direction, with what layers leave of it."""
+    return _albedo(scene, bsdf, _DIFFUSE_LOBES, wo)
 
 
 @part
-def rough_albedo(scene, bsdf, cos):
-    """What a surface seen at `cos` reflects by broad lobes that are neither Lambertian nor directed."""
-    return _albedo(scene, bsdf, BROAD_LOBES & ~DIRECTED_LOBES, cos)
+def broad_albedo(scene, bsdf, wo, lobes):
+    """What some broad lobes reflect that are not Lambertian."""
+    return _albedo(scene, bsdf, lobes & BROAD_LOBES, wo)
 
 
 @part
-def directed_albedo(scene, bsdf, cos):
-    """What a surface seen at `cos` reflects by directed lobes."""
-    return _albedo(scene, bsdf, DIRECTED_LOBES, cos)
+def translucent_albedo(scene, bsdf, wo):
+    """What a surface seen from a local direction transmits diffusely, with what layers leave of it."""
+    return _albedo(scene, bsdf, 1 << TRANSLUCENT, wo)
 
 
 @part
-def translucent_albedo(scene, bsdf, cos):
-    """What a surface seen at `cos` transmits diffusely, with what layers leave of it."""
-    return _albedo(scene, bsdf, 1 << TRANSLUCENT, cos)
-
-
-@part
-def glossy_albedo(scene, bsdf, cos):
-    """What the glossy lobes of a surface seen at `cos` reflect in all."""
-    return _albedo(scene, bsdf, _GLOSSY_LOBES, cos)
+def glossy_albedo(scene, bsdf, wo):
+    """What the glossy lobes of a surface seen from a local direction reflect in all."""
+    return _albedo(scene, bsdf, _GLOSSY_LOBES, wo)
 
 
 @part
@@ -278,14 +311,14 @@ def glass_albedo(scene, bsdf):
 
 
 @part
-def base_transmittance(scene, bsdf, cos):
-    """Share of what the Lambertian lobes would scatter that layers leave to them, seen at `cos`; 1 without any."""
+def base_transmittance(scene, bsdf, wo):
+    """Share of what the Lambertian lobes would scatter that layers leave to them, seen from wo; 1 without any."""
     whole = left = BLACK
     for k in range(bsdf.first, bsdf.last):
         if scene.materials.closures.kind[k] < GLOSSY:
             closure = closure_at(scene, bsdf, k)
             whole = plus(whole, closure.weight)
-            left = plus(left, mul(closure.weight, transmittance_to(scene, bsdf, closure, cos)))
+            left = plus(left, mul(closure.weight, transmittance_to(scene, bsdf, closure, wo)))
     return _ratio(left[0], whole[0]), _ratio(left[1], whole[1]), _ratio(left[2], whole[2])
 
 

@@ -45,8 +45,9 @@ def part(function: F) -> F:
 
 
 def routine(function: F) -> F:
-    """Decorate a function that kernels call and that is not inlined: much code that several places need. It is given
-    numbers and small tuples, no scene. Python cannot call it.
+    """Decorate a function that kernels call and that is long and seldom needed: they need not contain it at each place.
+
+    It takes numbers and small tuples: a scene's many arrays would be handed over one by one.
     """
     return _compiled(function, no_cpython_wrapper=True)
 

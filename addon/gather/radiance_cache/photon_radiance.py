@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...bsdf.closure import bsdf_of
-from ...bsdf.mixture import DIFFUSE, TRANSLUCENT, broad_albedo, total_weight
+from ...bsdf.mixture import BROAD_LOBES, DIFFUSE, TRANSLUCENT, broad_albedo, total_weight, weight_received
 from ...bsdf.scatter import shading_normal_correction
 from ...core.compiling import kernel, part
 from ...core.parallel import slices
@@ -15,7 +15,7 @@ from .elements import SurfaceElements, element_at
 
 _CHUNK = 1 << 17
 _CAUSTIC = int(PathKind.CAUSTIC)
-_HALF = np.float32(0.5)  # cosine of a view as any
+_VIEW = np.float32(np.sqrt(0.75)), ZERO, np.float32(0.5)  # as any
 
 
 def photon_radiance(
@@ -80,13 +80,12 @@ def _side_at(elements, triangle, u, v, front, normal):
 
 
 @part
-def _arriving(scene, t, u, v, back, power, direction):
-    """Power of a photon that the shading normal of its side takes."""
-    met = row(scene.normals, t)
-    if back:
-        met = negative(met)
-    shading = shading_normal_at(scene, t, u, v, met, back)
-    return times(power, shading_normal_correction(shading, met, direction))
+def _arriving(scene, bsdf, power, direction):
+    """Power of a photon on the normal on which the light of its side is measured (`lit_normal`)."""
+    lit = bsdf.normal
+    if not bsdf.perturbed:
+        lit = shading_normal_at(scene, bsdf.triangle, bsdf.u, bsdf.v, bsdf.normal, bsdf.back)
+    return times(power, shading_normal_correction(lit, bsdf.normal, direction))
 
 
 @kernel
@@ -96,8 +95,8 @@ def _add_incident(scene, elements, triangle, position, normal, direction, power,
         t = triangle[k]
         u, v = barycentrics(scene, t, row(position, k))
         side = _side_at(elements, t, u, v, row(scene.normals, t), row(normal, k))
-        arriving = _arriving(scene, t, u, v, side % 2 == 1, row(power, k), row(direction, k))
-        add(caustic if kind[k] == _CAUSTIC else others, side, arriving)
+        bsdf = bsdf_of(scene, t, u, v, side % 2 == 1)
+        add(caustic if kind[k] == _CAUSTIC else others, side, _arriving(scene, bsdf, row(power, k), row(direction, k)))
 
 
 @kernel
@@ -108,11 +107,11 @@ def _add_photons(scene, elements, triangle, position, normal, direction, power, 
         u, v = barycentrics(scene, t, row(position, k))
         side = _side_at(elements, t, u, v, front, row(normal, k))
         back = side % 2 == 1
-        arriving = _arriving(scene, t, u, v, back, row(power, k), row(direction, k))
-        sums = caustic if kind[k] == _CAUSTIC else others
-        bsdf = bsdf_of(scene, t, u, v, back)
-        add(sums, side, mul(total_weight(scene, bsdf, DIFFUSE), arriving))
-        add(sums, side ^ 1, mul(total_weight(scene, bsdf, TRANSLUCENT), arriving))
+        bsdf, flown = bsdf_of(scene, t, u, v, back), row(direction, k)
+        arriving = _arriving(scene, bsdf, row(power, k), flown)
+        sums, towards = caustic if kind[k] == _CAUSTIC else others, negative(flown)
+        add(sums, side, mul(weight_received(scene, bsdf, DIFFUSE, towards), arriving))
+        add(sums, side ^ 1, mul(weight_received(scene, bsdf, TRANSLUCENT, towards), arriving))
 
 
 @kernel
@@ -127,6 +126,6 @@ def _importance(scene, elements, hits_per_area, triangle, position, normal, powe
             bsdf = bsdf_of(scene, t, u, v, side % 2 == 1)
             scattered = plus(total_weight(scene, bsdf, DIFFUSE), total_weight(scene, bsdf, TRANSLUCENT))
             if scene.materials.broad[scene.material[t]]:
-                scattered = plus(scattered, broad_albedo(scene, bsdf, _HALF))
+                scattered = plus(scattered, broad_albedo(scene, bsdf, _VIEW, BROAD_LOBES))
             light = mul(scattered, light)
         importance[k] = mean(light) * hits_per_area[side]

@@ -27,21 +27,21 @@ from ...bsdf.mixture import (
     SPECULAR_LOBES,
     TRANSLUCENT,
     base_transmittance,
-    directed_albedo,
+    broad_albedo,
     evaluate_direct,
     glass_albedo,
     glossy_albedo,
     reflects_highlights,
-    rough_albedo,
     total_weight,
+    weight_received,
 )
-from ...bsdf.scatter import facing, scatter
+from ...bsdf.scatter import axis_at, lit_normal, scatter
 from ...core.compiling import part
 from ...core.sampling.path_numbers import two_numbers
-from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, dot, largest, mul, negative, plus, row, times, to_local
+from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, largest, mul, negative, plus, row, times, to_local
 from ...emitters.lamps import radiance_of_lamps
 from ...emitters.world import world_radiance
-from ...scene.hit import emitted, hit_at, off_surface, shading_normal
+from ...scene.hit import emitted, hit_at, off_surface
 from ...tracing.transparency import closest_hit
 from ..direct.sampling import DirectArrays, met_radiance, sample_emitters, unsampled_sky
 from ..direct.visible import visible_share
@@ -99,20 +99,20 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
             broad = row(cache.radiance, side)
         chance = ONE if near else ZERO  # of going on
         if scene.materials.directional[scene.material[triangle]]:
-            cos, directed = abs(dot(hit.normal, direction)), BLACK
+            wo, directed = to_local(negative(direction), axis_at(scene, hit, direction)), BLACK
             spreads = scene.materials.broad[scene.material[triangle]]
-            broad = mul(broad, base_transmittance(scene, bsdf, cos))
+            broad = mul(broad, base_transmittance(scene, bsdf, wo))
             if spreads:
-                caustic, directed = row(cache.incident_caustic, side), directed_albedo(scene, bsdf, cos)
+                caustic, directed = row(cache.incident_caustic, side), broad_albedo(scene, bsdf, wo, DIRECTED_LOBES)
                 incident = caustic if near else row(cache.incident, side)
-                broad = plus(broad, mul(rough_albedo(scene, bsdf, cos), incident))
+                broad = plus(broad, mul(broad_albedo(scene, bsdf, wo, ~DIRECTED_LOBES), incident))
                 broad = plus(broad, mul(directed, caustic))
             # Highlights are bright, however little gloss there is on average
             if spreads or reflects_highlights(scene, bsdf):
                 seen = light.direct, key, path, i + _GLOSSY_LIGHT, hit, bsdf, direction
                 broad = plus(broad, _highlight(tracing, room, *seen))
             if not near:
-                albedo = largest(glossy_albedo(scene, bsdf, cos)) + largest(glass_albedo(scene, bsdf))
+                albedo = largest(glossy_albedo(scene, bsdf, wo)) + largest(glass_albedo(scene, bsdf))
                 albedo += largest(directed)
                 chance = min(_FOLLOWED * albedo * min(largest(throughput), ONE), ONE)
         radiance = plus(radiance, mul(throughput, broad))
@@ -154,12 +154,14 @@ def _direct_light_reflected(tracing, room, direct, key, path, i, hit, bsdf):
     """Direct light that the diffuse lobe reflects; what rays own of it comes with the next ray."""
     scene = tracing.scene
     origin, object_ = off_surface(scene, hit, ONE), scene.object[hit.triangle]
-    at = origin, shading_normal(scene, hit), object_
+    at = origin, lit_normal(scene, hit), object_
     target, irradiance, lamp, lit = sample_emitters(direct, scene, *at, True, key, path, i)
     if not lit:
         return BLACK
+    towards, _ = direction_to(origin, target)
+    albedo = weight_received(scene, bsdf, DIFFUSE, towards)
     passes = visible_share(direct, tracing, room, lamp, origin, target)
-    return mul(mul(total_weight(scene, bsdf, DIFFUSE), passes), times(irradiance, _PER_PI))
+    return mul(mul(albedo, passes), times(irradiance, _PER_PI))
 
 
 @part
@@ -167,7 +169,7 @@ def _highlight(tracing, room, direct, key, path, i, hit, bsdf, direction):
     """Direct light that rough glossy lobes and broad ones reflect that are not Lambertian."""
     scene = tracing.scene
     origin, object_ = off_surface(scene, hit, ONE), scene.object[hit.triangle]
-    normal = facing(shading_normal(scene, hit), hit.normal, direction)
+    normal = axis_at(scene, hit, direction)
     target, irradiance, lamp, lit = sample_emitters(direct, scene, origin, normal, object_, False, key, path, i)
     if not lit:
         return BLACK
@@ -183,7 +185,7 @@ def _highlight(tracing, room, direct, key, path, i, hit, bsdf, direction):
 def _emission_met(scene, direct, hit, on, triangle, distance, u, v, specular):
     """What shines along a ray that a surface sent on and that is not found by points of lights."""
     if on.lobe < GLOSSY:
-        normal = shading_normal(scene, hit)
+        normal = lit_normal(scene, hit)
         if on.lobe == TRANSLUCENT:
             normal = negative(normal)
         return met_radiance(direct, scene, triangle, distance, u, v, on.direction, normal)

@@ -10,11 +10,13 @@ import numpy as np
 
 from ....scene import Lobe
 from .expressions import constant
-from .node_math import dielectric_f0, ior_of_f0, mean_of_pane, saturate
+from .node_math import dielectric_f0, ior_of_f0, saturate
 from .nodes import Factor, Place, Value, output_node
+from .own_normals import NormalOf, interpolated
 from .shaders.broad import add_base, add_diffuse, add_sheen, add_sheet, add_toon
 from .shaders.hair import add_hair, add_principled_hair
 from .shaders.layers import add_layers
+from .shaders.pane import add_pane
 from .sums import ShaderSum, black, white
 
 BECKMANN_AS_GGX = log(2) ** 0.25
@@ -112,6 +114,7 @@ class Leaf:
     weight: np.ndarray
     layer: Factor | None
     in_glass: bool
+    normal_of: NormalOf
     reflected: np.ndarray | None = None
     over: Hashable = None
 
@@ -147,6 +150,12 @@ class Leaf:
     def keeps_energy(self) -> bool:
         return bool(self.closure.node.distribution in {"MULTI_GGX", "BECKMANN"})
 
+    def normal(self, identifier: str = "Normal") -> dict[str, object]:
+        """The normal of one of its sockets as `Term` has it."""
+        socket = next((one for one in self.closure.node.inputs if one.identifier == identifier), None)
+        own = self.normal_of(Place(socket, self.closure.shader.groups)) if socket else None
+        return {"normal": own.vector, "normal_space": int(own.space)} if own else {}
+
     def add_glossy(
         self,
         total: ShaderSum,
@@ -157,8 +166,8 @@ class Leaf:
         covers: "Place | Closure | None" = None,
     ) -> None:
         """Add a glossy closure with the node's facets, by Schlick's curve without `ior`; see `Term`."""
-        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy}
-        total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, under=self.over, **facets)
+        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy, "under": self.over}
+        total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, **facets, **self.normal())
 
     def add_glass(
         self,
@@ -169,11 +178,11 @@ class Leaf:
         fresnel: bool = True,
     ) -> None:
         """Add a glass closure with the node's facets and index of refraction."""
-        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy, "ior": self.ior}
-        total.add(Lobe.GLASS, weight, f0=reflection, f90=transmission, fresnel=fresnel, under=self.over, **facets)
+        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy, "ior": self.ior, "under": self.over}
+        total.add(Lobe.GLASS, weight, f0=reflection, f90=transmission, fresnel=fresnel, **facets, **self.normal())
 
 
-def combine(closures: list[Closure], value: Value) -> ShaderSum:
+def combine(closures: list[Closure], value: Value, normal_of: NormalOf = interpolated) -> ShaderSum:
     """The sum of closures.
 
     A mix of a diffuse with a glossy shader by Fresnel's curve, as materials were built before Principled, is read as
@@ -190,7 +199,7 @@ def combine(closures: list[Closure], value: Value) -> ShaderSum:
         layer = next((one for one in closure.factors if one.place in layers), None)
         weight = closure.weight(value, layers)
         if (weight > 0).any():
-            leaves.append(Leaf(closure, value, weight, layer, layer is not None and layer.place in glass))
+            leaves.append(Leaf(closure, value, weight, layer, layer is not None and layer.place in glass, normal_of))
     reflected: dict[Place, np.ndarray] = {}
     for leaf in leaves:
         if leaf.layer and leaf.in_glass and leaf.closure.kind == "BSDF_GLOSSY":
@@ -217,11 +226,11 @@ def _is_diffuse(closure: Closure) -> bool:
 
 
 def _add_diffuse(leaf: Leaf, total: ShaderSum) -> None:
-    total.add(Lobe.DIFFUSE, leaf.weighted, under=leaf.layer and leaf.layer.place)
+    total.add(Lobe.DIFFUSE, leaf.weighted, under=leaf.layer and leaf.layer.place, **leaf.normal())
 
 
 def _add_translucent(leaf: Leaf, total: ShaderSum) -> None:
-    total.add(Lobe.TRANSLUCENT, leaf.weighted)
+    total.add(Lobe.TRANSLUCENT, leaf.weighted, **leaf.normal())
 
 
 def _add_transparent(leaf: Leaf, total: ShaderSum) -> None:
@@ -281,7 +290,7 @@ def _add_principled(leaf: Leaf, total: ShaderSum) -> None:
     if transmission.any():
         part = replace(leaf, weight=weight * transmission)
         if leaf.is_thin:
-            _add_pane(part, total, base, left)
+            add_pane(part, total, base, left)
         else:
             _add_principled_glass(part, total, base)
     weight = weight * (1 - transmission)
@@ -294,19 +303,6 @@ def _add_principled(leaf: Leaf, total: ShaderSum) -> None:
 
 def _add_principled_glass(leaf: Leaf, total: ShaderSum, base: np.ndarray) -> None:
     leaf.add_glass(total, leaf.weight, white(), np.sqrt(base))
-
-
-def _add_pane(leaf: Leaf, total: ShaderSum, base: np.ndarray, left: np.ndarray) -> None:
-    """Glass with a thin wall: mean reflection, and the rest straight through, or scattered as it is rough.
-
-    `left` is the share that layers leave to it.
-    """
-    reflectance, way = mean_of_pane(leaf.ior)
-    # A share, as what passes is the rest
-    leaf.add_glossy(total, leaf.weight * np.float32(reflectance), white(), white())
-    passing = leaf.weight * (1 - reflectance) * base**way
-    total.transparent = total.transparent + passing * left * (1 - leaf.roughness)
-    total.add(Lobe.TRANSLUCENT, passing * leaf.roughness, under=leaf.over)
 
 
 def _add_dielectric(leaf: Leaf, total: ShaderSum) -> Hashable:

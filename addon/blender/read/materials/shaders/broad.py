@@ -28,9 +28,9 @@ def add_base(
     """Diffuse reflection with a weight that has the colour in it, and a roughness by the name of its socket."""
     rough = saturate(leaf[roughness])
     if (rough < LEAST_ROUGHNESS).all():
-        total.add(Lobe.DIFFUSE, weight, under=under)
+        total.add(Lobe.DIFFUSE, weight, under=under, **leaf.normal())
     else:
-        total.add(Lobe.ROUGH_DIFFUSE, weight, f0=color, roughness=rough, under=under)
+        total.add(Lobe.ROUGH_DIFFUSE, weight, f0=color, roughness=rough, under=under, **leaf.normal())
 
 
 def add_sheet(leaf: "Leaf", total: ShaderSum, weight: np.ndarray, base: np.ndarray, under: Hashable) -> np.ndarray:
@@ -38,7 +38,7 @@ def add_sheet(leaf: "Leaf", total: ShaderSum, weight: np.ndarray, base: np.ndarr
     share, forward = saturate(leaf["Subsurface Weight"]), leaf["Subsurface Anisotropy"]
     scattered = weight * share * base
     add_base(leaf, total, scattered * saturate((1 - forward) / 2), base, "Diffuse Roughness", under)
-    total.add(Lobe.TRANSLUCENT, scattered * saturate((1 + forward) / 2), under=under)
+    total.add(Lobe.TRANSLUCENT, scattered * saturate((1 + forward) / 2), under=under, **leaf.normal())
     return weight * (1 - share)
 
 
@@ -46,12 +46,13 @@ def add_sheen(leaf: "Leaf", total: ShaderSum) -> None:
     """A Sheen BSDF."""
     roughness = saturate(leaf["Roughness"])
     if leaf.closure.node.distribution == "ASHIKHMIN":
-        total.add(Lobe.VELVET, leaf.weighted, roughness=roughness)
+        total.add(Lobe.VELVET, leaf.weighted, roughness=roughness, **leaf.normal())
     else:
-        total.add(Lobe.SHEEN, leaf.weight, f0=leaf.color, roughness=roughness)
+        total.add(Lobe.SHEEN, leaf.weight, f0=leaf.color, roughness=roughness, **leaf.normal())
 
 
 def add_toon(leaf: "Leaf", total: ShaderSum) -> None:
     """A Toon BSDF."""
     kind = Lobe.GLOSSY_TOON if leaf.closure.node.component == "GLOSSY" else Lobe.TOON
-    total.add(kind, leaf.weighted, roughness=saturate(leaf["Size"]), f90=saturate(leaf["Smooth"]))
+    angles = {"roughness": saturate(leaf["Size"]), "f90": saturate(leaf["Smooth"])}
+    total.add(kind, leaf.weighted, **angles, **leaf.normal())
