@@ -13,6 +13,7 @@ from .closure import bsdf_at, closure_at, is_nothing
 from .frames import UP, adjoint, bump_shadowing_in, frame_of, into, out_of, own_normal
 from .mixture import (
     BROAD_LOBES,
+    BUMPED_LOBES,
     GLASS,
     GLOSSY,
     GLOSSY_TOON,
