@@ -20,6 +20,8 @@ from ..scene.closures import N_ANGLES, Lobe
 from ..scene.hit import channel_at, material_seen
 
 GLOSSY, GLASS = int(Lobe.GLOSSY), int(Lobe.GLASS)
+TRANSMITTING_LOBES = 1 << int(Lobe.TRANSLUCENT) | 1 << GLASS
+"""Lobes that send light through the surface, as bits."""
 _LAST_ANGLE = np.float32(N_ANGLES - 1)
 _DIFFUSE_RAY, _CAMERA_RAY = int(RayKind.DIFFUSE), int(RayKind.CAMERA)
 
@@ -96,6 +98,15 @@ def _bsdf(scene, triangle, u, v, back, seen_from_back, kind):
         normal = negative(normal)
     perturbed = scene.materials.perturbed[scene.material[triangle]]
     return Bsdf(start[material], start[material + 1], triangle, u, v, back, normal, perturbed)
+
+
+@part
+def has_lobes(scene, bsdf, lobes):
+    """Whether a point has a closure of a set of lobes."""
+    found = False
+    for k in range(bsdf.first, bsdf.last):
+        found |= bool(lobes >> scene.materials.closures.kind[k] & 1)
+    return found
 
 
 @part

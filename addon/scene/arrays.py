@@ -65,8 +65,8 @@ class MaterialArrays(NamedTuple):
     tint: ChannelArrays
     seen_as: np.ndarray
     matte: np.ndarray
-    glossy_or_glass: np.ndarray
-    differs_by_angle: np.ndarray
+    directional: np.ndarray
+    broad: np.ndarray
     spreads_light: np.ndarray
     perturbed: np.ndarray
     see_through: np.ndarray

@@ -44,7 +44,7 @@ def test_photons_are_weighed_by_where_they_go():
 
 def test_materials_with_curves_are_not_matte():
     materials = Materials.of(1, closures=replace(closures({"kind": Lobe.DIFFUSE}), by_angle=AngleCurves(*ONE_CURVE)))
-    assert materials.differs_by_angle.all() and not materials.matte.any() and not materials.glossy_or_glass.any()
+    assert materials.directional.all() and not materials.matte.any() and not materials.narrow.any()
 
 
 ONE_CURVE = np.int32([0]), np.float32([RISING])

@@ -5,9 +5,6 @@ from photon_bake.tests.host import scenes
 from photon_bake.tests.host.shader_trees import read, shader, tree_of
 
 SHORTCOMINGS = {
-    "Diffuse Roughness": "its diffuse roughness is not baked",
-    "Coat Weight": "its coat is not baked",
-    "Sheen Weight": "its sheen is not baked",
     "Subsurface Weight": "its subsurface scattering is baked as diffuse",
     "Anisotropic": "its anisotropy is not baked",
     "Thin Film Thickness": "its thin film is not baked",
@@ -54,12 +51,3 @@ def test_says_that_instancers_are_not_asked(kind):
     warnings = []
     read(material, warnings)
     assert [one for one in warnings if "baked as zero" in one]
-
-
-def test_normal_map():
-    material, surface = scenes.add_material("Bumpy")
-    bump = material.node_tree.nodes.new("ShaderNodeBump")
-    material.node_tree.links.new(bump.outputs[0], surface.inputs["Normal"])
-    warnings = []
-    read(material, warnings)
-    assert warnings == []
