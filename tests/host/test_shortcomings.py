@@ -67,12 +67,3 @@ def test_says_that_both_sides_are_alike():
     warnings = []
     expect(read(material, warnings), f0=0)
     assert warnings == ["Material 'Card': its back is baked like its front."]
-
-
-def test_normal_map():
-    material, surface = scenes.add_material("Bumpy")
-    bump = material.node_tree.nodes.new("ShaderNodeBump")
-    material.node_tree.links.new(bump.outputs[0], surface.inputs["Normal"])
-    warnings = []
-    read(material, warnings)
-    assert warnings == ["Material 'Bumpy': its normal map is not baked."]

@@ -58,7 +58,7 @@ def sheen_over_rough():
     grazed_floor(principled(Sheen_Weight=1.0, Sheen_Roughness=0.6, Sheen_Tint=(0.2, 0.4, 1.0), **cloth))
 
 
-@case("Sheen under an even sky", GROUP)
+@case("Sheen under an even sky", GROUP, effort=4)
 def sheen_under_sky():
     floor = principled(Base_Color=(0.1, 0.1, 0.1), Sheen_Weight=1.0, Specular_IOR_Level=0.0)
     room(without=("Ceiling",), paint={"Floor": floor}, dim=0.3)
@@ -66,7 +66,7 @@ def sheen_under_sky():
     world((0.8, 0.9, 1.0), 2.0)
 
 
-@case("Rough diffuse under an even sky", GROUP)
+@case("Rough diffuse under an even sky", GROUP, effort=8)
 def rough_under_sky():
     room(
         without=("Ceiling",),

@@ -45,21 +45,12 @@ def coat_over_glass():
     divided(principled(Coat_Weight=1.0, Coat_Roughness=0.2, Coat_Tint=(0.9, 0.8, 0.6), **inputs), 0.2)
 
 
-@case("Light under a coat with a tint", GROUP)
+@case("Light under a coat with a tint", GROUP, effort=6)
 def coat_over_emission():
     room()
     probes()
     inputs = {"Base_Color": (0, 0, 0), "Specular_IOR_Level": 0.0, "Emission_Color": (1, 1, 1), "Emission_Strength": 8.0}
     lit = principled(Coat_Weight=1.0, Coat_Roughness=0.3, Coat_IOR=1.8, Coat_Tint=(0.9, 0.5, 0.3), **inputs)
-    quad("Panel", (0, 0, 1.9), (0, 0.5, 0), (0.5, 0, 0), lit)
-
-
-@case("Light under sheen", GROUP)
-def sheen_over_emission():
-    room()
-    probes()
-    inputs = {"Base_Color": (0, 0, 0), "Specular_IOR_Level": 0.0, "Emission_Color": (1, 1, 1), "Emission_Strength": 8.0}
-    lit = principled(Sheen_Weight=1.0, Sheen_Roughness=0.8, Sheen_Tint=(1.0, 0.6, 0.3), **inputs)
     quad("Panel", (0, 0, 1.9), (0, 0.5, 0), (0.5, 0, 0), lit)
 
 
@@ -78,6 +69,7 @@ def coat_textured():
     inputs = {"Base Color": (0.3, 0.15, 0.05), "Specular IOR Level": 0.0, "Coat Weight": checker}
     coated = {"Coat Roughness": 0.3, "Coat IOR": 2.0, "Coat Tint": (0.9, 0.6, 0.4)}
     shiny_floor(tree.done(tree.add("BsdfPrincipled", {**inputs, **coated})))
+<<<<<<< HEAD
 
 
 @case("Rough pane with a thin wall", GROUP, effort=9, since=(5, 2))
@@ -90,3 +82,5 @@ def thin_sheet():
     # A leaf: more goes through than comes back.
     inputs = {"Base_Color": (0.5, 0.8, 0.3), "Roughness": 0.5, "Thin_Wall": True}
     divided(principled(Subsurface_Weight=0.8, Subsurface_Anisotropy=0.4, **inputs))
+=======
+>>>>>>> lobes
