@@ -71,11 +71,6 @@ def coat_textured():
     shiny_floor(tree.done(tree.add("BsdfPrincipled", {**inputs, **coated})))
 
 
-@case("Rough pane with a thin wall", GROUP, effort=9, since=(5, 2))
-def rough_pane():
-    divided(principled(Transmission_Weight=1.0, Roughness=0.6, Base_Color=(0.6, 0.9, 0.7), Thin_Wall=True))
-
-
 @case("Subsurface scattering with a thin wall", GROUP, since=(5, 2))
 def thin_sheet():
     # A leaf: more goes through than comes back.
