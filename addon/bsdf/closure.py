@@ -20,7 +20,7 @@ from ..scene.closures import N_ANGLES, Lobe
 from ..scene.hit import channel_at, material_seen
 
 GLOSSY, GLASS = int(Lobe.GLOSSY), int(Lobe.GLASS)
-TRANSMITTING_LOBES = 1 << int(Lobe.TRANSLUCENT) | 1 << GLASS
+TRANSMITTING_LOBES = 1 << int(Lobe.TRANSLUCENT) | 1 << GLASS | 1 << int(Lobe.PANE)
 """Lobes that send light through the surface, as bits."""
 _LAST_ANGLE = np.float32(N_ANGLES - 1)
 _DIFFUSE_RAY, _CAMERA_RAY = int(RayKind.DIFFUSE), int(RayKind.CAMERA)

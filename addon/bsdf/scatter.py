@@ -17,6 +17,7 @@ from .mixture import (
     GLASS,
     GLOSSY,
     GLOSSY_TOON,
+    PANE,
     TRANSLUCENT,
     choose_closure,
     sample_bsdf,
@@ -24,6 +25,7 @@ from .mixture import (
 )
 
 _DIFFUSE_RAY, _GLOSSY_RAY, _TRANSMITTED_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY), int(RayKind.TRANSMITTED)
+_REFLECTING = ~(1 << TRANSLUCENT | 1 << PANE)
 _HALF, _TWO = np.float32(0.5), np.float32(2)
 _FACING, _LEAST_COS = np.float32(1e-3), np.float32(1e-6)
 _MAX_CORRECTION = np.float32(16)
@@ -128,9 +130,9 @@ def _way_of_photon(scene, bsdf, choice, lobes, seen):
     """
     behind = seen_from_behind(scene, bsdf, seen)
     if not has_lobes(scene, behind, lobes & TRANSMITTING_LOBES):
-        return ONE, bsdf, choice, lobes & ~(1 << TRANSLUCENT), ONE
+        return ONE, bsdf, choice, lobes & _REFLECTING, ONE
     if choice < _HALF:
-        return ONE, bsdf, _TWO * choice, lobes & ~(1 << TRANSLUCENT), _TWO
+        return ONE, bsdf, _TWO * choice, lobes & _REFLECTING, _TWO
     return -ONE, behind, _TWO * choice - ONE, lobes & TRANSMITTING_LOBES, _TWO
 
 
@@ -170,7 +172,7 @@ def _gone_on(scene, hit, axis, wi, cos, weight, lobe, specular, rough):
     kind = _DIFFUSE_RAY
     if lobe in (GLOSSY, GLOSSY_TOON):
         kind = _GLOSSY_RAY
-    elif lobe == GLASS:
+    elif lobe in (GLASS, PANE):
         kind = _TRANSMITTED_RAY
     origin = off_surface(scene, hit, side)
     return Scattered(alive, origin, onward, weight, lobe, np.int32(kind), specular, rough)
