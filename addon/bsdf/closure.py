@@ -13,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import part
-from ..core.vec3 import BLACK, ONE, ZERO
+from ..core.vec3 import BLACK, ONE, WHITE, ZERO
 from ..scene.closures import Lobe
 from ..scene.hit import channel_at
+from .microfacets import Facets
 
 GLOSSY, GLASS = int(Lobe.GLOSSY), int(Lobe.GLASS)
 
@@ -43,6 +44,9 @@ class Closure(NamedTuple):
     fresnel: bool
     preserves_energy: bool
     layer: np.int32
+    distribution: np.int32
+    curve: np.int32
+    edge: tuple
 
 
 @part
@@ -62,21 +66,24 @@ def bsdf_of(scene, triangle, u, v, back):
 def closure_at(scene, bsdf, k):
     """The k-th closure of the scene at a point that has it."""
     closures, at = scene.materials.closures, (bsdf.triangle, bsdf.u, bsdf.v)
-    kind, ior = closures.kind[k], closures.ior[k]
-    weight, roughness, f0, f90 = channel_at(scene, closures.weight, k, *at), ONE, BLACK, BLACK
+    kind, ior, curve = closures.kind[k], closures.ior[k], closures.curve[k]
+    weight, roughness, f0, f90, edge = channel_at(scene, closures.weight, k, *at), ONE, BLACK, BLACK, WHITE
     if kind >= GLOSSY:
         roughness = channel_at(scene, closures.roughness, k, *at)[0]
         f0, f90 = channel_at(scene, closures.f0, k, *at), channel_at(scene, closures.f90, k, *at)
+    if curve > 0:
+        edge = channel_at(scene, closures.edge, k, *at)
     if kind == GLASS and bsdf.back:
         ior = ONE / ior
-    fresnel, preserves_energy = closures.fresnel[k], closures.preserves_energy[k]
-    return Closure(kind, weight, roughness, f0, f90, ior, fresnel, preserves_energy, closures.layer[k])
+    look = closures.fresnel[k], closures.preserves_energy[k], closures.layer[k], closures.distribution[k]
+    return Closure(kind, weight, roughness, f0, f90, ior, *look, curve, edge)
 
 
 @part
-def alpha_of(closure):
-    """GGX's α."""
-    return closure.roughness * closure.roughness
+def facets_of(closure):
+    """The facets of a rough closure."""
+    alpha = closure.roughness * closure.roughness
+    return Facets(closure.distribution, alpha, alpha)
 
 
 @part

@@ -1,4 +1,4 @@
-"""Reflection and refraction by clear GGX facets; f0 is the colour of what is reflected, f90 of what is transmitted.
+"""Reflection and refraction by clear facets; f0 is the colour of what is reflected, f90 of what is transmitted.
 
 The density of both has the same factors as f: Walter et al. 2007, equations 17, 20, 21. Radiance is not scaled by η²
 at an interface, as Cycles does not: f of the refraction is Walter's times (η_light/η_view)², by which a path's weight
@@ -21,7 +21,7 @@ from .albedo_tables import (
     interpolate_3,
     multiple_scattering_of,
 )
-from .closure import alpha_of, radiance_scale
+from .closure import facets_of, radiance_scale
 from .fresnel import fresnel_dielectric
 from .microfacets import reflect, refract, unshadowed, visible_normal
 
@@ -63,7 +63,7 @@ def sample(closure, wo, choice, u, v, from_light):
 @part
 def facet_of(closure, wo, u, v):
     """A facet that is seen from wo."""
-    h = visible_normal(wo, alpha_of(closure), u, v)
+    h = visible_normal(facets_of(closure), wo, u, v)
     cos = dot(wo, h)
     fresnel = fresnel_dielectric(cos, closure.ior)
     if closure.fresnel:
@@ -82,7 +82,7 @@ def scatter(closure, wo, facet, reflects, from_light):
         share = facet.transmitted * radiance_scale(ior, from_light)
     if (wi[2] > ZERO) != reflects:
         return wi, BLACK
-    share = share * unshadowed(wo[2], wi[2], alpha_of(closure))
+    share = share * unshadowed(facets_of(closure), wo, wi)
     view, view_ior = wo[2], ior
     if from_light:
         view = abs(wi[2])

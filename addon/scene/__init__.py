@@ -1,6 +1,6 @@
 """What is lit: meshes, materials, lights and world as NumPy arrays in world space (metres, scene-linear Rec.709)."""
 
-from .closures import Closures, Lobe
+from .closures import Closures, Distribution, FresnelCurve, Lobe
 from .light_groups import OTHER, LightGroups
 from .lights import ALL_BOUNCES, LightKind, Lights
 from .materials import Channel, Materials
@@ -14,6 +14,8 @@ __all__ = [
     "OTHER",
     "Channel",
     "Closures",
+    "Distribution",
+    "FresnelCurve",
     "LightGroups",
     "LightKind",
     "Lights",

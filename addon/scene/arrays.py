@@ -47,6 +47,9 @@ class ClosureArrays(NamedTuple):
     fresnel: np.ndarray
     preserves_energy: np.ndarray
     layer: np.ndarray
+    distribution: np.ndarray
+    curve: np.ndarray
+    edge: ChannelArrays
 
 
 class MaterialArrays(NamedTuple):

@@ -1,6 +1,6 @@
 """What a material's scattering is made of: closures, each a way to scatter light with a weight and parameters."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import IntEnum
 from functools import cached_property
 from typing import Any
@@ -17,6 +17,27 @@ class Lobe(IntEnum):
     TRANSLUCENT = 1
     GLOSSY = 2
     GLASS = 3
+
+
+class Distribution(IntEnum):
+    """How the normals of a rough closure's facets are distributed."""
+
+    GGX = 0
+    BECKMANN = 1
+    ASHIKHMIN_SHIRLEY = 2
+
+
+class FresnelCurve(IntEnum):
+    """How a glossy closure's reflectance goes from f0 at normal incidence to grazing.
+
+    DIELECTRIC : to f90 as Fresnel's equations for `ior` go to 1, or by Schlick's curve.
+    F82 : by Schlick's curve, times `edge` at 82°.
+    CONDUCTOR : by Fresnel's equations of a complex index, whose real part is `edge`.
+    """
+
+    DIELECTRIC = 0
+    F82 = 1
+    CONDUCTOR = 2
 
 
 @dataclass(frozen=True)
@@ -46,6 +67,12 @@ class Closures:
         Whether a rough closure gives back what scatters more than once between its facets.
     layer : (c,) int32
         The glossy closure that lies over this one and takes its albedo from it, −1 for none.
+    distribution : (c,) int32
+        `Distribution` of a rough closure's facets.
+    curve : (c,) int32
+        `FresnelCurve` of a glossy closure.
+    edge : Channel
+        What that takes.
     """
 
     start: np.ndarray
@@ -58,6 +85,19 @@ class Closures:
     fresnel: np.ndarray
     preserves_energy: np.ndarray
     layer: np.ndarray
+    distribution: np.ndarray
+    curve: np.ndarray
+    edge: Channel
+
+    @staticmethod
+    def of(start: np.ndarray, kind: np.ndarray, **columns: Any) -> "Closures":
+        """Closures of some kinds; columns that are left out are those of a white lobe without a layer over it."""
+        c, kind = len(kind), np.asarray(kind, np.int32)
+        none, one, zero = np.full(c, -1, np.int32), Channel.constant(np.ones(c)), np.zeros(c, np.int32)
+        default: dict[str, Any] = dict.fromkeys(("weight", "roughness", "f0", "f90", "edge"), one)
+        default |= {"ior": np.zeros(c, np.float32), "distribution": zero, "curve": zero, "layer": none}
+        default |= {"fresnel": np.ones(c, bool), "preserves_energy": np.ones(c, bool)}
+        return Closures(start=np.asarray(start, np.int32), kind=kind, **default | columns)
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -75,10 +115,13 @@ class Closures:
         """Those that a mask (c,) chooses; without a layer where that is not chosen."""
         index = np.append(np.where(chosen, np.cumsum(chosen) - 1, -1), -1)
         ends = np.concatenate([[0], np.cumsum(chosen)])
-        columns = {name: getattr(self, name)[chosen] for name in ("kind", "ior", "fresnel", "preserves_energy")}
-        channels = {name: getattr(self, name).where(chosen) for name in ("weight", "roughness", "f0", "f90")}
+        columns = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("start", "kind", "layer")}
+        taken: dict[str, Any] = {
+            name: column.where(chosen) if isinstance(column, Channel) else column[chosen]
+            for name, column in columns.items()
+        }
         layer = index[self.layer[chosen]].astype(np.int32)
-        return Closures(start=ends[self.start].astype(np.int32), layer=layer, **columns, **channels)
+        return Closures.of(ends[self.start], self.kind[chosen], layer=layer, **taken)
 
 
 def closures_of_lobes(
@@ -137,9 +180,9 @@ def closures_of_lobes(
     def column(i: int) -> Channel:
         return Channel.join([lobe[i] for lobe in lobes]).where(row)
 
-    return Closures(
-        start=np.searchsorted(material, np.arange(m + 1)).astype(np.int32),
-        kind=kind.astype(np.int32),
+    return Closures.of(
+        start=np.searchsorted(material, np.arange(m + 1)),
+        kind=kind,
         weight=column(1),
         roughness=roughness.where(material),
         f0=column(2),

@@ -23,31 +23,15 @@ def test_says_what_is_not_baked(socket, what):
     assert warnings == [f"Material 'Skin': {what}."]
 
 
-@pytest.mark.parametrize(("kind", "roughness", "n"), [("Glossy", 0.5, 1), ("Glossy", 0.0, 0), ("Refraction", 0.5, 1)])
-def test_says_that_other_distributions_are_baked_as_ggx(kind, roughness, n):
-    material, tree, show = tree_of()
-    surface = shader(tree, f"Bsdf{kind}", Roughness=roughness)
-    surface.distribution = "BECKMANN"
-    show(surface)
-    warnings = []
-    read(material, warnings)
-    assert warnings == ["Material 'Material': its Beckmann distribution is baked as GGX."] * n
-
-
-def test_says_that_displacement_and_edge_tint_are_not_baked():
-    material, surface = scenes.add_material("Rock")
-    surface.inputs["Metallic"].default_value = 1
-    surface.inputs["Specular Tint"].default_value = (1, 0.5, 0.5, 1)
+def test_says_that_displacement_is_not_baked():
+    material, _ = scenes.add_material("Rock")
     tree = material.node_tree
     displacement = tree.nodes.new("ShaderNodeDisplacement")
     tree.links.new(displacement.outputs[0], tree.get_output_node("CYCLES").inputs["Displacement"])
     material.displacement_method = "DISPLACEMENT"
     warnings = []
     read(material, warnings)
-    assert warnings == [
-        "Material 'Rock': its displacement is not baked.",
-        "Material 'Rock': its edge tint is not baked.",
-    ]
+    assert warnings == ["Material 'Rock': its displacement is not baked."]
 
 
 @pytest.mark.parametrize("kind", ["ParticleInfo", "UVMap"])

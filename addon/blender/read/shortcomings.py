@@ -23,9 +23,6 @@ NOT_BAKED = {
 }
 """What is said where an input is not zero."""
 
-NOT_GGX = {"BECKMANN": "Beckmann", "ASHIKHMIN_SHIRLEY": "Ashikhmin-Shirley"}
-"""Distributions of facets that Cycles has besides GGX."""
-
 
 def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Iterator[str]:
     """Half sentences about what cannot be baked as it is."""
@@ -59,11 +56,6 @@ def _of_closure(closure: Closure) -> Iterator[str]:
         yield "its subsurface scattering is baked as diffuse"
     elif closure.kind not in ADDERS:
         yield f"its {node.bl_label} is baked as diffuse"
-    if node.type == "BSDF_PRINCIPLED" and _has_edge_tint(closure):
-        yield "its edge tint is not baked"
-    distribution = NOT_GGX.get(getattr(node, "distribution", ""))
-    if distribution and _counts(closure.shader.input("Roughness")):
-        yield f"its {distribution} distribution is baked as GGX"
     for one in node.inputs:
         place = Place(one, closure.shader.groups)
         what = NOT_BAKED.get((node.type, one.identifier))
@@ -71,11 +63,6 @@ def _of_closure(closure: Closure) -> Iterator[str]:
             yield what
         if one.identifier == "Normal" and _is_bumped(place):
             yield "its normal map is not baked"
-
-
-def _has_edge_tint(closure: Closure) -> bool:
-    tint = constant(closure.shader.input("Specular Tint"))
-    return _counts(closure.shader.input("Metallic")) and (tint is None or bool((tint != 1).any()))
 
 
 def _counts(place: Place) -> bool:

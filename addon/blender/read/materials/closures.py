@@ -3,23 +3,19 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import reduce
-from math import log
+from typing import Any
 
 import bpy
 import numpy as np
 
-from ....scene import Lobe
+from ....scene import Distribution, FresnelCurve, Lobe
 from .expressions import constant
 from .node_math import dielectric_f0, ior_of_f0, mean_of_pane, saturate
 from .nodes import Factor, Place, Value, output_node
 from .sums import ShaderSum, black, white
 
-BECKMANN_AS_GGX = log(2) ** 0.25
-"""A GGX lobe of this share of the roughness, 0.91, stands for a Beckmann lobe: facets have the same median slope.
-
-P(tan θ < t) is 1 − exp(−t²/α²) for Beckmann's facets and t²/(α² + t²) for GGX's, with the medians α √ln 2 and α. The
-width α is the square of the roughness.
-"""
+DISTRIBUTIONS = {"BECKMANN": Distribution.BECKMANN, "ASHIKHMIN_SHIRLEY": Distribution.ASHIKHMIN_SHIRLEY}
+"""Those that are not GGX, by Blender's names."""
 
 
 @dataclass(frozen=True)
@@ -126,9 +122,18 @@ class _Leaf:
         return self.weight * self.color
 
     @property
+    def facets(self) -> dict[str, Any]:
+        """What says of a term how its facets are."""
+        distribution = self.closure.node.distribution
+        return {
+            "roughness": self.roughness,
+            "distribution": DISTRIBUTIONS.get(distribution, Distribution.GGX),
+            "keeps_energy": distribution == "MULTI_GGX",
+        }
+
+    @property
     def roughness(self) -> np.ndarray:
-        narrowed = BECKMANN_AS_GGX if self.closure.node.distribution == "BECKMANN" else 1
-        return saturate(self["Roughness"]) * np.float32(narrowed)
+        return saturate(self["Roughness"])
 
     @property
     def ior(self) -> float:
@@ -138,10 +143,6 @@ class _Leaf:
     def is_thin(self) -> bool:
         """Whether a Principled shader (from 5.2) is of a pane, not of a solid."""
         return "Thin Wall" in self.closure.node.inputs and bool(self["Thin Wall"].any())
-
-    @property
-    def keeps_energy(self) -> bool:
-        return bool(self.closure.node.distribution in {"MULTI_GGX", "BECKMANN"})
 
     def add_glossy(
         self,
@@ -153,8 +154,15 @@ class _Leaf:
         covers: "Place | Closure | None" = None,
     ) -> None:
         """Add a glossy closure with the node's facets, by Schlick's curve without `ior`; see `Term`."""
-        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy}
-        total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, **facets)
+        total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, **self.facets)
+
+    def add_metal(
+        self, total: ShaderSum, weight: np.ndarray, f0: np.ndarray, edge: np.ndarray, curve: FresnelCurve
+    ) -> None:
+        """Add a glossy closure with a metal's curve; F82's is Schlick's where the edge has no tint."""
+        if curve == FresnelCurve.F82 and (edge == 1).all():
+            curve = FresnelCurve.DIELECTRIC
+        total.add(Lobe.GLOSSY, weight, f0=f0, f90=white(), curve=curve, edge=edge, **self.facets)
 
     def add_glass(
         self,
@@ -165,8 +173,8 @@ class _Leaf:
         fresnel: bool = True,
     ) -> None:
         """Add a glass closure with the node's facets and index of refraction."""
-        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy, "ior": self.ior}
-        total.add(Lobe.GLASS, weight, f0=reflection, f90=transmission, fresnel=fresnel, **facets)
+        colors = {"f0": reflection, "f90": transmission}
+        total.add(Lobe.GLASS, weight, fresnel=fresnel, ior=self.ior, **colors, **self.facets)
 
 
 def combine(closures: list[Closure], value: Value) -> ShaderSum:
@@ -245,11 +253,11 @@ def _add_glossy(leaf: _Leaf, total: ShaderSum) -> None:
 
 def _add_metal(leaf: _Leaf, total: ShaderSum) -> None:
     if leaf.closure.node.fresnel_type == "F82":
-        f0 = saturate(leaf["Base Color"])
+        leaf.add_metal(total, leaf.weight, saturate(leaf["Base Color"]), saturate(leaf["Edge Tint"]), FresnelCurve.F82)
     else:
-        n, k = leaf["IOR"], leaf["Extinction"]
+        n, k = np.maximum(leaf["IOR"], 0), np.maximum(leaf["Extinction"], 0)
         f0 = ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2)
-    leaf.add_glossy(total, leaf.weight, f0, white())
+        leaf.add_metal(total, leaf.weight, f0, n, FresnelCurve.CONDUCTOR)
 
 
 def _add_glass(leaf: _Leaf, total: ShaderSum) -> None:
@@ -269,7 +277,7 @@ def _add_principled(leaf: _Leaf, total: ShaderSum) -> None:
     _add_emission(replace(leaf, weight=weight), total, "Emission Color", "Emission Strength")
     base, metallic = saturate(leaf["Base Color"]), saturate(leaf["Metallic"])
     if metallic.any():
-        leaf.add_glossy(total, weight * metallic, base, white())
+        leaf.add_metal(total, weight * metallic, base, saturate(leaf["Specular Tint"]), FresnelCurve.F82)
     weight = weight * (1 - metallic)
     transmission = saturate(leaf["Transmission Weight"]) if weight.any() else np.zeros((1, 1, 1), np.float32)
     if transmission.any():

@@ -10,7 +10,7 @@ from .sums import ShaderSum, Term
 from .texture_grid import Coordinates
 
 CHANNELS = ("emission", "coverage", "tint")
-OF_CLOSURES = ("weight", "roughness", "f0", "f90")
+OF_CLOSURES = ("weight", "roughness", "f0", "f90", "edge")
 """Channels of materials, and of closures."""
 
 
@@ -94,13 +94,15 @@ def _closures(rows: list[Surface]) -> Closures:
     values = [of_term for row in rows for _, of_term in row.closures]
     layer = [term.under for term in terms]
     first = np.repeat(start[:-1], np.diff(start))
-    return Closures(
-        start=start.astype(np.int32),
-        kind=np.array([term.kind for term in terms], np.int32),
+    return Closures.of(
+        start,
+        np.array([term.kind for term in terms], np.int32),
         ior=np.array([term.ior for term in terms], np.float32),
         fresnel=np.array([term.fresnel for term in terms], bool),
         preserves_energy=np.array([term.keeps_energy for term in terms], bool),
         layer=np.where(np.array(layer, int) >= 0, first + np.array(layer, int), -1).astype(np.int32),
+        distribution=np.array([term.distribution for term in terms], np.int32),
+        curve=np.array([term.curve for term in terms], np.int32),
         **{name: _channel(values, name) for name in OF_CLOSURES},
     )
 

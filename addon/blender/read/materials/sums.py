@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ....scene import Lobe
+from ....scene import Distribution, FresnelCurve, Lobe
 from .node_math import saturate
 
 
@@ -32,9 +32,9 @@ class Term:
     Attributes
     ----------
     kind : Lobe
-    weight, f0, f90, roughness : (h, w, 1 or 3) float32
+    weight, f0, f90, roughness, edge : (h, w, 1 or 3) float32
         h = w = 1 where constant.
-    ior, fresnel, keeps_energy
+    ior, fresnel, keeps_energy, distribution, curve
         As those of `Closures`.
     covers, under : hashable, optional
         By what name this one is a layer, and the name of the layer that lies over it.
@@ -50,6 +50,9 @@ class Term:
     keeps_energy: bool = True
     covers: Hashable = None
     under: Hashable = None
+    distribution: Distribution = Distribution.GGX
+    curve: FresnelCurve = FresnelCurve.DIELECTRIC
+    edge: np.ndarray = field(default_factory=white)
 
     @property
     def scatters(self) -> bool:
@@ -68,11 +71,10 @@ class Term:
 
     def adds_to(self, other: "Term") -> bool:
         """Whether the two differ in nothing but their weights."""
-        said = (self.kind, self.ior, self.fresnel, self.keeps_energy, self.under)
-        if said != (other.kind, other.ior, other.fresnel, other.keeps_energy, other.under):
+        said = ("kind", "ior", "fresnel", "keeps_energy", "under", "distribution", "curve")
+        if any(getattr(self, name) != getattr(other, name) for name in said):
             return False
-        pairs = ((self.f0, other.f0), (self.f90, other.f90), (self.roughness, other.roughness))
-        return all(_alike(a, b) for a, b in pairs)
+        return all(_alike(getattr(self, name), getattr(other, name)) for name in ("f0", "f90", "roughness", "edge"))
 
 
 def _alike(a: np.ndarray, b: np.ndarray) -> bool:
