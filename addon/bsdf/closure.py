@@ -33,7 +33,10 @@ class Bsdf(NamedTuple):
 
 
 class Closure(NamedTuple):
-    """One of them with its values there; `ior` of glass is that beyond the surface over that of the side met."""
+    """One of them with its values there.
+
+    Of glass, `ior` and that of its film are over that of the side met.
+    """
 
     kind: np.int32
     weight: tuple
@@ -47,6 +50,7 @@ class Closure(NamedTuple):
     distribution: np.int32
     curve: np.int32
     edge: tuple
+    film: tuple
 
 
 @part
@@ -67,16 +71,20 @@ def closure_at(scene, bsdf, k):
     """The k-th closure of the scene at a point that has it."""
     closures, at = scene.materials.closures, (bsdf.triangle, bsdf.u, bsdf.v)
     kind, ior, curve = closures.kind[k], closures.ior[k], closures.curve[k]
-    weight, roughness, f0, f90, edge = channel_at(scene, closures.weight, k, *at), ONE, BLACK, BLACK, WHITE
+    weight, roughness = channel_at(scene, closures.weight, k, *at), ONE
+    f0, f90, edge, film = BLACK, BLACK, WHITE, BLACK
     if kind >= GLOSSY:
         roughness = channel_at(scene, closures.roughness, k, *at)[0]
         f0, f90 = channel_at(scene, closures.f0, k, *at), channel_at(scene, closures.f90, k, *at)
     if curve > 0:
         edge = channel_at(scene, closures.edge, k, *at)
+    if closures.film.value[k, 0] > ZERO:
+        film = channel_at(scene, closures.film, k, *at)
     if kind == GLASS and bsdf.back:
         ior = ONE / ior
+        film = film[0], film[1] * ior, film[2]
     look = closures.fresnel[k], closures.preserves_energy[k], closures.layer[k], closures.distribution[k]
-    return Closure(kind, weight, roughness, f0, f90, ior, *look, curve, edge)
+    return Closure(kind, weight, roughness, f0, f90, ior, *look, curve, edge, film)
 
 
 @part

@@ -8,7 +8,7 @@ import numpy as np
 from ..core.compiling import part
 from ..core.vec3 import ONE, ZERO, minus, plus, times
 from ..scene.closures import FresnelCurve
-from .facets import metal
+from .facets import metal, thin_film
 
 _DIELECTRIC = int(FresnelCurve.DIELECTRIC)
 _TINY, _HALF = np.float32(1e-20), np.float32(0.5)
@@ -65,7 +65,9 @@ def average_grazing_share(ior):
 
 @part
 def reflectance(closure, cos):
-    """What facets of a glossy closure reflect that are seen at `cos`, by its curve."""
+    """What facets of a glossy closure reflect that are seen at `cos`, by their film or by its curve."""
+    if closure.film[0] > ZERO:
+        return thin_film.reflectances(closure.film, closure.curve, cos, closure.f0, closure.edge, closure.ior)
     if closure.curve != _DIELECTRIC:
         return metal.reflectances(closure.curve, cos, closure.f0, closure.edge)
     return plus(closure.f0, times(minus(closure.f90, closure.f0), grazing_share(cos, closure.ior)))
@@ -73,7 +75,18 @@ def reflectance(closure, cos):
 
 @part
 def average_reflectance(closure):
-    """Its cosine-weighted average over the hemisphere."""
+    """Its cosine-weighted average over the hemisphere, as if there were no film."""
     if closure.curve != _DIELECTRIC:
         return metal.averages(closure.curve, closure.f0, closure.edge)
     return plus(closure.f0, times(minus(closure.f90, closure.f0), average_grazing_share(closure.ior)))
+
+
+@part
+def glass_reflectance(closure, cos):
+    """What facets of glass reflect that are seen at `cos`."""
+    if closure.film[0] > ZERO:
+        f0 = normal_reflectance(closure.ior)
+        bare = f0, f0, f0
+        return thin_film.reflectances(closure.film, _DIELECTRIC, cos, bare, bare, closure.ior)
+    reflected = fresnel_dielectric(cos, closure.ior)
+    return reflected, reflected, reflected

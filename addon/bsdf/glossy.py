@@ -40,6 +40,8 @@ more of the light to rays, and most of their variance comes from that.
 def albedo(closure, cos):
     """Directional albedo, of light that leaves (or comes) at `cos` to the normal."""
     white = interpolate_2(WHITE_ALBEDO, closure.roughness, cos)
+    if closure.film[0] > ZERO:
+        return mul(closure.weight, times(mul(reflectance(closure, cos), _scale(closure, white)), white))
     grazing = interpolate_3(GRAZING, curve_coordinate(closure.ior), closure.roughness, cos)
     single = plus(times(closure.f0, white - grazing), times(closure.f90, grazing))
     return mul(closure.weight, mul(single, _scale(closure, white)))
@@ -51,13 +53,15 @@ def transmittance(closure, cos):
 
     As Cycles has it, its albedo is that of its facets, with the largest component of f0, times what multiple scattering
     makes of the white lobe's albedo where energy is preserved; where it is not, what the facets shadow is taken from
-    what is covered as well.
+    what is covered as well. What a film reflects of it is that of level facets.
     """
     f0, f90 = largest(closure.f0), largest(closure.f90)
     if f90 <= ZERO:
         return ONE
     grazing = interpolate_3(GRAZING_OF_FACETS, curve_coordinate(closure.ior), closure.roughness, cos)
     reflected = f0 + (f90 - f0) * grazing
+    if closure.film[0] > ZERO:
+        reflected = largest(reflectance(closure, cos))
     if closure.preserves_energy:
         white = interpolate_2(WHITE_ALBEDO, closure.roughness, cos)
         average = f0 + (f90 - f0) * average_grazing_share(closure.ior)

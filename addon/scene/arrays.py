@@ -50,6 +50,7 @@ class ClosureArrays(NamedTuple):
     distribution: np.ndarray
     curve: np.ndarray
     edge: ChannelArrays
+    film: ChannelArrays
 
 
 class MaterialArrays(NamedTuple):

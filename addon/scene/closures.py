@@ -73,6 +73,9 @@ class Closures:
         `FresnelCurve` of a glossy closure.
     edge : Channel
         What that takes.
+    film : Channel
+        The thin film on the facets of a glossy or a glass closure: thickness in nm, 0 for none; index of refraction;
+        and whose response to interference counts, 0 for Blender 4.5 and 1 for later ones.
     """
 
     start: np.ndarray
@@ -88,6 +91,7 @@ class Closures:
     distribution: np.ndarray
     curve: np.ndarray
     edge: Channel
+    film: Channel
 
     @staticmethod
     def of(start: np.ndarray, kind: np.ndarray, **columns: Any) -> "Closures":
@@ -97,6 +101,7 @@ class Closures:
         default: dict[str, Any] = dict.fromkeys(("weight", "roughness", "f0", "f90", "edge"), one)
         default |= {"ior": np.zeros(c, np.float32), "distribution": zero, "curve": zero, "layer": none}
         default |= {"fresnel": np.ones(c, bool), "preserves_energy": np.ones(c, bool)}
+        default["film"] = Channel.constant(np.zeros(c))
         return Closures(start=np.asarray(start, np.int32), kind=kind, **default | columns)
 
     def __len__(self) -> int:

@@ -5,7 +5,7 @@ import pytest
 from photon_bake.addon.bsdf import Lobe, albedo_tables, evaluate_glossy, glossy_albedo
 from photon_bake.addon.bsdf import fresnel as fresnel_parts
 from photon_bake.addon.bsdf import microfacets as parts
-from photon_bake.addon.bsdf.facets import metal
+from photon_bake.addon.bsdf.facets import metal, thin_film
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere
 from photon_bake.addon.core.vec3 import dot, put, row
@@ -23,6 +23,8 @@ from photon_bake.tests.core.bsdf_points import (
     seen_from_behind,
     surface,
 )
+from photon_bake.tools import thin_film as thin_film_tool
+from scipy.interpolate import CubicSpline
 
 # Parts, of numbers and of directions
 
@@ -275,3 +277,63 @@ def _of_metal(curve, cos, f0, edge):
 @compiled
 def _average_of_metal(curve, f0, edge):
     return metal.average(curve, f0, edge)
+
+
+# Thin films
+
+
+@compiled
+def _of_film(film, curve, cos, f0, edge, ior, out):
+    for i in range(len(cos)):
+        put(out, i, thin_film.reflectances(film, curve, cos[i], f0, edge, ior))
+
+
+def of_film(thickness, ior, cos, curve=FresnelCurve.DIELECTRIC, f0=0.0, edge=1.0, under=1.0):
+    """Reflectances of a film at cosines (n,), (n, 3)."""
+    out = np.empty((len(cos), 3), np.float32)
+    film, three = tuple(np.float32([thickness, ior, 1])), lambda x: tuple(np.full(3, x, np.float32))
+    _of_film(film, np.int32(curve), cos, three(f0), three(edge), np.float32(under), out)
+    return out
+
+
+def of_film_by_wavelengths(thickness, ior, cos, index):
+    """The same by Airy's formula at each wavelength, for a film on what has a complex index."""
+    table = np.loadtxt(thin_film_tool.CURVES, delimiter=",")
+    wavelength = np.arange(365, 826)
+    curves = CubicSpline(table[:, 0], table[:, 1:])(wavelength) @ thin_film_tool.TO_REC_709.T
+    cos = cos[:, None].astype(complex)
+    cos2 = np.sqrt(1 - (1 - cos**2) / ior**2)
+    cos3 = np.sqrt(1 - (1 - cos**2) / index**2)
+    turn = np.exp(4j * np.pi * ior * thickness * cos2 / wavelength)
+    reflected = 0
+    for first, second in (
+        ((cos - ior * cos2) / (cos + ior * cos2), (ior * cos2 - index * cos3) / (ior * cos2 + index * cos3)),
+        ((ior * cos - cos2) / (ior * cos + cos2), (index * cos2 - ior * cos3) / (index * cos2 + ior * cos3)),
+    ):
+        reflected = reflected + abs((first + second * turn) / (1 + first * second * turn)) ** 2 / 2
+    return np.clip(reflected @ curves / curves.sum(axis=0), 0, 1)
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize("thickness", [120, 330, 600, 1500])
+@pytest.mark.parametrize(("ior", "under"), [(1.33, 1.0), (1.4, 1.9), (2.0, 1.5)])
+def test_films_on_dielectrics_interfere(thickness, ior, under):
+    cos = np.float32([1, 0.8, 0.5, 0.2])
+    f0 = ((under - 1) / (under + 1)) ** 2
+    found = of_film(thickness, ior, cos, f0=f0, under=under)
+    assert found == pytest.approx(of_film_by_wavelengths(thickness, ior, cos, under), abs=0.02)
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize("thickness", [120, 400, 1500])
+def test_films_on_metal_interfere(thickness):
+    cos, n, k = np.float32([1, 0.8, 0.5, 0.35]), 2.9, 3.1
+    f0 = ((n - 1) ** 2 + k * k) / ((n + 1) ** 2 + k * k)
+    found = of_film(thickness, 1.5, cos, FresnelCurve.CONDUCTOR, f0, n)
+    assert found == pytest.approx(of_film_by_wavelengths(thickness, 1.5, cos, n + 1j * k), abs=0.03)
+
+
+@pytest.mark.plain
+def test_no_more_than_a_trace_of_a_film_changes_nothing():
+    cos = np.float32([1, 0.7, 0.3])
+    assert of_film(1e-3, 1.4, cos, f0=0.04, under=1.5)[:, 0] == pytest.approx(fresnel_dielectric(cos, 1.5), abs=2e-3)

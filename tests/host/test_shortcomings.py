@@ -10,7 +10,6 @@ SHORTCOMINGS = {
     "Sheen Weight": "its sheen is not baked",
     "Subsurface Weight": "its subsurface scattering is baked as diffuse",
     "Anisotropic": "its anisotropy is not baked",
-    "Thin Film Thickness": "its thin film is not baked",
 }
 
 

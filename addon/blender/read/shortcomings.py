@@ -15,11 +15,8 @@ NOT_BAKED = {
     ("BSDF_PRINCIPLED", "Sheen Weight"): "its sheen is not baked",
     ("BSDF_PRINCIPLED", "Subsurface Weight"): "its subsurface scattering is baked as diffuse",
     ("BSDF_PRINCIPLED", "Anisotropic"): "its anisotropy is not baked",
-    ("BSDF_PRINCIPLED", "Thin Film Thickness"): "its thin film is not baked",
     ("BSDF_GLOSSY", "Anisotropy"): "its anisotropy is not baked",
     ("BSDF_METALLIC", "Anisotropy"): "its anisotropy is not baked",
-    ("BSDF_METALLIC", "Thin Film Thickness"): "its thin film is not baked",
-    ("BSDF_GLASS", "Thin Film Thickness"): "its thin film is not baked",
 }
 """What is said where an input is not zero."""
 

@@ -17,6 +17,9 @@ from .sums import ShaderSum, black, white
 DISTRIBUTIONS = {"BECKMANN": Distribution.BECKMANN, "ASHIKHMIN_SHIRLEY": Distribution.ASHIKHMIN_SHIRLEY}
 """Those that are not GGX, by Blender's names."""
 
+THINNEST_FILM = 0.1
+"""Thickness in nm up to which Cycles sees none."""
+
 
 @dataclass(frozen=True)
 class Closure:
@@ -132,6 +135,23 @@ class _Leaf:
         }
 
     @property
+    def film(self) -> np.ndarray:
+        """The thin film on it, as `Closures` has it.
+
+        The thinner a film, the less it refracts, since it reflects nothing by itself.
+        """
+        if "Thin Film Thickness" not in self.closure.node.inputs:
+            return black()
+        thickness = self["Thin Film Thickness"]
+        thickness = np.where(thickness > THINNEST_FILM, thickness, 0)
+        if not thickness.any():
+            return black()
+        late = bpy.app.version >= (5, 0, 0)
+        t = saturate(thickness / (1 if late else 30))
+        ior = 1 + (np.maximum(self["Thin Film IOR"], 1e-5) - 1) * (t * t * (3 - 2 * t))
+        return np.concatenate(np.broadcast_arrays(thickness, ior, np.float32(late)), axis=-1).astype(np.float32)
+
+    @property
     def roughness(self) -> np.ndarray:
         return saturate(self["Roughness"])
 
@@ -152,17 +172,23 @@ class _Leaf:
         f90: np.ndarray,
         ior: float = 0.0,
         covers: "Place | Closure | None" = None,
+        film: np.ndarray | None = None,
     ) -> None:
         """Add a glossy closure with the node's facets, by Schlick's curve without `ior`; see `Term`."""
-        total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, **self.facets)
+        film = black() if film is None else film
+        total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, film=film, **self.facets)
 
     def add_metal(
         self, total: ShaderSum, weight: np.ndarray, f0: np.ndarray, edge: np.ndarray, curve: FresnelCurve
     ) -> None:
-        """Add a glossy closure with a metal's curve; F82's is Schlick's where the edge has no tint."""
-        if curve == FresnelCurve.F82 and (edge == 1).all():
+        """Add a glossy closure with a metal's curve; F82's is Schlick's where the edge has no tint.
+
+        Blender 4.5 has no films on metal.
+        """
+        film = self.film if bpy.app.version >= (5, 0, 0) else black()
+        if curve == FresnelCurve.F82 and (edge == 1).all() and not film.any():
             curve = FresnelCurve.DIELECTRIC
-        total.add(Lobe.GLOSSY, weight, f0=f0, f90=white(), curve=curve, edge=edge, **self.facets)
+        total.add(Lobe.GLOSSY, weight, f0=f0, f90=white(), curve=curve, edge=edge, film=film, **self.facets)
 
     def add_glass(
         self,
@@ -173,7 +199,7 @@ class _Leaf:
         fresnel: bool = True,
     ) -> None:
         """Add a glass closure with the node's facets and index of refraction."""
-        colors = {"f0": reflection, "f90": transmission}
+        colors = {"f0": reflection, "f90": transmission, "film": self.film if fresnel else black()}
         total.add(Lobe.GLASS, weight, fresnel=fresnel, ior=self.ior, **colors, **self.facets)
 
 
@@ -307,11 +333,12 @@ def _add_dielectric(leaf: _Leaf, total: ShaderSum) -> None:
     """The specular layer of Principled."""
     level = np.maximum(leaf["Specular IOR Level"], 0)
     f0 = saturate(2 * level * dielectric_f0(np.maximum(leaf["IOR"], 1e-5)))
-    if f0.any():
+    film = leaf.film
+    if f0.any() or film.any():
         tint = np.maximum(leaf["Specular Tint"], 0)
         eta = float(ior_of_f0(f0).mean())
-        f90 = white() * (f0 > 0)
-        leaf.add_glossy(total, leaf.weight, saturate(f0 * tint), f90, ior=eta, covers=leaf.closure)
+        f90 = white() * ((f0 > 0) | (film[..., :1] > 0))
+        leaf.add_glossy(total, leaf.weight, saturate(f0 * tint), f90, ior=eta, covers=leaf.closure, film=film)
 
 
 ADDERS: dict[str, Callable[[_Leaf, ShaderSum], None]] = {

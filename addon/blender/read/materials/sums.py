@@ -32,7 +32,7 @@ class Term:
     Attributes
     ----------
     kind : Lobe
-    weight, f0, f90, roughness, edge : (h, w, 1 or 3) float32
+    weight, f0, f90, roughness, edge, film : (h, w, 1 or 3) float32
         h = w = 1 where constant.
     ior, fresnel, keeps_energy, distribution, curve
         As those of `Closures`.
@@ -53,12 +53,13 @@ class Term:
     distribution: Distribution = Distribution.GGX
     curve: FresnelCurve = FresnelCurve.DIELECTRIC
     edge: np.ndarray = field(default_factory=white)
+    film: np.ndarray = field(default_factory=black)
 
     @property
     def scatters(self) -> bool:
         """Whether it scatters any light."""
         rough = self.kind in (Lobe.GLOSSY, Lobe.GLASS)
-        return bool(self.weight.any()) and (not rough or bool(self.f0.any()) or bool(self.f90.any()))
+        return bool(self.weight.any()) and (not rough or any(one.any() for one in (self.f0, self.f90, self.film)))
 
     @property
     def scattered(self) -> np.ndarray:
@@ -74,7 +75,8 @@ class Term:
         said = ("kind", "ior", "fresnel", "keeps_energy", "under", "distribution", "curve")
         if any(getattr(self, name) != getattr(other, name) for name in said):
             return False
-        return all(_alike(getattr(self, name), getattr(other, name)) for name in ("f0", "f90", "roughness", "edge"))
+        channels = ("f0", "f90", "roughness", "edge", "film")
+        return all(_alike(getattr(self, name), getattr(other, name)) for name in channels)
 
 
 def _alike(a: np.ndarray, b: np.ndarray) -> bool:
