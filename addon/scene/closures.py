@@ -40,6 +40,21 @@ class FresnelCurve(IntEnum):
     CONDUCTOR = 2
 
 
+class NormalSpace(IntEnum):
+    """What the three numbers x, y, z of a closure's own normal mean; N is the interpolated normal, of unit length.
+
+    TANGENT is xT + yB + zN by the tangents of `ShadingFrames`. OBJECT and WORLD are a vector in the object's space or
+    in the world, whose length s says how far the normal is moved from N to its direction d: s d + (1 − s) N. HEIGHT is
+    the slope of a height over the surface, N − ∇h: x and y are h's derivatives by the texture coordinates, m, and z
+    the strength s as before. On a surface's back, all but ∇h point the other way.
+    """
+
+    TANGENT = 0
+    OBJECT = 1
+    WORLD = 2
+    HEIGHT = 3
+
+
 @dataclass(frozen=True)
 class Closures:
     """The c closures of m materials, those of material i in rows `start[i]` to `start[i + 1]`; they add up.
@@ -76,6 +91,10 @@ class Closures:
     film : Channel
         The thin film on the facets of a glossy or a glass closure: thickness in nm, 0 for none; index of refraction;
         and whose response to interference counts, 0 for Blender 4.5 and 1 for later ones.
+    normal_space : (c,) int32
+        `NormalSpace` of a closure that has a normal of its own, −1 of one that has the interpolated normal.
+    normal : Channel
+        That normal.
     """
 
     start: np.ndarray
@@ -92,16 +111,18 @@ class Closures:
     curve: np.ndarray
     edge: Channel
     film: Channel
+    normal_space: np.ndarray
+    normal: Channel
 
     @staticmethod
     def of(start: np.ndarray, kind: np.ndarray, **columns: Any) -> "Closures":
         """Closures of some kinds; columns that are left out are those of a white lobe without a layer over it."""
         c, kind = len(kind), np.asarray(kind, np.int32)
         none, one, zero = np.full(c, -1, np.int32), Channel.constant(np.ones(c)), np.zeros(c, np.int32)
-        default: dict[str, Any] = dict.fromkeys(("weight", "roughness", "f0", "f90", "edge"), one)
+        default: dict[str, Any] = dict.fromkeys(("weight", "roughness", "f0", "f90", "edge", "normal"), one)
         default |= {"ior": np.zeros(c, np.float32), "distribution": zero, "curve": zero, "layer": none}
         default |= {"fresnel": np.ones(c, bool), "preserves_energy": np.ones(c, bool)}
-        default["film"] = Channel.constant(np.zeros(c))
+        default["normal_space"], default["film"] = none, Channel.constant(np.zeros(c))
         return Closures(start=np.asarray(start, np.int32), kind=kind, **default | columns)
 
     def __len__(self) -> int:

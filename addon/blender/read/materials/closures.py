@@ -12,6 +12,7 @@ from ....scene import Distribution, FresnelCurve, Lobe
 from .expressions import constant
 from .node_math import dielectric_f0, ior_of_f0, mean_of_pane, saturate
 from .nodes import Factor, Place, Value, output_node
+from .own_normals import NormalOf, interpolated
 from .sums import ShaderSum, black, white
 
 DISTRIBUTIONS = {"BECKMANN": Distribution.BECKMANN, "ASHIKHMIN_SHIRLEY": Distribution.ASHIKHMIN_SHIRLEY}
@@ -108,6 +109,7 @@ class _Leaf:
     weight: np.ndarray
     layer: Factor | None
     in_glass: bool
+    normal_of: NormalOf
     reflected: np.ndarray | None = None
 
     def __getitem__(self, identifier: str) -> np.ndarray:
@@ -126,12 +128,13 @@ class _Leaf:
 
     @property
     def facets(self) -> dict[str, Any]:
-        """What says of a term how its facets are."""
+        """What says of a term how its facets are, and which way they face."""
         distribution = self.closure.node.distribution
         return {
             "roughness": self.roughness,
             "distribution": DISTRIBUTIONS.get(distribution, Distribution.GGX),
             "keeps_energy": distribution == "MULTI_GGX",
+            **self.normal(),
         }
 
     @property
@@ -163,6 +166,12 @@ class _Leaf:
     def is_thin(self) -> bool:
         """Whether a Principled shader (from 5.2) is of a pane, not of a solid."""
         return "Thin Wall" in self.closure.node.inputs and bool(self["Thin Wall"].any())
+
+    def normal(self, identifier: str = "Normal") -> dict[str, object]:
+        """The normal of one of its sockets as `Term` has it."""
+        socket = next((one for one in self.closure.node.inputs if one.identifier == identifier), None)
+        own = self.normal_of(Place(socket, self.closure.shader.groups)) if socket else None
+        return {"normal": own.vector, "normal_space": int(own.space)} if own else {}
 
     def add_glossy(
         self,
@@ -203,7 +212,7 @@ class _Leaf:
         total.add(Lobe.GLASS, weight, fresnel=fresnel, ior=self.ior, **colors, **self.facets)
 
 
-def combine(closures: list[Closure], value: Value) -> ShaderSum:
+def combine(closures: list[Closure], value: Value, normal_of: NormalOf = interpolated) -> ShaderSum:
     """The sum of closures.
 
     A mix of a diffuse with a glossy shader by Fresnel's curve, as materials were built before Principled, is read as
@@ -220,7 +229,7 @@ def combine(closures: list[Closure], value: Value) -> ShaderSum:
         layer = next((one for one in closure.factors if one.place in layers), None)
         weight = closure.weight(value, layers)
         if (weight > 0).any():
-            leaves.append(_Leaf(closure, value, weight, layer, layer is not None and layer.place in glass))
+            leaves.append(_Leaf(closure, value, weight, layer, layer is not None and layer.place in glass, normal_of))
     reflected: dict[Place, np.ndarray] = {}
     for leaf in leaves:
         if leaf.layer and leaf.in_glass and leaf.closure.kind == "BSDF_GLOSSY":
@@ -247,11 +256,11 @@ def _is_diffuse(closure: Closure) -> bool:
 
 
 def _add_diffuse(leaf: _Leaf, total: ShaderSum) -> None:
-    total.add(Lobe.DIFFUSE, leaf.weighted, under=leaf.layer and leaf.layer.place)
+    total.add(Lobe.DIFFUSE, leaf.weighted, under=leaf.layer and leaf.layer.place, **leaf.normal())
 
 
 def _add_translucent(leaf: _Leaf, total: ShaderSum) -> None:
-    total.add(Lobe.TRANSLUCENT, leaf.weighted)
+    total.add(Lobe.TRANSLUCENT, leaf.weighted, **leaf.normal())
 
 
 def _add_transparent(leaf: _Leaf, total: ShaderSum) -> None:
@@ -312,7 +321,7 @@ def _add_principled(leaf: _Leaf, total: ShaderSum) -> None:
     weight = weight * (1 - transmission)
     if weight.any():
         _add_dielectric(replace(leaf, weight=weight), total)
-        total.add(Lobe.DIFFUSE, weight * base, under=leaf.closure)
+        total.add(Lobe.DIFFUSE, weight * base, under=leaf.closure, **leaf.normal())
 
 
 def _add_principled_glass(leaf: _Leaf, total: ShaderSum, base: np.ndarray) -> None:

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....scene import Channel, Closures, Materials, Textures
-from .images import ImageTable
+from .pictures.images import ImageTable
 from .sums import ShaderSum, Term
 from .texture_grid import Coordinates
 
 CHANNELS = ("emission", "coverage", "tint")
-OF_CLOSURES = ("weight", "roughness", "f0", "f90", "edge", "film")
+OF_CLOSURES = ("weight", "roughness", "f0", "f90", "edge", "film", "normal")
 """Channels of materials, and of closures."""
 
 
@@ -100,6 +100,7 @@ def _closures(rows: list[Surface]) -> Closures:
         ior=np.array([term.ior for term in terms], np.float32),
         fresnel=np.array([term.fresnel for term in terms], bool),
         preserves_energy=np.array([term.keeps_energy for term in terms], bool),
+        normal_space=np.array([term.normal_space for term in terms], np.int32),
         layer=np.where(np.array(layer, int) >= 0, first + np.array(layer, int), -1).astype(np.int32),
         distribution=np.array([term.distribution for term in terms], np.int32),
         curve=np.array([term.curve for term in terms], np.int32),

@@ -36,6 +36,8 @@ class Term:
         h = w = 1 where constant.
     ior, fresnel, keeps_energy, distribution, curve
         As those of `Closures`.
+    normal, normal_space
+        Its own normal as `Closures` has it; −1 for none.
     covers, under : hashable, optional
         By what name this one is a layer, and the name of the layer that lies over it.
     """
@@ -48,6 +50,8 @@ class Term:
     ior: float = 0.0
     fresnel: bool = True
     keeps_energy: bool = True
+    normal: np.ndarray = field(default_factory=white)
+    normal_space: int = -1
     covers: Hashable = None
     under: Hashable = None
     distribution: Distribution = Distribution.GGX
@@ -72,10 +76,10 @@ class Term:
 
     def adds_to(self, other: "Term") -> bool:
         """Whether the two differ in nothing but their weights."""
-        said = ("kind", "ior", "fresnel", "keeps_energy", "under", "distribution", "curve")
+        said = ("kind", "ior", "fresnel", "keeps_energy", "under", "distribution", "curve", "normal_space")
         if any(getattr(self, name) != getattr(other, name) for name in said):
             return False
-        channels = ("f0", "f90", "roughness", "edge", "film")
+        channels = ("f0", "f90", "roughness", "edge", "film", "normal")
         return all(_alike(getattr(self, name), getattr(other, name)) for name in channels)
 
 
