@@ -82,11 +82,11 @@ def average_reflectance(closure):
 
 
 @part
-def glass_reflectance(closure, cos):
-    """What facets of glass reflect that are seen at `cos`."""
-    if closure.film[0] > ZERO:
-        f0 = normal_reflectance(closure.ior)
+def glass_reflectance(film, ior, cos):
+    """What facets of glass with a film on them reflect that are seen at `cos`."""
+    if film[0] > ZERO:
+        f0 = normal_reflectance(ior)
         bare = f0, f0, f0
-        return thin_film.reflectances(closure.film, _DIELECTRIC, cos, bare, bare, closure.ior)
-    reflected = fresnel_dielectric(cos, closure.ior)
+        return thin_film.reflectances(film, _DIELECTRIC, cos, bare, bare, ior)
+    reflected = fresnel_dielectric(cos, ior)
     return reflected, reflected, reflected

@@ -66,7 +66,7 @@ def facet_of(closure, wo, u, v):
     h = visible_normal(facets_of(closure), wo, u, v)
     cos = dot(wo, h)
     if closure.fresnel:
-        reflected = glass_reflectance(closure, cos)
+        reflected = glass_reflectance(closure.film, closure.ior, cos)
         return Facet(h, cos, reflected, minus(WHITE, reflected))
     return Facet(h, cos, BLACK, WHITE if fresnel_dielectric(cos, closure.ior) < ONE else BLACK)
 
@@ -78,8 +78,10 @@ def scatter(closure, wo, facet, reflects, from_light):
     if reflects:
         wi, share = reflect(wo, facet.normal, facet.cos), mul(facet.reflected, color)
     else:
-        wi = refract(wo, facet.normal, facet.cos, ior)
-        share = times(mul(facet.transmitted, color), radiance_scale(ior, from_light))
+        wi, transmitted = refract(wo, facet.normal, facet.cos, ior), facet.transmitted
+        if from_light and closure.film[0] > ZERO:
+            transmitted = _transmitted_to_view(closure, abs(dot(wi, facet.normal)))
+        share = times(mul(transmitted, color), radiance_scale(ior, from_light))
     if (wi[2] > ZERO) != reflects:
         return wi, BLACK
     left = unshadowed(facets_of(closure), wo, wi)
@@ -88,6 +90,18 @@ def scatter(closure, wo, facet, reflects, from_light):
         view = abs(wi[2])
         view_ior = ior if reflects else ONE / ior
     return wi, times(mul(closure.weight, mul(share, _scale(closure, view, view_ior))), left)
+
+
+@part
+def _transmitted_to_view(closure, cos):
+    """What filmed glass transmits to a view beyond it, seen there at `cos`.
+
+    As Cycles has it, the optical path in the film is measured by the index of refraction over that of the viewing side,
+    so that from inside the film looks thinner.
+    """
+    ior = closure.ior
+    film = closure.film[0], closure.film[1] / ior, closure.film[2]
+    return minus(WHITE, glass_reflectance(film, ONE / ior, cos))
 
 
 @part
