@@ -20,6 +20,8 @@ from .microfacets import Facets
 
 GLOSSY, GLASS = int(Lobe.GLOSSY), int(Lobe.GLASS)
 
+_TINY = np.float32(1e-20)
+
 
 class Bsdf(NamedTuple):
     """What a point does to light that comes to one side of it: closures `first` to `last` of the scene's.
@@ -57,6 +59,7 @@ class Closure(NamedTuple):
     curve: np.int32
     edge: tuple
     film: tuple
+    stretch: np.float32
 
 
 @part
@@ -93,15 +96,26 @@ def closure_at(scene, bsdf, k):
     if kind == GLASS and bsdf.back:
         ior = ONE / ior
         film = film[0], film[1] * ior, film[2]
+    stretch = ONE
+    if closures.stretched[k]:
+        roughness, stretch = _stretched(roughness, channel_at(scene, closures.stretch, k, *at)[0])
     look = closures.fresnel[k], closures.preserves_energy[k], closures.layer[k], closures.distribution[k]
-    return Closure(kind, weight, roughness, f0, f90, ior, *look, curve, edge, film)
+    return Closure(kind, weight, roughness, f0, f90, ior, *look, curve, edge, film, stretch)
 
 
 @part
 def facets_of(closure):
-    """The facets of a rough closure."""
+    """The facets of a rough closure, in a frame whose +x is their tangent."""
     alpha = closure.roughness * closure.roughness
-    return Facets(closure.distribution, alpha, alpha)
+    return Facets(closure.distribution, alpha * closure.stretch, alpha / closure.stretch)
+
+
+@part
+def _stretched(roughness, stretch):
+    """The roughness that has the mean width √(α_x α_y) of stretched facets, none wider than 1; and √(α_x/α_y)."""
+    alpha = roughness * roughness
+    x, y = min(alpha * stretch, ONE), min(alpha / stretch, ONE)
+    return np.sqrt(np.sqrt(x * y)), np.sqrt(x / max(y, _TINY)) if x > ZERO else ONE
 
 
 @part

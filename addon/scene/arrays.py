@@ -51,6 +51,8 @@ class ClosureArrays(NamedTuple):
     curve: np.ndarray
     edge: ChannelArrays
     film: ChannelArrays
+    stretch: ChannelArrays
+    stretched: np.ndarray
     normal_space: np.ndarray
     normal: ChannelArrays
 

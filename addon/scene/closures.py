@@ -91,6 +91,9 @@ class Closures:
     film : Channel
         The thin film on the facets of a glossy or a glass closure: thickness in nm, 0 for none; index of refraction;
         and whose response to interference counts, 0 for Blender 4.5 and 1 for later ones.
+    stretch : Channel
+        How many times a glossy closure's α is as large along the tangent of `ShadingFrames`, and as small across it;
+        and by how much of a turn that tangent is turned about the normal.
     normal_space : (c,) int32
         `NormalSpace` of a closure that has a normal of its own, −1 of one that has the interpolated normal.
     normal : Channel
@@ -111,6 +114,7 @@ class Closures:
     curve: np.ndarray
     edge: Channel
     film: Channel
+    stretch: Channel
     normal_space: np.ndarray
     normal: Channel
 
@@ -119,7 +123,7 @@ class Closures:
         """Closures of some kinds; columns that are left out are those of a white lobe without a layer over it."""
         c, kind = len(kind), np.asarray(kind, np.int32)
         none, one, zero = np.full(c, -1, np.int32), Channel.constant(np.ones(c)), np.zeros(c, np.int32)
-        default: dict[str, Any] = dict.fromkeys(("weight", "roughness", "f0", "f90", "edge", "normal"), one)
+        default: dict[str, Any] = dict.fromkeys(("weight", "roughness", "f0", "f90", "edge", "normal", "stretch"), one)
         default |= {"ior": np.zeros(c, np.float32), "distribution": zero, "curve": zero, "layer": none}
         default |= {"fresnel": np.ones(c, bool), "preserves_energy": np.ones(c, bool)}
         default["normal_space"], default["film"] = none, Channel.constant(np.zeros(c))
@@ -132,6 +136,11 @@ class Closures:
     def material(self) -> np.ndarray:
         """The material of each, (c,) int64."""
         return np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
+
+    @cached_property
+    def stretched(self) -> np.ndarray:
+        """Which have facets that are wider along a tangent or narrower, (c,) bool."""
+        return (self.stretch.texture >= 0) | (self.stretch.value[:, 0] != 1)
 
     def count(self, kind: Lobe) -> np.ndarray:
         """How many closures of a kind each material has, (m,) int64."""

@@ -47,11 +47,11 @@ def plastic(n=N, base=0.5, ior=1.5, **values) -> Surface:
 def closures(*several) -> Closures:
     """The closures of one material; what is left out is white, smooth and by Schlick's curve."""
     defaults = {"weight": 1, "roughness": 0, "f0": 1, "f90": 1, "ior": 0, "layer": -1, "curve": 0, "edge": 1}
-    defaults |= {"distribution": 0, "preserves_energy": True, "film": 0, "fresnel": True}
+    defaults |= {"distribution": 0, "preserves_energy": True, "film": 0, "fresnel": True, "stretch": 1}
     given = [defaults | one for one in several]
     channels = {
         name: Channel.constant(np.float32([np.broadcast_to(one[name], 3) for one in given]))
-        for name in ("weight", "roughness", "f0", "f90", "edge", "film")
+        for name in ("weight", "roughness", "f0", "f90", "edge", "film", "stretch")
     }
     whole = {name: np.int32([one[name] for one in given]) for name in ("layer", "curve", "distribution")}
     return Closures.of(

@@ -9,7 +9,6 @@ SHORTCOMINGS = {
     "Coat Weight": "its coat is not baked",
     "Sheen Weight": "its sheen is not baked",
     "Subsurface Weight": "its subsurface scattering is baked as diffuse",
-    "Anisotropic": "its anisotropy is not baked",
 }
 
 

@@ -7,6 +7,7 @@ import bpy
 from .materials.closures import ADDERS, Closure
 from .materials.expressions import constant
 from .materials.nodes import Place, all_nodes, output_node, source
+from .materials.stretches import tangent_sources
 
 NOT_BAKED = {
     ("BSDF_DIFFUSE", "Roughness"): "its diffuse roughness is not baked",
@@ -14,9 +15,6 @@ NOT_BAKED = {
     ("BSDF_PRINCIPLED", "Coat Weight"): "its coat is not baked",
     ("BSDF_PRINCIPLED", "Sheen Weight"): "its sheen is not baked",
     ("BSDF_PRINCIPLED", "Subsurface Weight"): "its subsurface scattering is baked as diffuse",
-    ("BSDF_PRINCIPLED", "Anisotropic"): "its anisotropy is not baked",
-    ("BSDF_GLOSSY", "Anisotropy"): "its anisotropy is not baked",
-    ("BSDF_METALLIC", "Anisotropy"): "its anisotropy is not baked",
 }
 """What is said where an input is not zero."""
 
@@ -38,6 +36,11 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Ite
         yield "its texture coordinates from instancers are baked as zero"
     if any(closure.for_shadows for closure in closures):
         yield "what only shadow rays see of it is baked for all rays"
+    tangents = tangent_sources(closure.shader for closure in closures)
+    if None in tangents:
+        yield "the tangents that nodes compute for its anisotropy are baked as those around Z"
+    if len(tangents) > 1:
+        yield "all of its anisotropic shaders are baked with the tangents of the first"
     for closure in closures:
         yield from _of_closure(closure)
 

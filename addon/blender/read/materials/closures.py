@@ -13,6 +13,7 @@ from .expressions import constant
 from .node_math import dielectric_f0, ior_of_f0, mean_of_pane, saturate
 from .nodes import Factor, Place, Value, output_node
 from .own_normals import NormalOf, interpolated
+from .stretches import stretch_of
 from .sums import ShaderSum, black, white
 
 DISTRIBUTIONS = {"BECKMANN": Distribution.BECKMANN, "ASHIKHMIN_SHIRLEY": Distribution.ASHIKHMIN_SHIRLEY}
@@ -138,6 +139,11 @@ class _Leaf:
         }
 
     @property
+    def reflecting_facets(self) -> dict[str, Any]:
+        """The same of a glossy term, whose facets alone are stretched."""
+        return self.facets | {"stretch": stretch_of(self.closure.kind, self.__getitem__)}
+
+    @property
     def film(self) -> np.ndarray:
         """The thin film on it, as `Closures` has it.
 
@@ -185,7 +191,7 @@ class _Leaf:
     ) -> None:
         """Add a glossy closure with the node's facets, by Schlick's curve without `ior`; see `Term`."""
         film = black() if film is None else film
-        total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, film=film, **self.facets)
+        total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, film=film, **self.reflecting_facets)
 
     def add_metal(
         self, total: ShaderSum, weight: np.ndarray, f0: np.ndarray, edge: np.ndarray, curve: FresnelCurve
@@ -197,7 +203,7 @@ class _Leaf:
         film = self.film if bpy.app.version >= (5, 0, 0) else black()
         if curve == FresnelCurve.F82 and (edge == 1).all() and not film.any():
             curve = FresnelCurve.DIELECTRIC
-        total.add(Lobe.GLOSSY, weight, f0=f0, f90=white(), curve=curve, edge=edge, film=film, **self.facets)
+        total.add(Lobe.GLOSSY, weight, f0=f0, f90=white(), curve=curve, edge=edge, film=film, **self.reflecting_facets)
 
     def add_glass(
         self,

@@ -10,7 +10,7 @@ from .sums import ShaderSum, Term
 from .texture_grid import Coordinates
 
 CHANNELS = ("emission", "coverage", "tint")
-OF_CLOSURES = ("weight", "roughness", "f0", "f90", "edge", "film", "normal")
+OF_CLOSURES = ("weight", "roughness", "f0", "f90", "edge", "film", "stretch", "normal")
 """Channels of materials, and of closures."""
 
 

@@ -32,7 +32,7 @@ class Term:
     Attributes
     ----------
     kind : Lobe
-    weight, f0, f90, roughness, edge, film : (h, w, 1 or 3) float32
+    weight, f0, f90, roughness, edge, film, stretch : (h, w, 1 or 3) float32
         h = w = 1 where constant.
     ior, fresnel, keeps_energy, distribution, curve
         As those of `Closures`.
@@ -58,6 +58,7 @@ class Term:
     curve: FresnelCurve = FresnelCurve.DIELECTRIC
     edge: np.ndarray = field(default_factory=white)
     film: np.ndarray = field(default_factory=black)
+    stretch: np.ndarray = field(default_factory=white)
 
     @property
     def scatters(self) -> bool:
@@ -79,7 +80,7 @@ class Term:
         said = ("kind", "ior", "fresnel", "keeps_energy", "under", "distribution", "curve", "normal_space")
         if any(getattr(self, name) != getattr(other, name) for name in said):
             return False
-        channels = ("f0", "f90", "roughness", "edge", "film", "normal")
+        channels = ("f0", "f90", "roughness", "edge", "film", "stretch", "normal")
         return all(_alike(getattr(self, name), getattr(other, name)) for name in channels)
 
 

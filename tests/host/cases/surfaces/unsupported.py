@@ -32,12 +32,6 @@ def subsurface():
     divided(shader("BsdfPrincipled", {**inputs, **wax}, "Wax"), 0.1)
 
 
-@case("Principled BSDF, anisotropic metal", GROUP, unsupported="Brushed")
-def anisotropic():
-    inputs = {"Base Color": (0.8, 0.8, 0.8), "Metallic": 1.0, "Roughness": 0.4, "Anisotropic": 0.9}
-    shiny_floor(shader("BsdfPrincipled", inputs, "Brushed"))
-
-
 @case("Fog in the room (volume)", GROUP, unsupported="Fog")
 def volume():
     tree = nodes("Fog")
