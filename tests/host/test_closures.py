@@ -346,3 +346,11 @@ def test_physical_conductors():
     show(surface)
     f0 = ((0.8**2 + 9) / (1.2**2 + 9), (0.25 + 2.5**2) / (1.5**2 + 2.5**2), (0.25 + 4) / (2.5**2 + 4))
     expect(read(material), f0=f0, curve=FresnelCurve.CONDUCTOR, edge=(0.2, 0.5, 1.5))
+
+
+def test_thin_films():
+    late = bpy.app.version >= (5, 0, 0)
+    expect(read(principled(Thin_Film_Thickness=400.0, Thin_Film_IOR=1.5)), film=(400, 1.5, late))
+    expect(read(principled(Thin_Film_Thickness=0.1, Thin_Film_IOR=1.5)), film=0)
+    metal = {"Metallic": 1.0, "Thin_Film_Thickness": 400.0, "Thin_Film_IOR": 1.5}
+    expect(read(principled(**metal)), film=(400, 1.5, 1) if late else 0)

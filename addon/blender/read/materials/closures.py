@@ -8,19 +8,14 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ....scene import Distribution, FresnelCurve, Lobe
+from ....scene import FresnelCurve, Lobe
 from .expressions import constant
+from .facets import distribution_of, film_of
 from .node_math import dielectric_f0, ior_of_f0, mean_of_pane, saturate
 from .nodes import Factor, Place, Value, output_node
 from .own_normals import NormalOf, interpolated
 from .stretches import stretch_of
 from .sums import ShaderSum, black, white
-
-DISTRIBUTIONS = {"BECKMANN": Distribution.BECKMANN, "ASHIKHMIN_SHIRLEY": Distribution.ASHIKHMIN_SHIRLEY}
-"""Those that are not GGX, by Blender's names."""
-
-THINNEST_FILM = 0.1
-"""Thickness in nm up to which Cycles sees none."""
 
 
 @dataclass(frozen=True)
@@ -130,13 +125,9 @@ class _Leaf:
     @property
     def facets(self) -> dict[str, Any]:
         """What says of a term how its facets are, and which way they face."""
-        distribution = self.closure.node.distribution
-        return {
-            "roughness": self.roughness,
-            "distribution": DISTRIBUTIONS.get(distribution, Distribution.GGX),
-            "keeps_energy": distribution == "MULTI_GGX",
-            **self.normal(),
-        }
+        node, own = self.closure.node, self.normal()
+        keeps_energy = node.distribution == "MULTI_GGX"
+        return {"roughness": self.roughness, "distribution": distribution_of(node), "keeps_energy": keeps_energy, **own}
 
     @property
     def reflecting_facets(self) -> dict[str, Any]:
@@ -145,20 +136,7 @@ class _Leaf:
 
     @property
     def film(self) -> np.ndarray:
-        """The thin film on it, as `Closures` has it.
-
-        The thinner a film, the less it refracts, since it reflects nothing by itself.
-        """
-        if "Thin Film Thickness" not in self.closure.node.inputs:
-            return black()
-        thickness = self["Thin Film Thickness"]
-        thickness = np.where(thickness > THINNEST_FILM, thickness, 0)
-        if not thickness.any():
-            return black()
-        late = bpy.app.version >= (5, 0, 0)
-        t = saturate(thickness / (1 if late else 30))
-        ior = 1 + (np.maximum(self["Thin Film IOR"], 1e-5) - 1) * (t * t * (3 - 2 * t))
-        return np.concatenate(np.broadcast_arrays(thickness, ior, np.float32(late)), axis=-1).astype(np.float32)
+        return film_of(self.closure.node, self.__getitem__)
 
     @property
     def roughness(self) -> np.ndarray:
