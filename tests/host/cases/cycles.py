@@ -17,13 +17,13 @@ def set_cycles(samples: int) -> None:
     cycles.caustics_reflective = cycles.caustics_refractive = True
 
 
-def cycles_mean(seed: int) -> np.ndarray:
+def cycles_mean(seed: int, into_image: bool = False) -> np.ndarray:
     """The mean of `cycles_light`, (3,)."""
-    return cycles_light(seed).mean(axis=0, dtype=np.float64)
+    return cycles_light(seed, into_image).mean(axis=0, dtype=np.float64)
 
 
-def cycles_light(seed: int) -> np.ndarray:
-    """Cycles' bake of the probes' corners of the scene as it is, (c, 3) float32."""
+def cycles_light(seed: int, into_image: bool = False) -> np.ndarray:
+    """Cycles' bake of the probes' corners, or of their texels, of the scene as it is, (c, 3) float32."""
     bpy.context.scene.cycles.seed = seed
     obj = bpy.data.objects["Probes"]
     if into_image:
@@ -35,9 +35,15 @@ def cycles_light(seed: int) -> np.ndarray:
     for other in bpy.context.view_layer.objects:
         other.select_set(other == obj)
     bpy.context.view_layer.objects.active = obj
-    bpy.ops.object.bake(type="DIFFUSE", pass_filter={"INDIRECT"}, target="VERTEX_COLORS")
-    values = np.empty(len(obj.data.loops) * 4, np.float32)
-    obj.data.color_attributes["Cycles"].data.foreach_get("color", values)
+    target = "IMAGE_TEXTURES" if into_image else "VERTEX_COLORS"
+    bpy.ops.object.bake(type="DIFFUSE", pass_filter={"INDIRECT"}, target=target, margin=0)
+    if into_image:
+        values = np.empty(len(image.pixels), np.float32)
+        image.pixels.foreach_get(values)
+        values = values[values.reshape(-1, 4)[:, 3].repeat(4) > 0]
+    else:
+        values = np.empty(len(obj.data.loops) * 4, np.float32)
+        obj.data.color_attributes["Cycles"].data.foreach_get("color", values)
     return values.reshape(-1, 4)[:, :3]
 
 
