@@ -4,6 +4,7 @@ import bpy
 import numpy as np
 import pytest
 from photon_bake.addon.blender.read.materials.node_math import mean_fresnel
+from photon_bake.addon.blender.read.materials.stretches import SOCKETS
 from photon_bake.addon.scene import Distribution, FresnelCurve, Lobe
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.shader_trees import F0, expect, mixed, principled, read, shader, tree_of
@@ -348,9 +349,41 @@ def test_physical_conductors():
     expect(read(material), f0=f0, curve=FresnelCurve.CONDUCTOR, edge=(0.2, 0.5, 1.5))
 
 
-def test_thin_films():
+@pytest.mark.parametrize(("thickness", "metallic"), [(400, 0), (0.1, 0), (400, 1)])
+def test_thin_films(thickness, metallic):
     late = bpy.app.version >= (5, 0, 0)
-    expect(read(principled(Thin_Film_Thickness=400.0, Thin_Film_IOR=1.5)), film=(400, 1.5, late))
-    expect(read(principled(Thin_Film_Thickness=0.1, Thin_Film_IOR=1.5)), film=0)
-    metal = {"Metallic": 1.0, "Thin_Film_Thickness": 400.0, "Thin_Film_IOR": 1.5}
-    expect(read(principled(**metal)), film=(400, 1.5, 1) if late else 0)
+    film = {"Thin_Film_Thickness": float(thickness), "Thin_Film_IOR": 1.5}
+    there_is = thickness > 1 and (late or not metallic)
+    expect(read(principled(Metallic=float(metallic), **film)), film=(thickness, 1.5, late) if there_is else 0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "amount", "along"),
+    [("Principled", 0.5, 0.55**-0.5), ("Metallic", 0.5, 0.55**-0.5), ("Glossy", 0.5, 0.5), ("Glossy", -0.5, 2)],
+)
+def test_stretched_facets(kind, amount, along):
+    material, tree, show = tree_of()
+    surface = shader(tree, f"Bsdf{kind}")
+    for socket, value in zip(SOCKETS[surface.type], (amount, 0.25), strict=True):
+        surface.inputs[socket].default_value = value
+    show(surface)
+    warnings = []
+    expect(read(material, warnings), stretch=(along, 0.25, 0.25))
+    assert not warnings
+
+
+def test_tangents_around_an_axis_of_the_generated_coordinates():
+    """On a plane around the origin those around X and Z are as (0, −z, y) and (−y, x, 0)."""
+    material, tree, show = tree_of()
+    surface, tangent = shader(tree, "BsdfPrincipled", Anisotropic=0.5), tree.nodes.new("ShaderNodeTangent")
+    tree.links.new(tangent.outputs[0], surface.inputs["Tangent"])
+    show(surface)
+    scenes.add_plane(material=material)
+    for axis, of in (("X", lambda x, y: (0 * x, 0 * x, y)), ("Z", lambda x, y: (-y, x, 0 * x))):
+        tangent.axis = axis
+        scene = scenes.extracted()
+        corners = scene.vertices[scene.triangles]
+        expected = np.stack(of(corners[..., 0], corners[..., 1]), axis=-1)
+        found = scene.frames.corner_tangents[:, :, 2]
+        np.testing.assert_allclose(np.cross(found, expected), 0, atol=1e-5)
+        assert (np.sum(found * expected, axis=-1) > 0).all()

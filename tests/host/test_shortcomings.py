@@ -61,3 +61,15 @@ def test_normal_map():
     warnings = []
     read(material, warnings)
     assert warnings == ["Material 'Bumpy': its normal map is not baked."]
+
+
+def test_says_what_tangents_are_not_known():
+    material, tree, show = tree_of()
+    surface, other = shader(tree, "BsdfPrincipled", Anisotropic=0.5), tree.nodes.new("ShaderNodeTexCoord")
+    tree.links.new(other.outputs["Object"], surface.inputs["Tangent"])
+    show(surface)
+    warnings = []
+    read(material, warnings)
+    assert warnings == [
+        "Material 'Material': the tangents that nodes compute for its anisotropy are baked as those around Z."
+    ]
