@@ -54,15 +54,6 @@ def test_says_that_both_sides_are_alike():
     assert warnings == ["Material 'Card': its back is baked like its front."]
 
 
-def test_normal_map():
-    material, surface = scenes.add_material("Bumpy")
-    bump = material.node_tree.nodes.new("ShaderNodeBump")
-    material.node_tree.links.new(bump.outputs[0], surface.inputs["Normal"])
-    warnings = []
-    read(material, warnings)
-    assert warnings == ["Material 'Bumpy': its normal map is not baked."]
-
-
 def test_says_what_tangents_are_not_known():
     material, tree, show = tree_of()
     surface, other = shader(tree, "BsdfPrincipled", Anisotropic=0.5), tree.nodes.new("ShaderNodeTexCoord")
