@@ -86,6 +86,8 @@ def test_a_layer_takes_its_albedo_from_what_it_covers(roughness, cos, preserves_
 LOSSY, BECKMANN = {"preserves_energy": False}, {"distribution": Distribution.BECKMANN}
 ASHIKHMIN_SHIRLEY = {"distribution": Distribution.ASHIKHMIN_SHIRLEY}
 F82, CONDUCTOR = {"curve": FresnelCurve.F82}, {"curve": FresnelCurve.CONDUCTOR}
+UNDER = {"kind": Lobe.DIFFUSE, "weight": 0.5, "layer": 0}
+TINT = {"kind": Lobe.ABSORBING, "f0": [0.9, 0.5, 0.2], "ior": 1.5, "roughness": 0.7}
 
 
 @pytest.mark.parametrize(
@@ -103,11 +105,14 @@ F82, CONDUCTOR = {"curve": FresnelCurve.F82}, {"curve": FresnelCurve.CONDUCTOR}
         of_closures({"kind": Lobe.GLOSSY, "f0": 0.9, "f90": 0.9, "roughness": 0.7} | LOSSY | ASHIKHMIN_SHIRLEY),
         of_closures({"kind": Lobe.GLASS, "f0": 0.9, "f90": 0.7, "roughness": 0.6, "ior": 1.5} | LOSSY | BECKMANN),
         of_closures({"kind": Lobe.GLASS, "f0": 0.9, "f90": 0.7, "roughness": 0.5, "ior": 1.5, "film": (420, 2, 1)}),
+        of_closures({"kind": Lobe.ROUGH_DIFFUSE, "weight": 0.8, "f0": 0.8, "roughness": 0.9}),
+        of_closures({"kind": Lobe.SHEEN, "f0": 0.7, "roughness": 0.4}, UNDER),
+        of_closures({"kind": Lobe.VELVET, "weight": 0.8, "roughness": 0.5}),
+        of_closures({"kind": Lobe.TOON, "weight": 0.8, "roughness": 0.5, "f90": 0.2}),
+        of_closures({"kind": Lobe.GLOSSY_TOON, "weight": 0.8, "roughness": 0.4, "f90": 0.1}),
+        of_closures(TINT, UNDER),
     ],
-    ids=(
-        *("plastic", "rough plastic", "metal", "leaf", "glass", "lossy glass", "refraction"),
-        *("Beckmann", "conductor", "Ashikhmin–Shirley", "Beckmann glass", "filmed glass"),
-    ),
+    ids=lambda s: "+".join(Lobe(kind).name for kind in s.scene.materials.closures.kind),
 )
 def test_photons_and_paths_solve_the_same_transport(s):
     """∫∫ light(i) f(o, i) view(o) |cos i| |cos o|, the view above, sampled from either end."""

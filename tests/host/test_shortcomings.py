@@ -5,9 +5,6 @@ from photon_bake.tests.host import scenes
 from photon_bake.tests.host.shader_trees import expect, read, shader, tree_of
 
 SHORTCOMINGS = {
-    "Diffuse Roughness": "its diffuse roughness is not baked",
-    "Coat Weight": "its coat is not baked",
-    "Sheen Weight": "its sheen is not baked",
     "Subsurface Weight": "its subsurface scattering is baked as diffuse",
 }
 

@@ -4,6 +4,17 @@ Three stages: a shiny floor with a lamp on the left and probes where its mirror 
 screen, the lamp on the left and probes on the right; and a painted floor under a lamp, for what is matte.
 """
 
-from . import anisotropy, facets, gloss, normals, see_through, shaders, unseen, unsupported
+from . import anisotropy, broad, facets, gloss, layered, normals, see_through, shaders, unseen, unsupported
 
-__all__ = ["anisotropy", "facets", "gloss", "normals", "see_through", "shaders", "unseen", "unsupported"]
+__all__ = [
+    "anisotropy",
+    "broad",
+    "facets",
+    "gloss",
+    "layered",
+    "normals",
+    "see_through",
+    "shaders",
+    "unseen",
+    "unsupported",
+]
