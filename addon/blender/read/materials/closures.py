@@ -11,11 +11,11 @@ import numpy as np
 from ....scene import Lobe
 from .angles import ValueAt, curve_of
 from .expressions import constant
-from .facets import distribution_of, film_of
 from .node_math import dielectric_f0, ior_of_f0, saturate
 from .nodes import Factor, Place, Value, output_node
 from .own_normals import NormalOf, interpolated
 from .shaders.broad import add_base, add_diffuse, add_sheen, add_sheet, add_toon
+from .shaders.facets import distribution_of, film_of
 from .shaders.hair import add_hair, add_principled_hair
 from .shaders.layers import add_layers
 from .shaders.metal import add_metal, add_metallic

@@ -5,9 +5,9 @@ from collections.abc import Callable
 import bpy
 import numpy as np
 
-from ....scene import Distribution
-from .node_math import saturate
-from .sums import black
+from .....scene import Distribution
+from ..node_math import saturate
+from ..sums import black
 
 DISTRIBUTIONS = {"BECKMANN": Distribution.BECKMANN, "ASHIKHMIN_SHIRLEY": Distribution.ASHIKHMIN_SHIRLEY}
 """Those that are not GGX, by Blender's names."""
