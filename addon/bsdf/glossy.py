@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..core.compiling import part
+from ..core.compiling import part, routine
 from ..core.vec3 import BLACK, ONE, WHITE, ZERO, dot, largest, minus, mul, normalized, plus, times
 from .albedo_tables import (
     GRAZING,
@@ -33,7 +33,7 @@ more of the light to rays, and most of their variance comes from that.
 _FOUR = np.float32(4)
 
 
-@part
+@routine
 def albedo(closure, cos):
     """Directional albedo, of light that leaves (or comes) at `cos` to the normal."""
     white = interpolate_2(WHITE_ALBEDO, closure.roughness, cos)
@@ -42,7 +42,7 @@ def albedo(closure, cos):
     return mul(closure.weight, mul(single, _scale(closure, white)))
 
 
-@part
+@routine
 def transmittance(closure, cos):
     """Share of the light that a layer leaves to what it covers: 1 − its albedo, seen at `cos`.
 
@@ -63,7 +63,7 @@ def transmittance(closure, cos):
     return min(max(ONE - reflected, ZERO), ONE)
 
 
-@part
+@routine
 def sample(closure, wo, u, v, from_light):
     """A direction by the visible normals, and f |cos| over its density, of which only F G₂/G₁ is left.
 
@@ -81,7 +81,7 @@ def sample(closure, wo, u, v, from_light):
     return wi, times(mul(closure.weight, mul(_fresnel(closure, cos), scale)), share)
 
 
-@part
+@routine
 def evaluate(closure, wo, wi):
     """The lobe's f in 1/sr, without the cosine; wo is the viewing side. 0 where it is smooth.
 
@@ -97,7 +97,7 @@ def evaluate(closure, wo, wi):
     return times(f, distribution(h, alpha) / shadowing)
 
 
-@part
+@routine
 def pdf(closure, wo, wi):
     """Density of wi by solid angle when sampled from wo; 0 where it is smooth.
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import part
+from ..core.compiling import part, routine
 from ..core.vec3 import BLACK, ONE, ZERO, largest, mean, mul, plus, times
 from ..scene.closures import Lobe
 from ..scene.hit import weight_of_kind
@@ -144,7 +144,7 @@ def evaluate_glossy(scene, bsdf, wo, wi):
     return _evaluate(scene, bsdf, wo, wi, _INFINITY)
 
 
-@part
+@routine
 def _evaluate(scene, bsdf, wo, wi, peak):
     """The f of those glossy lobes that are below a peak."""
     f = BLACK
@@ -157,7 +157,7 @@ def _evaluate(scene, bsdf, wo, wi, peak):
     return f
 
 
-@part
+@routine
 def pdf_glossy(scene, bsdf, wo, wi):
     """Density of wi by solid angle when a path's rough glossy lobes are sampled from wo."""
     total = density = ZERO
@@ -171,13 +171,13 @@ def pdf_glossy(scene, bsdf, wo, wi):
     return density / total if total > ZERO else ZERO
 
 
-@part
+@routine
 def total_weight(scene, bsdf, kind):
     """Sum of the weights of closures of one kind: albedo or transmission, before what layers take."""
     return weight_of_kind(scene, kind, bsdf.triangle, bsdf.u, bsdf.v)
 
 
-@part
+@routine
 def _albedo(scene, bsdf, kind, cos):
     """What the closures of a kind scatter in all of light seen at `cos`, with what layers leave of it."""
     total = BLACK
@@ -207,7 +207,7 @@ def glossy_albedo(scene, bsdf, cos):
     return _albedo(scene, bsdf, GLOSSY, cos)
 
 
-@part
+@routine
 def glass_albedo(scene, bsdf):
     """What glass reflects or transmits of a colour, whichever is more."""
     total = BLACK
@@ -223,7 +223,7 @@ def glass_albedo(scene, bsdf):
     return total
 
 
-@part
+@routine
 def base_transmittance(scene, bsdf, cos):
     """Share of what the Lambertian lobes would scatter that layers leave to them, seen at `cos`; 1 without any."""
     whole = left = BLACK

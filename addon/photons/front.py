@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import part
+from ..core.compiling import by_reference, part
 from ..core.vec3 import put, row
 
 
@@ -36,6 +36,7 @@ class Photon(NamedTuple):
     source: int
 
 
+@by_reference
 class Front(NamedTuple):
     """n photons in flight: the attributes of `Photon` as arrays, (n, 3) and (n,)."""
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import kernel, part
+from ..core.compiling import kernel, part, routine
 from ..core.vec3 import ONE, ZERO, dot, largest, length, minus, mul, negative, plus, put, row, times, wide
 
 _LEAST_COORDINATE = np.float32(0.01)  # m, that rounding is taken from: the origin is no better known than what is near
@@ -161,11 +161,17 @@ def channel_at(scene, channel, k, triangle, u, v):
     value, image = row(channel.value, k), channel.texture[k]
     if image < 0:
         return value
+    return mul(value, texel_at(scene, image, triangle, u, v))
+
+
+@routine
+def texel_at(scene, image, triangle, u, v):
+    """The nearest texel of an image at a point of a triangle."""
     x, y = uv_at(scene, triangle, u, v)
-    return mul(value, texel(scene.textures, image, x, y))
+    return texel(scene.textures, image, x, y)
 
 
-@part
+@routine
 def weight_of_kind(scene, kind, triangle, u, v):
     """Sum of the weights of closures of a kind (`Lobe`): of Lambertian ones the albedo, before what layers take."""
     closures, material = scene.materials.closures, scene.material[triangle]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import part
+from ..core.compiling import by_reference, part, routine
 from ..core.vec3 import ONE, WHITE, dot, largest, minus, mul, row, times, wide
 from ..scene.hit import barycentrics, corners, look_up, plane_coordinates, point_at
 
@@ -15,6 +15,7 @@ ONE_PLACE = 2.0**-21
 """How far apart surfaces may be, over their coordinates: about what float32 cannot tell apart."""
 
 
+@by_reference
 class CoincidentArrays(NamedTuple):
     """Surfaces in one place.
 
@@ -44,7 +45,7 @@ class CoincidentArrays(NamedTuple):
     hidden: np.ndarray
 
 
-@part
+@routine
 def brought_forward(tracing, kind, triangle, u, v):
     """The place (triangle, u, v) of a hit, moved to what emits if that lies there, too, and rays of the kind see it."""
     scene, coincident = tracing.scene, tracing.coincident
@@ -60,7 +61,7 @@ def brought_forward(tracing, kind, triangle, u, v):
     return triangle, u, v
 
 
-@part
+@routine
 def coplanar_occluded(tracing, hit):
     """Whether an opaque surface lies where a `Hit` is, so that no light leaves it.
 
@@ -76,7 +77,7 @@ def coplanar_occluded(tracing, hit):
     return False
 
 
-@part
+@routine
 def left_by_coincident(tracing, triangle, u, v):
     """Share of light that passes the other surfaces where a point of a triangle is."""
     scene, coincident = tracing.scene, tracing.coincident
@@ -89,7 +90,7 @@ def left_by_coincident(tracing, triangle, u, v):
     return passes
 
 
-@part
+@routine
 def following(tracing, kind, triangle, u, v, first):
     """The triangle in the same place that comes after one, in the order of their numbers, round to that which a ray
     met `first`; −1 after the last, and where rays of the kind see no other.
@@ -107,7 +108,7 @@ def following(tracing, kind, triangle, u, v, first):
     return np.int32(met) if met != first else np.int32(-1)
 
 
-@part
+@routine
 def let_through(scene, triangle, u, v):
     """Share of light that passes straight through a point of a triangle."""
     materials = scene.materials

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import kernel, kernel_array, part
+from ..core.compiling import by_reference, kernel, kernel_array, part, routine
 from ..core.progress import Progress
 from ..core.vec3 import BLACK, ONE, WHITE, largest, length, minus, mul, put, row, times
 from ..scene import RayKind, Scene
@@ -31,6 +31,7 @@ _STEP, _8, _15, _16 = np.uint64(0x9E3779B9), np.uint64(8), np.uint64(15), np.uin
 _TINY = np.float32(1e-30)
 
 
+@by_reference
 class Tracing(NamedTuple):
     """What kernels take to trace rays through a scene.
 
@@ -107,7 +108,7 @@ def visibility(tracing, room, origin, target):
     return transmittance(tracing, room, origin, direction, far, tracing.all_objects)
 
 
-@part
+@routine
 def transmittance(tracing, room, origin, direction, far, blocks):
     """What surfaces that cast shadows leave of the light along a ray as far as `far`; of objects (o,) that block."""
     scene, passes = tracing.scene, WHITE
@@ -125,7 +126,7 @@ def transmittance(tracing, room, origin, direction, far, blocks):
     return BLACK
 
 
-@part
+@routine
 def _after(tracing, room, direction, far, kind, passed, first):
     """The surface that a ray meets after the one that it passed: another in the same place, else one beyond.
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiling import kernel
+from ...core.compiling import by_reference, kernel
 from ...core.sampling.path_numbers import two_numbers
 from ...core.sampling.warps import cosine_hemisphere, cosine_uniform_mixture
 from ...core.vec3 import ONE, TWO, dot, put, row, times, to_world
@@ -17,6 +17,7 @@ _HALF = np.float32(0.5)
 _SHIFT = 1 << 15  # of a path's pairs of numbers, the one that shifts a batch's directions
 
 
+@by_reference
 class RaySums(NamedTuple):
     """What the rays of r receivers met, summed over batches; see `Records`.
 
