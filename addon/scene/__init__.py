@@ -1,11 +1,11 @@
 """What is lit: meshes, materials, lights and world as NumPy arrays in world space (metres, scene-linear Rec.709)."""
 
-from .closures import Closures, Lobe
+from .closures import Closures, Lobe, NormalSpace
 from .light_groups import OTHER, LightGroups
 from .lights import ALL_BOUNCES, LightKind, Lights
 from .materials import Channel, Materials
 from .ray_kinds import RayKind, seen_by
-from .scene import Scene, SceneObjects
+from .scene import Scene, SceneObjects, ShadingFrames
 from .textures import Textures
 from .world import World
 
@@ -19,9 +19,11 @@ __all__ = [
     "Lights",
     "Lobe",
     "Materials",
+    "NormalSpace",
     "RayKind",
     "Scene",
     "SceneObjects",
+    "ShadingFrames",
     "Textures",
     "World",
     "seen_by",
