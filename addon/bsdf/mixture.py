@@ -14,17 +14,16 @@ from ..scene.hit import channel_at, weight_of_kind
 from . import diffuse, glass, glossy, translucent
 from .broad import lobes as others
 from .broad import toon
-from .closure import Bsdf, bsdf_at, closure_at, is_nothing
+from .closure import Bsdf, bsdf_at, closure_at, is_nothing, seen_at
 from .frames import UP, Frame, bump_shadowing_in, frame_of, into, out_of, received
 
 DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in list(Lobe)[:4])
-GLOSSY_TOON, _ABSORBING = int(Lobe.GLOSSY_TOON), int(Lobe.ABSORBING)
+GLOSSY_TOON, PANE, _ABSORBING = int(Lobe.GLOSSY_TOON), int(Lobe.PANE), int(Lobe.ABSORBING)
 
 ALL_LOBES = (1 << len(Lobe)) - 1
 SPECULAR_LOBES, BROAD_LOBES, DIRECTED_LOBES = (sum(1 << lobe for lobe in lobes) for lobes in (NARROW, BROAD, DIRECTED))
 """Sets of lobes as bits: those that a radiance cache, which knows no directions, does not answer for; those of which it
-knows the light that comes; and those among them that it does not answer for but for caustics.
-"""
+knows the light that comes; and those among them that it does not answer for but for caustics."""
 _GLOSSY_LOBES = 1 << GLOSSY | 1 << GLOSSY_TOON
 _DIFFUSE_LOBES = 1 << DIFFUSE | BROAD_LOBES
 BUMPED_LOBES = BROAD_LOBES & ~(1 << int(Lobe.VELVET))
@@ -128,7 +127,7 @@ def _albedo_of(closure, cos):
     """Directional albedo of a closure that is not glass."""
     if closure.kind < GLOSSY:
         return closure.weight
-    return glossy.albedo(closure, cos) if closure.kind == GLOSSY else others.albedo(closure, cos)
+    return glossy.albedo(closure, cos) if closure.kind in (GLOSSY, PANE) else others.albedo(closure, cos)
 
 
 @part
@@ -138,8 +137,9 @@ def _sample(closure, wo, choice, u, v, from_light):
         return diffuse.sample(closure, u, v)
     if closure.kind == TRANSLUCENT:
         return translucent.sample(closure, u, v)
-    if closure.kind == GLOSSY:
-        return glossy.sample(closure, wo, u, v, from_light)
+    if closure.kind in (GLOSSY, PANE):
+        wi, weight = glossy.sample(closure, wo, u, v, from_light)
+        return ((wi[0], wi[1], -wi[2]) if closure.kind == PANE else wi), weight
     if closure.kind == GLASS:
         return glass.sample(closure, wo, choice, u, v, from_light)
     return others.sample(closure, wo, u, v, from_light)
@@ -147,12 +147,12 @@ def _sample(closure, wo, choice, u, v, from_light):
 
 @part
 def _is_specular(closure, view, light):
-    """Whether lamplight from `light` to `view` over a closure is left to photons: by glass, and by peaks of gloss."""
+    """Whether lamplight from `light` to `view` is left to photons: by glass and panes, and by peaks of gloss."""
     if closure.kind == GLOSSY:
         return glossy.is_specular(closure, view, light)
     if closure.kind == GLOSSY_TOON:
         return largest(others.evaluate(closure, view, light)) >= glossy.PEAK
-    return closure.kind == GLASS
+    return closure.kind in (GLASS, PANE)
 
 
 @part
@@ -163,8 +163,8 @@ def _is_rough(closure):
 
 @part
 def transmittance_to(scene, bsdf, closure, view):
-    """Share of the light that the layers over a closure leave to it, seen from a local direction on either side."""
-    left, layer = WHITE, closure.layer
+    """Share of light that a closure's layers and its curve leave to it, seen from a local direction on either side."""
+    left, layer = times(WHITE, seen_at(scene, closure, abs(view[2]))), closure.layer
     while layer >= 0:
         over, cos = closure_at(scene, bsdf, layer), abs(into(frame_of(scene, bsdf, layer, view), view)[2])
         if over.kind == GLOSSY:
@@ -238,7 +238,7 @@ def pdf_glossy(scene, bsdf, wo, wi):
 @routine
 def total_weight(scene, bsdf, kind):
     """Sum of the weights of closures of one kind: albedo or transmission, before what layers take."""
-    return weight_of_kind(scene, kind, bsdf.triangle, bsdf.u, bsdf.v)
+    return weight_of_kind(scene, kind, bsdf.first, bsdf.last, bsdf.triangle, bsdf.u, bsdf.v)
 
 
 @routine
@@ -299,7 +299,7 @@ def glass_albedo(scene, bsdf):
     """What glass reflects or transmits of a colour, whichever is more."""
     total = BLACK
     for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] == GLASS:
+        if scene.materials.closures.kind[k] in (GLASS, PANE):
             closure = closure_at(scene, bsdf, k)
             more = (
                 max(closure.f0[0], closure.f90[0]),
@@ -344,7 +344,7 @@ def is_mirror(scene, bsdf):
         closure = closure_at(scene, bsdf, k)
         if closure.kind == _ABSORBING:
             continue
-        if (closure.kind != GLOSSY and closure.kind != GLASS) or closure.roughness >= glossy.SMOOTH:
+        if closure.kind not in (GLOSSY, GLASS, PANE) or closure.roughness >= glossy.SMOOTH:
             return False
         n += 1
     return n > 0

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from ...addon.blender import READING, SceneReading, in_render_graph, read_scene
+from ...addon.blender import READING, SceneReading, displace, in_render_graph, read_scene
 from ...addon.blender.read.as_read import Placement, edit_mode_left, named
 from ...addon.blender.write.baked_copies import complete_copies, originals_shown
 from ...addon.core.errors import Advice, BakeError, Cancelled, refuse_differences
@@ -109,6 +109,7 @@ class BakeJob:
         asked = context.scene  # what is read has its names from a copy
 
         def read(depsgraph: Any) -> tuple[list[Target], SceneReading]:
+            displace(depsgraph, warnings)
             targets = [one.read(depsgraph, asked, names, progress, warnings) for one in requests]
             for_camera = any(isinstance(target, CameraTarget) for target in targets)
             return targets, read_scene(depsgraph, warnings, light_group, for_camera, progress)
@@ -197,6 +198,7 @@ class BakeJob:
             self.warnings.append(NO_LIGHT)
         self.warnings += [_flush(*names) for names in lit.flush_emitters]
         self.warnings += [_turned_away(name) for name in lit.turned_away]
+        self.warnings += [_inside_out(name) for name in lit.inside_out]
         if lit.cube_maps:
             self.counts.update(cube_maps=len(lit.cube_maps.maps), cube_map_bytes=lit.cube_maps.maps.n_bytes)
 
@@ -259,6 +261,13 @@ def _turned_away(name: str) -> Advice:
     return Advice(
         f"Object '{name}' turns its back to the light, and its front to nothing or to a wall: flip its normals (Mesh > "
         "Normals > Flip), or bake with Open Side."
+    )
+
+
+def _inside_out(name: str) -> Advice:
+    return Advice(
+        f"Object '{name}' is inside out: its normals point inwards, and no light gets there: recalculate them (Mesh > "
+        "Normals > Recalculate Outside), or bake with Open Side."
     )
 
 
