@@ -63,7 +63,11 @@ def out_of(frame, w):
 
 @part
 def own_normal(scene, bsdf, k, view):
-    """Unit normal of the k-th closure in the world, as it is seen from a direction of the world."""
+    """Unit normal of the k-th closure in the world, as it is seen from a direction of the world.
+
+    Gloss and glass that would mirror the view into the surface are turned; of a photon, whose view is not known before
+    it is scattered, that is by where it comes from.
+    """
     closures = scene.materials.closures
     shading = shading_normal_at(scene, bsdf.triangle, bsdf.u, bsdf.v, bsdf.normal, bsdf.back)
     if closures.normal_space[k] < 0:

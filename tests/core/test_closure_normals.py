@@ -119,17 +119,19 @@ def _shadowing(shading, normal, light, out):
 
 
 LEAN = {"space": NormalSpace.WORLD, "normal": unit(0.55, 0.2, 0.8)}
+LITTLE = {"space": NormalSpace.WORLD, "normal": unit(0.2, 0.1, 0.9)}
+"""So little that gloss mirrors no view of the test into the surface, where its normal would depend on the view."""
 MATERIALS = {
     "diffuse": [{"kind": Lobe.DIFFUSE, "weight": 0.8, **LEAN}],
     "translucent": [{"kind": Lobe.TRANSLUCENT, "weight": 0.8, **LEAN}],
-    "rough metal": [{"kind": Lobe.GLOSSY, "roughness": 0.6, **LEAN}],
+    "rough metal": [{"kind": Lobe.GLOSSY, "roughness": 0.6, **LITTLE}],
     "a coat over a bumped base": [
         {"kind": Lobe.DIFFUSE, "weight": 0.8, "layer": 1, **LEAN},
         {"kind": Lobe.GLOSSY, "roughness": 0.5, "f0": 0.3, "f90": 1},
     ],
     "a bumped coat": [
         {"kind": Lobe.DIFFUSE, "weight": 0.8, "layer": 1},
-        {"kind": Lobe.GLOSSY, "roughness": 0.5, "f0": 0.3, "f90": 1, **LEAN},
+        {"kind": Lobe.GLOSSY, "roughness": 0.5, "f0": 0.3, "f90": 1, **LITTLE},
     ],
 }
 
