@@ -15,6 +15,7 @@ from .mixture import GLASS, GLOSSY, choose_closure, sample_bsdf, transmittance_t
 
 _DIFFUSE_RAY, _GLOSSY_RAY, _TRANSMITTED_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY), int(RayKind.TRANSMITTED)
 _FACING, _LEAST_COS = np.float32(1e-3), np.float32(1e-6)
+_NOTHING = np.float32(1e-12)
 _MAX_CORRECTION = np.float32(16)
 """Beyond it light grazes the facet, where very few photons meet it."""
 
@@ -156,7 +157,7 @@ def lambertian_normal(scene, hit):
         if closures.kind[k] < GLOSSY:
             weight = mean(channel_at(scene, closures.weight, k, hit.triangle, hit.u, hit.v))
             total = plus(total, times(own_normal(scene, bsdf, k, hit.normal), weight))
-    return normalized(total) if dot(total, shading) > ZERO else shading
+    return normalized(total) if dot(total, total) > _NOTHING else shading
 
 
 @part
