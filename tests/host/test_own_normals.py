@@ -178,7 +178,7 @@ def test_receivers_take_the_light_of_their_own_normals():
         material, surface = scenes.add_material(name, "ShaderNodeBsdfDiffuse")
         surface.inputs["Color"].default_value = color
         scenes.add_mesh(name, [(x, y, z) for y, z in ((-3, -1), (3, -1), (3, 3), (-3, 3))], [(0, 1, 2, 3)], material)
-    scenes.add_lamp("AREA", location=(0, 0, 1.5), energy=50, size=0.5).rotation_euler = (0, np.pi / 2, 0)
+    scenes.add_lamp("AREA", location=(0, 0, 1.5), energy=50, size=0.5).rotation_euler = (0, -np.pi / 2, 0)
     lights = {}
     for counts in (False, True):
         settings = settings_for("draft", n_gather_rays=2048, normal_maps=counts)
