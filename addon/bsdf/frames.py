@@ -15,7 +15,7 @@ from ..core.vec3 import ONE, ZERO, dot, minus, negative, normalized, plus, row, 
 from ..scene.closures import Lobe, NormalSpace
 from ..scene.hit import shading_normal_at, texel
 
-_TRANSLUCENT = int(Lobe.TRANSLUCENT)
+_DIFFUSE, _TRANSLUCENT = int(Lobe.DIFFUSE), int(Lobe.TRANSLUCENT)
 _TANGENT, _OBJECT, _HEIGHT = int(NormalSpace.TANGENT), int(NormalSpace.OBJECT), int(NormalSpace.HEIGHT)
 _TINY, _LEAST_COS, _NEAR = np.float32(1e-20), np.float32(1e-6), np.float32(1e-12)
 _TWO, _FOUR, _QUARTER, _EIGHTH = np.float32(2), np.float32(4), np.float32(0.25), np.float32(0.125)
@@ -65,8 +65,8 @@ def out_of(frame, w):
 def own_normal(scene, bsdf, k, view):
     """Unit normal of the k-th closure in the world, as it is seen from a direction of the world.
 
-    Gloss and glass that would mirror the view into the surface are turned; of a photon, whose view is not known before
-    it is scattered, that is by where it comes from.
+    All but diffuse ones that would mirror the view into the surface are turned, as in Cycles, even translucent ones.
+    Of a photon in gloss, whose view is not known before it is scattered, that is by where it comes from.
     """
     closures = scene.materials.closures
     shading = shading_normal_at(scene, bsdf.triangle, bsdf.u, bsdf.v, bsdf.normal, bsdf.back)
@@ -86,8 +86,7 @@ def own_normal(scene, bsdf, k, view):
         scene.corner_tangents,
         scene.normal_matrices,
     )
-    reflects = closures.kind[k] > _TRANSLUCENT
-    return _own_normal(arrays, k, *at, shading, bsdf.normal, view, reflects)
+    return _own_normal(arrays, k, *at, shading, bsdf.normal, view, closures.kind[k] != _DIFFUSE)
 
 
 class _Arrays(NamedTuple):
@@ -107,8 +106,8 @@ class _Arrays(NamedTuple):
 
 
 @routine
-def _own_normal(arrays, k, triangle, u, v, back, shading, geometric, view, reflects):
-    """`own_normal` of a closure that has one; of gloss and glass one that reflects the view to the right side."""
+def _own_normal(arrays, k, triangle, u, v, back, shading, geometric, view, mirrors):
+    """`own_normal` of a closure that has one, and of one that `mirrors` such that the view is to the right side."""
     space, vector, w = arrays.space[k], row(arrays.value, k), ONE - u - v
     uvs = arrays.corner_uvs
     if arrays.texture[k] >= 0:
@@ -137,7 +136,7 @@ def _own_normal(arrays, k, triangle, u, v, back, shading, geometric, view, refle
     normal = normalized(plus(times(normal, strength), times(shading, ONE - strength)))
     if dot(normal, normal) < np.float32(0.5):
         normal = shading
-    return _valid_normal(geometric, view, normal) if reflects else normal
+    return _valid_normal(geometric, view, normal) if mirrors else normal
 
 
 @part
@@ -229,8 +228,13 @@ def bump_shadowing(shading, normal, light):
 
 
 @part
-def bump_shadowing_in(scene, bsdf, frame, light):
-    """`bump_shadowing` of light from a local direction, by a closure with a frame."""
+def shadowing_in(scene, bsdf, kind, frame, light):
+    """`bump_shadowing` of light from a local direction, by a closure of a kind with a frame.
+
+    What translucent closures take is not shadowed: so it is where Cycles samples them, if not where it samples lamps.
+    """
+    if kind == _TRANSLUCENT:
+        return ONE
     shading = shading_normal_at(scene, bsdf.triangle, bsdf.u, bsdf.v, bsdf.normal, bsdf.back)
     return bump_shadowing(to_local(shading, bsdf.normal), frame.axis, light)
 
@@ -243,11 +247,11 @@ def received(scene, bsdf, k, light):
     """
     if not bsdf.perturbed:
         return ONE
-    frame = frame_of(scene, bsdf, k, UP)
+    frame, kind = frame_of(scene, bsdf, k, UP), scene.materials.closures.kind[k]
     cos = dot(frame.axis, light)
     if cos <= ZERO:
         return ZERO
-    return min(cos / max(abs(light[2]), _LEAST_COS), _MOST) * bump_shadowing_in(scene, bsdf, frame, light)
+    return min(cos / max(abs(light[2]), _LEAST_COS), _MOST) * shadowing_in(scene, bsdf, kind, frame, light)
 
 
 @part

@@ -10,7 +10,7 @@ from ..scene import RayKind
 from ..scene.hit import channel_at, off_surface, shading_normal
 from . import glass
 from .closure import bsdf_at, closure_at, is_nothing
-from .frames import UP, adjoint, bump_shadowing_in, frame_of, into, out_of, own_normal
+from .frames import UP, adjoint, frame_of, into, out_of, own_normal, shadowing_in
 from .mixture import GLASS, GLOSSY, choose_closure, sample_bsdf, transmittance_to
 
 _DIFFUSE_RAY, _GLOSSY_RAY, _TRANSMITTED_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY), int(RayKind.TRANSMITTED)
@@ -73,7 +73,7 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light):
         if sample.lobe < GLOSSY:
             own_wi = wi if from_light else own_wi
             light = wo if from_light else wi
-            weight = times(weight, bump_shadowing_in(scene, bsdf, sample.frame, light))
+            weight = times(weight, shadowing_in(scene, bsdf, sample.lobe, sample.frame, light))
             if from_light:
                 cosine = max(dot(wo, sample.frame.axis), ZERO)
                 weight = times(weight, min(cosine / max(wo[2], _LEAST_COS), _MAX_CORRECTION))
