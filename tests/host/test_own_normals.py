@@ -10,6 +10,8 @@ from photon_bake.addon.settings.bake import settings_for
 from photon_bake.operators.jobs.bake_job import BakeJob
 from photon_bake.operators.targets.vertices import VertexRequest
 from photon_bake.tests.host import scenes
+from photon_bake.tests.host.cases import stage
+from photon_bake.tests.host.cases.cycles import set_cycles
 
 SIDE = 64
 MAP = np.random.default_rng(4).uniform((0.3, 0.3, 0.6, 1), (0.7, 0.7, 1, 1), (8, 8, 4))
@@ -169,22 +171,19 @@ def test_maps_by_the_tangents_of_two_uv_maps():
 
 
 def test_receivers_take_the_light_of_their_own_normals():
-    """A floor whose normal leans towards the glowing one of two walls, beside Cycles' own bake of it."""
+    """A patch whose normal leans towards the brighter half of a room, beside Cycles' own bake of it."""
     tree = Tree()
-    normal = tree.add("CombineXYZ", {"X": 0.7, "Z": 0.7})
-    tree.feed(tree.surface.inputs["Normal"], normal)
-    floor = scenes.add_plane(material=tree.material)
-    for name, x, color in (("Near", 1.5, (0.9, 0.9, 0.9, 1)), ("Far", -1.5, (0.05, 0.05, 0.05, 1))):
-        material, surface = scenes.add_material(name, "ShaderNodeBsdfDiffuse")
-        surface.inputs["Color"].default_value = color
-        scenes.add_mesh(name, [(x, y, z) for y, z in ((-3, -1), (3, -1), (3, 3), (-3, 3))], [(0, 1, 2, 3)], material)
-    scenes.add_lamp("AREA", location=(0, 0, 1.5), energy=50, size=0.5).rotation_euler = (0, -np.pi / 2, 0)
+    tree.feed(tree.surface.inputs["Normal"], tree.add("CombineXYZ", {"X": 0.7, "Z": 0.7}))
+    stage.room()
+    patch = stage.quad("Patch", (0, 0, -0.5), (0.2, 0, 0), (0, 0.2, 0), tree.material)
+    stage.lamp("AREA", (0.5, 0, 0), (2, 0, 0), size=0.5, energy=50)
     lights = {}
     for counts in (False, True):
-        settings = settings_for("draft", n_gather_rays=2048, normal_maps=counts)
-        job = BakeJob.prepare(bpy.context, [VertexRequest()], Progress(), [floor.name])
+        settings = settings_for("draft", n_gather_rays=4096, normal_maps=counts)
+        job = BakeJob.prepare(bpy.context, [VertexRequest()], Progress(), [patch.name])
         (light,) = job.solve(settings, Progress()).outputs
         lights[counts] = light.irradiance.value.mean() / np.pi
-    cycles = scenes.cycles_bake(floor, "INDIRECT", samples=2048).mean()
+    set_cycles(1024)
+    cycles = scenes.cycles_bake(patch, "INDIRECT", samples=1024).mean()
     assert lights[True] == pytest.approx(cycles, rel=0.03)
     assert lights[False] != pytest.approx(cycles, rel=0.1)
