@@ -12,10 +12,11 @@ import numpy as np
 
 from ..core.compiling import part, routine
 from ..core.vec3 import ONE, ZERO, dot, minus, negative, normalized, plus, row, times, to_local, to_world
-from ..scene.closures import Lobe, NormalSpace
+from ..scene.closures import NARROW, Lobe, NormalSpace
 from ..scene.hit import shading_normal_at, texel
 
-_DIFFUSE, _TRANSLUCENT = int(Lobe.DIFFUSE), int(Lobe.TRANSLUCENT)
+_TRANSLUCENT = int(Lobe.TRANSLUCENT)
+_MIRRORING = sum(1 << lobe for lobe in (Lobe.TRANSLUCENT, *NARROW))
 _TANGENT, _OBJECT, _HEIGHT = int(NormalSpace.TANGENT), int(NormalSpace.OBJECT), int(NormalSpace.HEIGHT)
 _TINY, _LEAST_COS, _NEAR = np.float32(1e-20), np.float32(1e-6), np.float32(1e-12)
 _TWO, _FOUR, _QUARTER, _EIGHTH = np.float32(2), np.float32(4), np.float32(0.25), np.float32(0.125)
@@ -65,7 +66,7 @@ def out_of(frame, w):
 def own_normal(scene, bsdf, k, view):
     """Unit normal of the k-th closure in the world, as it is seen from a direction of the world.
 
-    All but diffuse ones that would mirror the view into the surface are turned, as in Cycles, even translucent ones.
+    Glossy, glass and, as in Cycles, translucent ones that would mirror the view into the surface are turned.
     Of a photon in gloss, whose view is not known before it is scattered, that is by where it comes from.
     """
     closures = scene.materials.closures
@@ -86,7 +87,7 @@ def own_normal(scene, bsdf, k, view):
         scene.corner_tangents,
         scene.normal_matrices,
     )
-    return _own_normal(arrays, k, *at, shading, bsdf.normal, view, closures.kind[k] != _DIFFUSE)
+    return _own_normal(arrays, k, *at, shading, bsdf.normal, view, _MIRRORING >> closures.kind[k] & 1 == 1)
 
 
 class _Arrays(NamedTuple):
@@ -228,13 +229,11 @@ def bump_shadowing(shading, normal, light):
 
 
 @part
-def shadowing_in(scene, bsdf, kind, frame, light):
-    """`bump_shadowing` of light from a local direction, by a closure of a kind with a frame.
+def bump_shadowing_in(scene, bsdf, frame, light):
+    """`bump_shadowing` of light from a local direction, by a closure with a frame.
 
     What translucent closures take is not shadowed: so it is where Cycles samples them, if not where it samples lamps.
     """
-    if kind == _TRANSLUCENT:
-        return ONE
     shading = shading_normal_at(scene, bsdf.triangle, bsdf.u, bsdf.v, bsdf.normal, bsdf.back)
     return bump_shadowing(to_local(shading, bsdf.normal), frame.axis, light)
 
@@ -247,11 +246,14 @@ def received(scene, bsdf, k, light):
     """
     if not bsdf.perturbed:
         return ONE
-    frame, kind = frame_of(scene, bsdf, k, UP), scene.materials.closures.kind[k]
+    frame = frame_of(scene, bsdf, k, UP)
     cos = dot(frame.axis, light)
     if cos <= ZERO:
         return ZERO
-    return min(cos / max(abs(light[2]), _LEAST_COS), _MOST) * shadowing_in(scene, bsdf, kind, frame, light)
+    share = min(cos / max(abs(light[2]), _LEAST_COS), _MOST)
+    if scene.materials.closures.kind[k] != _TRANSLUCENT:
+        share *= bump_shadowing_in(scene, bsdf, frame, light)
+    return share
 
 
 @part

@@ -5,15 +5,27 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import part
-from ..core.vec3 import BLACK, ONE, ZERO, dot, mean, negative, normalized, plus, times, to_local, to_world
+from ..core.vec3 import BLACK, ONE, ZERO, dot, mean, mul, negative, normalized, plus, times, to_local, to_world
 from ..scene import RayKind
 from ..scene.hit import channel_at, off_surface, shading_normal
 from . import glass
 from .closure import bsdf_at, closure_at, is_nothing
-from .frames import UP, adjoint, frame_of, into, out_of, own_normal, shadowing_in
-from .mixture import GLASS, GLOSSY, choose_closure, sample_bsdf, transmittance_to
+from .frames import UP, adjoint, bump_shadowing_in, frame_of, into, out_of, own_normal
+from .mixture import (
+    BROAD_LOBES,
+    BUMPED_LOBES,
+    DIFFUSE,
+    GLASS,
+    GLOSSY,
+    GLOSSY_TOON,
+    TRANSLUCENT,
+    choose_closure,
+    sample_bsdf,
+    transmittance_to,
+)
 
 _DIFFUSE_RAY, _GLOSSY_RAY, _TRANSMITTED_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY), int(RayKind.TRANSMITTED)
+_LAMBERTIAN_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT
 _FACING, _LEAST_COS = np.float32(1e-3), np.float32(1e-6)
 _NOTHING = np.float32(1e-12)
 _MAX_CORRECTION = np.float32(16)
@@ -73,17 +85,26 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light):
         if sample.lobe < GLOSSY:
             own_wi = wi if from_light else own_wi
             light = wo if from_light else wi
-            weight = times(weight, shadowing_in(scene, bsdf, sample.lobe, sample.frame, light))
+            if sample.lobe != TRANSLUCENT:
+                weight = times(weight, bump_shadowing_in(scene, bsdf, sample.frame, light))
             if from_light:
                 cosine = max(dot(wo, sample.frame.axis), ZERO)
                 weight = times(weight, min(cosine / max(wo[2], _LEAST_COS), _MAX_CORRECTION))
-        elif from_light:
-            weight = times(weight, adjoint(wo, wi, into(sample.frame, wo), own_wi))
+        else:
+            if from_light:
+                weight = times(weight, adjoint(wo, wi, into(sample.frame, wo), own_wi))
+            if BUMPED_LOBES >> sample.lobe & 1:
+                light = wo if from_light else wi
+                weight = times(weight, bump_shadowing_in(scene, bsdf, sample.frame, light))
     elif sample.lobe < GLOSSY:
         axis = shading_normal(scene, hit)
         if from_light:
             weight = times(weight, shading_normal_correction(axis, hit.normal, direction))
             axis = hit.normal
+    elif from_light and BROAD_LOBES >> sample.lobe & 1:  # by its cosine at the shading normal, and not the facet's
+        left = abs(dot(to_world(wi, axis), hit.normal)) / max(wi[2], _LEAST_COS)
+        correction = shading_normal_correction(axis, hit.normal, direction)
+        weight = times(weight, correction * min(left, _MAX_CORRECTION))
     way = wi, own_wi[2], weight, sample.lobe, sample.specular, sample.rough
     return _gone_on(scene, hit, axis, *way)
 
@@ -102,8 +123,8 @@ def scatter_both_ways(scene, hit, direction, choice, u, v):
     facet = glass.facet_of(closure, own_wo, u, v)
     up, reflected = glass.scatter(closure, own_wo, facet, True, False)
     down, refracted = glass.scatter(closure, own_wo, facet, False, False)
-    factor = transmittance_to(scene, bsdf, closure, wo) * inverse
-    reflected, refracted = times(reflected, factor), times(refracted, factor)
+    factor = times(transmittance_to(scene, bsdf, closure, wo), inverse)
+    reflected, refracted = mul(reflected, factor), mul(refracted, factor)
     return (
         _gone_on(scene, hit, axis, out_of(frame, up), up[2], reflected, np.int32(GLASS), True, False),
         _gone_on(scene, hit, axis, out_of(frame, down), down[2], refracted, np.int32(GLASS), True, False),
@@ -122,7 +143,7 @@ def _gone_on(scene, hit, axis, wi, cos, weight, lobe, specular, rough):
     if not alive:
         weight = BLACK
     kind = _DIFFUSE_RAY
-    if lobe == GLOSSY:
+    if lobe in (GLOSSY, GLOSSY_TOON):
         kind = _GLOSSY_RAY
     elif lobe == GLASS:
         kind = _TRANSMITTED_RAY
@@ -148,13 +169,13 @@ def lit_normal(scene, hit):
 
 @part
 def lambertian_normal(scene, hit):
-    """The mean of the normals of a point's Lambertian closures by their weights, a unit vector."""
+    """The mean of the normals of a point's Lambertian and broad closures by their weights, a unit vector."""
     bsdf, shading = bsdf_at(scene, hit), shading_normal(scene, hit)
     if not bsdf.perturbed:
         return shading
     total, closures = BLACK, scene.materials.closures
     for k in range(bsdf.first, bsdf.last):
-        if closures.kind[k] < GLOSSY:
+        if (_LAMBERTIAN_LOBES | BROAD_LOBES) >> closures.kind[k] & 1:
             weight = mean(channel_at(scene, closures.weight, k, hit.triangle, hit.u, hit.v))
             total = plus(total, times(own_normal(scene, bsdf, k, hit.normal), weight))
     return normalized(total) if dot(total, total) > _NOTHING else shading
