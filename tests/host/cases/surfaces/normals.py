@@ -258,3 +258,29 @@ def bump_chained():
         return white(tree, tree.add("Bump", {"Height": wave.outputs["Fac"], "Distance": 0.3, "Normal": normal}))
 
     lit_floor(make)
+
+
+@case("Coat with a normal of its own", GROUP, effort=2)
+def coat_own_normal():
+    tree = nodes()
+    coat = {
+        "Coat Weight": 1.0,
+        "Coat Roughness": 0.4,
+        "Coat IOR": 2.0,
+        "Coat Normal": mapped(tree, one_colour(lean(0.5))),
+    }
+    base = {"Base Color": (0.5, 0.3, 0.1), "Roughness": 1.0, "Specular IOR Level": 0.0}
+    shiny_floor(tree.done(tree.add("BsdfPrincipled", {**base, **coat})))
+
+
+@case("Displacement set to Bump Only", GROUP, into_image=True)
+def displacement_bump():
+    tree = nodes()
+    noise = tree.add("TexNoise", {"Vector": tree.add("TexCoord").outputs["Object"], "Scale": 2.0, "Detail": 1.0})
+    floor = tree.done(tree.add("BsdfDiffuse", {"Color": (0.8, 0.8, 0.8)}))
+    output = next(node for node in floor.node_tree.nodes if node.type == "OUTPUT_MATERIAL")
+    tree.feed(output.inputs["Displacement"], tree.add("Displacement", {"Height": noise.outputs[0], "Scale": 0.8}))
+    floor.displacement_method = "BUMP"
+    room(paint={"Floor": floor}, dim=0.5)
+    probes("Left Right Front Back Ceiling", 40)
+    lamp("AREA", (-1.0, 0.3, 0.2), (0.3, 0, -2), size=0.8, energy=100)
