@@ -18,6 +18,7 @@ from .mixture import (
     GLASS,
     GLOSSY,
     GLOSSY_TOON,
+    PANE,
     TRANSLUCENT,
     choose_closure,
     sample_bsdf,
@@ -145,7 +146,7 @@ def _gone_on(scene, hit, axis, wi, cos, weight, lobe, specular, rough):
     kind = _DIFFUSE_RAY
     if lobe in (GLOSSY, GLOSSY_TOON):
         kind = _GLOSSY_RAY
-    elif lobe == GLASS:
+    elif lobe in (GLASS, PANE):
         kind = _TRANSMITTED_RAY
     origin = off_surface(scene, hit, side)
     return Scattered(alive, origin, onward, weight, lobe, np.int32(kind), specular, rough)

@@ -6,7 +6,7 @@ from mathutils import Matrix
 
 from ..registry import case
 from ..stage import box, lamp, mesh, nodes, picture, probes, quad, room
-from .stage import GROUP, divided, shiny_floor
+from .stage import GROUP, shiny_floor
 
 
 def lean(angle, towards=(-1, 0)):
@@ -119,12 +119,6 @@ def normal_map_blender():
     lit_floor(lambda tree: white(tree, mapped(tree, one_colour(flipped), 1.0, space="BLENDER_OBJECT")))
 
 
-@case("Normal map on an object that is scaled unevenly", GROUP)
-def normal_map_scaled():
-    tree = nodes()
-    placed(tree.done(white(tree, mapped(tree, one_colour(lean(1.0))))), (0, 0, 0.6), (2, 2, 0.7))
-
-
 @case("Normal map on mirrored halves of a UV map, by name", GROUP)
 def normal_map_mirrored():
     tree = nodes()
@@ -150,24 +144,6 @@ def normal_map_smooth():
     bpy.context.object.data.materials.append(material)
     probes("Left Right Front Back", 40)
     lamp("AREA", (0, 0, 1.5), size=0.6, energy=100)
-
-
-@case("Normal map, DirectX convention", GROUP, since=(5, 2, 0))
-def normal_map_directx():
-    color = lean(0.9, (0, 1))
-    lit_floor(lambda tree: white(tree, mapped(tree, one_colour(color), convention="DIRECTX")))
-
-
-@case("Normal map on a back-lit leaf", GROUP)
-def normal_map_leaf():
-    # Reflects and transmits, seen from both sides.
-    tree = nodes()
-    normal = mapped(tree, tiles(0.8))
-    both = {
-        1: tree.add("BsdfDiffuse", {"Color": (0.2, 0.6, 0.1), "Normal": normal}),
-        2: tree.add("BsdfTranslucent", {"Color": (0.5, 0.8, 0.2), "Normal": normal}),
-    }
-    divided(tree.done(tree.add("MixShader", {"Fac": 0.5, **both})))
 
 
 @case("Normal map on rough metal", GROUP, effort=6)
@@ -258,29 +234,3 @@ def bump_chained():
         return white(tree, tree.add("Bump", {"Height": wave.outputs["Fac"], "Distance": 0.3, "Normal": normal}))
 
     lit_floor(make)
-
-
-@case("Coat with a normal of its own", GROUP, effort=2)
-def coat_own_normal():
-    tree = nodes()
-    coat = {
-        "Coat Weight": 1.0,
-        "Coat Roughness": 0.4,
-        "Coat IOR": 2.0,
-        "Coat Normal": mapped(tree, one_colour(lean(0.5))),
-    }
-    base = {"Base Color": (0.5, 0.3, 0.1), "Roughness": 1.0, "Specular IOR Level": 0.0}
-    shiny_floor(tree.done(tree.add("BsdfPrincipled", {**base, **coat})))
-
-
-@case("Displacement set to Bump Only", GROUP, into_image=True)
-def displacement_bump():
-    tree = nodes()
-    noise = tree.add("TexNoise", {"Vector": tree.add("TexCoord").outputs["Object"], "Scale": 2.0, "Detail": 1.0})
-    floor = tree.done(tree.add("BsdfDiffuse", {"Color": (0.8, 0.8, 0.8)}))
-    output = next(node for node in floor.node_tree.nodes if node.type == "OUTPUT_MATERIAL")
-    tree.feed(output.inputs["Displacement"], tree.add("Displacement", {"Height": noise.outputs[0], "Scale": 0.8}))
-    floor.displacement_method = "BUMP"
-    room(paint={"Floor": floor}, dim=0.5)
-    probes("Left Right Front Back Ceiling", 40)
-    lamp("AREA", (-1.0, 0.3, 0.2), (0.3, 0, -2), size=0.8, energy=100)
