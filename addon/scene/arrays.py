@@ -35,7 +35,10 @@ class TextureArrays(NamedTuple):
 
 
 class ClosureArrays(NamedTuple):
-    """`Closures`: those of material m are rows `start[m]` to `start[m + 1]`."""
+    """`Closures`: those of material m are rows `start[m]` to `start[m + 1]`.
+
+    `by_angle` and `angle_curves` are `AngleCurves`.
+    """
 
     start: np.ndarray
     kind: np.ndarray
@@ -47,23 +50,36 @@ class ClosureArrays(NamedTuple):
     fresnel: np.ndarray
     preserves_energy: np.ndarray
     layer: np.ndarray
+    distribution: np.ndarray
+    curve: np.ndarray
+    edge: ChannelArrays
+    film: ChannelArrays
+    stretch: ChannelArrays
+    stretched: np.ndarray
     normal_space: np.ndarray
     normal: ChannelArrays
+    by_angle: np.ndarray
+    angle_curves: np.ndarray
 
 
 class MaterialArrays(NamedTuple):
-    """`Materials`: closures and channels, and what is known of them (m,) bool."""
+    """`Materials`: closures and channels, and which rows stand for others (m, 10) int32.
+
+    Those from `matte` on, (m,) bool, are known of a triangle's material, whichever row stands for it.
+    """
 
     closures: ClosureArrays
     emission: ChannelArrays
     coverage: ChannelArrays
     tint: ChannelArrays
+    seen_as: np.ndarray
     matte: np.ndarray
     directional: np.ndarray
     broad: np.ndarray
     spreads_light: np.ndarray
     perturbed: np.ndarray
     see_through: np.ndarray
+    two_faced: np.ndarray
 
 
 class SceneArrays(NamedTuple):
@@ -137,7 +153,13 @@ def channel_arrays(channel: Channel) -> ChannelArrays:
 
 
 def _material_arrays(materials: Materials) -> MaterialArrays:
-    closures = {name: _column(getattr(materials.closures, name)) for name in ClosureArrays._fields}
+    angles = materials.closures.angles
+    curves = {
+        "by_angle": kernel_array(angles.of_closure, np.int32),
+        "angle_curves": kernel_array(angles.curves, np.float32),
+    }
+    others = [name for name in ClosureArrays._fields if name not in curves]
+    closures = {name: _column(getattr(materials.closures, name)) for name in others} | curves
     columns = {name: _column(getattr(materials, name)) for name in MaterialArrays._fields if name != "closures"}
     return MaterialArrays(closures=ClosureArrays(**closures), **columns)
 

@@ -12,12 +12,13 @@ from photon_bake.addon.bsdf.mixture import ALL_LOBES
 from photon_bake.addon.bsdf.scatter import scatter
 from photon_bake.addon.core.vec3 import ONE, put, row
 from photon_bake.addon.receivers import Receivers, on_normal_maps
-from photon_bake.addon.scene import Channel, Closures, Materials, NormalSpace, ShadingFrames
+from photon_bake.addon.scene import Channel, Closures, Materials, NormalSpace, RayKind, ShadingFrames
 from photon_bake.addon.scene.hit import hit_at
 from photon_bake.addon.tracing import EmbreeTracer
 from photon_bake.tests.core.scenes import plane, scene_of
 
 N = 1 << 17
+DIFFUSE_RAY = int(RayKind.DIFFUSE)
 compiled = numba.njit(error_model="numpy", _nrt=False)
 
 
@@ -59,7 +60,7 @@ def normal_of(scene, back=False, view=(0, 0, 1)):
 
 
 def test_a_tangent_normal_is_in_the_frame_of_the_corners():
-    tangents = np.broadcast_to(np.float32([[0, 1, 0], [-2, 0, 0]]), (2, 3, 2, 3)).copy()
+    tangents = np.broadcast_to(np.float32([[0, 1, 0], [-2, 0, 0], [0, 0, 0]]), (2, 3, 3, 3)).copy()
     frames = ShadingFrames(tangents, np.zeros((0, 3, 3), np.float32))
     one = {"kind": Lobe.DIFFUSE, "space": NormalSpace.TANGENT, "normal": (0.3, 0.1, 0.9)}
     scene = floor(one, frames=frames)
@@ -70,7 +71,7 @@ def test_a_tangent_normal_is_in_the_frame_of_the_corners():
 @pytest.mark.parametrize("strength", [0.4, 1.0, 1.6])
 def test_normals_of_the_object_and_the_world_are_moved_to_by_their_length(strength):
     matrices = np.float32([[[0, -1, 0], [1, 0, 0], [0, 0, 1]]] * 2)
-    frames = ShadingFrames(np.zeros((0, 3, 2, 3), np.float32), matrices)
+    frames = ShadingFrames(np.zeros((0, 3, 3, 3), np.float32), matrices)
     d, up = unit(0.5, 0.2, 0.6), np.float32([0, 0, 1])
     for space, turned in ((NormalSpace.WORLD, d), (NormalSpace.OBJECT, matrices[0] @ d)):
         scene = floor({"kind": Lobe.DIFFUSE, "space": space, "normal": strength * d}, frames=frames)
@@ -101,7 +102,7 @@ def _scatter(scene, directions, numbers, from_light, onward, weight):
     for i in range(len(directions)):
         hit = hit_at(scene, row(directions, i), np.int32(0), ONE, np.float32(0.2), np.float32(0.3))
         a, b, c = row(numbers, i)
-        on = scatter(scene, hit, row(directions, i), a, b, c, ALL_LOBES, from_light)
+        on = scatter(scene, hit, row(directions, i), a, b, c, ALL_LOBES, from_light, DIFFUSE_RAY)
         put(onward, i, on.direction)
         put(weight, i, on.weight)
 

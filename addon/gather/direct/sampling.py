@@ -20,13 +20,15 @@ from ...core.vec3 import BLACK, ONE, ZERO, along, dot, mean, row, times
 from ...emitters.lamps import LampArrays, lights_object, sample_lamp
 from ...emitters.mesh import MeshArrays, mesh_density, sample_mesh
 from ...emitters.world import WorldArrays, sample_world, world_pdf, world_radiance
-from ...scene.hit import emitted
+from ...scene import RayKind
+from ...scene.hit import emitted, is_back
 from .lamp_choice import LampGrid, cell_of, choose_lamp
 
 MAX_CANDIDATES = 4
 N_PAIRS = 1 + 2 * MAX_CANDIDATES
 """Pairs of a path's numbers that `sample_emitters` uses up."""
 
+_DIFFUSE_RAY = int(RayKind.DIFFUSE)
 _PER_PI, _TINY, _BELOW_ONE = np.float32(1 / np.pi), np.float32(1e-30), np.float32(1 - 2**-24)
 
 
@@ -151,7 +153,7 @@ def met_radiance(direct, scene, triangle, distance, u, v, direction, normal):
     if cosine * _PER_PI <= direct.mesh_chance * mesh_density(direct.mesh, triangle, distance, facing):
         return BLACK
     # Rays stop in proportion to the coverage, so that it must not weigh what they meet
-    return emitted(scene, triangle, u, v)
+    return emitted(scene, triangle, u, v, is_back(scene, triangle, direction), _DIFFUSE_RAY)
 
 
 @part

@@ -12,7 +12,7 @@ from .sampling import N_PAIRS, met_radiance, sample_emitters, unsampled_sky
 N_PAIRS_OF_LIGHT = N_PAIRS + 1
 """Pairs of a path's numbers that `arriving` uses up."""
 
-_DIFFUSE = int(RayKind.DIFFUSE)
+_DIFFUSE, _SHADOW = int(RayKind.DIFFUSE), int(RayKind.SHADOW)
 
 
 @part
@@ -21,7 +21,9 @@ def visible_share(direct, tracing, room, lamp, position, target):
     if lamp >= len(direct.has_blockers) or not direct.has_blockers[lamp]:
         return visibility(tracing, room, position, target)
     way, distance = direction_to(position, target)
-    return transmittance(tracing, room, position, way, distance * SHORT_OF_TARGET, direct.blockers[lamp])
+    return transmittance(
+        tracing, room, position, way, distance * SHORT_OF_TARGET, direct.blockers[lamp], _SHADOW, False
+    )
 
 
 @part

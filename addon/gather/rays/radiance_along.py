@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...bsdf.closure import bsdf_at
+from ...bsdf.closure import bsdf_at, seen_otherwise
 from ...bsdf.mixture import (
     ALL_LOBES,
     DIFFUSE,
@@ -41,7 +41,7 @@ from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, largest, mul, negative, plus, row, times, to_local
 from ...emitters.lamps import radiance_of_lamps
 from ...emitters.world import world_radiance
-from ...scene.hit import emitted, hit_at, off_surface
+from ...scene.hit import emitted, hit_at, is_back, off_surface
 from ...tracing.transparency import closest_hit
 from ..direct.sampling import DirectArrays, met_radiance, sample_emitters, unsampled_sky
 from ..direct.visible import visible_share
@@ -77,21 +77,22 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
     light : RayLight
     first_step, last_step : int
         Surfaces that the ray has met before, and at most meets.
-    ray : (direction, triangle, distance, u, v, throughput)
+    ray : (direction, kind, triangle, distance, u, v, throughput)
         The next surface that it meets, as `closest_hit` has it, and what is left of the light on its way back.
     specular : bool
         Bring also what mirrors, glass and narrow gloss show of lamps, emission and worlds.
     """
-    direction, triangle, distance, u, v, throughput = ray
+    direction, kind, triangle, distance, u, v, throughput = ray
     scene, cache, radiance = tracing.scene, light.cache, BLACK
     for step in range(first_step, last_step):
         if triangle < 0 or largest(throughput) <= ZERO:
             break
         i, hit = step * _NUMBERS_A_STEP, hit_at(scene, direction, triangle, distance, u, v)
-        bsdf, side = bsdf_at(scene, hit), side_at(cache, hit)
+        bsdf, side = bsdf_at(scene, hit, kind), side_at(cache, hit)
 
-        # What broad lobes reflect the cache says, but not to those who are too near
-        near = step < _MAX_NEAR_HITS and distance < cache.reach[side >> 1] and _only_reflects(scene, bsdf)
+        # What broad lobes reflect the cache says, but not to those who are too near, or see another surface
+        near = distance < cache.reach[side >> 1] or seen_otherwise(scene, hit, kind)
+        near = step < _MAX_NEAR_HITS and near and _only_reflects(scene, bsdf)
         if near:
             at = light.direct, key, path, i + _DIFFUSE_LIGHT, hit, bsdf
             broad = plus(_direct_light_reflected(tracing, room, *at), row(cache.caustic, side))
@@ -125,17 +126,18 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         if follow >= chance:
             break
         a, b = two_numbers(key, path, i + 1)
-        on = scatter(scene, hit, direction, choice, a, b, ALL_LOBES if near else _FOLLOWED_LOBES, False)
+        on = scatter(scene, hit, direction, choice, a, b, ALL_LOBES if near else _FOLLOWED_LOBES, False, kind)
         throughput = times(mul(throughput, on.weight), ONE / chance)
         fate, _ = two_numbers(key, path, i + 2)
         survival = min(largest(throughput), ONE if step < _MAX_NEAR_HITS else _LATE_SURVIVAL)
         if not on.alive or fate >= survival:
             break
+        kind = np.int64(on.kind)
         triangle, distance, u, v, tint = closest_hit(tracing, room, on.origin, on.direction, on.kind)
         direction, throughput = on.direction, times(mul(throughput, tint), ONE / survival)
         shining = _emission_met(scene, light.direct, hit, on, triangle, distance, u, v, specular)
         radiance = plus(radiance, mul(throughput, shining))
-    return radiance, (direction, triangle, distance, u, v, throughput)
+    return radiance, (direction, kind, triangle, distance, u, v, throughput)
 
 
 @part
@@ -190,7 +192,10 @@ def _emission_met(scene, direct, hit, on, triangle, distance, u, v, specular):
             normal = negative(normal)
         return met_radiance(direct, scene, triangle, distance, u, v, on.direction, normal)
     if specular and on.specular:
-        shining = emitted(scene, triangle, u, v) if triangle >= 0 else world_radiance(direct.world, on.direction)
+        if triangle >= 0:
+            shining = emitted(scene, triangle, u, v, is_back(scene, triangle, on.direction), on.kind)
+        else:
+            shining = world_radiance(direct.world, on.direction)
         at = on.origin, on.direction, distance, on.kind, scene.object[hit.triangle]
         return plus(shining, radiance_of_lamps(direct.lamps, *at, _INFINITY))
     return BLACK if triangle >= 0 else unsampled_sky(direct)

@@ -33,7 +33,7 @@ def link_lights(scene: Scene, lamps: "list[bpy.types.Object]", objects: list[Pla
     if shadowless.any():
         blocked_by = np.ones((len(lamps), len(objects)), bool) if blocked_by is None else blocked_by
         blocked_by[shadowless] = False
-    glows = scene.materials.emission.nonzero[scene.material_of_triangle]
+    glows = scene.materials.emits[scene.material_of_triangle]
     for index in np.unique(scene.object_of_triangle[glows]):
         if _receivers(objects[index][0]) or _blockers(objects[index][0]):
             name = scene.objects.names[index]

@@ -3,28 +3,25 @@
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from functools import reduce
-from math import log
+from typing import Any
 
 import bpy
 import numpy as np
 
 from ....scene import Lobe
+from .angles import ValueAt, curve_of
 from .expressions import constant
 from .node_math import dielectric_f0, ior_of_f0, saturate
 from .nodes import Factor, Place, Value, output_node
 from .own_normals import NormalOf, interpolated
 from .shaders.broad import add_base, add_diffuse, add_sheen, add_sheet, add_toon
+from .shaders.facets import distribution_of, film_of
 from .shaders.hair import add_hair, add_principled_hair
 from .shaders.layers import add_layers
+from .shaders.metal import add_metal, add_metallic
 from .shaders.pane import add_pane
+from .stretches import stretch_of
 from .sums import ShaderSum, black, white
-
-BECKMANN_AS_GGX = log(2) ** 0.25
-"""A GGX lobe of this share of the roughness, 0.91, stands for a Beckmann lobe: facets have the same median slope.
-
-P(tan θ < t) is 1 − exp(−t²/α²) for Beckmann's facets and t²/(α² + t²) for GGX's, with the medians α √ln 2 and α. The
-width α is the square of the roughness.
-"""
 
 
 @dataclass(frozen=True)
@@ -36,13 +33,10 @@ class Closure:
     shader : Place
         Its output, or the colour that stands in its place.
     factors : tuple of Factor
-    for_shadows : bool
-        Whether in Cycles only shadow rays see it.
     """
 
     shader: Place
     factors: tuple[Factor, ...] = ()
-    for_shadows: bool = False
 
     @property
     def node(self) -> "bpy.types.Node":
@@ -80,24 +74,12 @@ def _closures(place: Place, factors: tuple[Factor, ...]) -> list[Closure]:
     if node.type == "ADD_SHADER":
         return [closure for shader in shaders for closure in _closures(shader, factors)]
     factor = origin.input("Fac")
-    if _is_shadow_trick(factor, shaders):
-        return [replace(closure, for_shadows=True) for closure in _closures(shaders[1], factors)]
-    fixed = constant(factor)
+    fixed = constant(factor, view=None)
     found = []
     for shader, inverted in zip(shaders, (True, False), strict=True):
         if fixed is None or Factor(factor, inverted).weight(lambda _: fixed) > 0:
             found += _closures(shader, (*factors, Factor(factor, inverted)))
     return found
-
-
-def _is_shadow_trick(factor: Place, shaders: list[Place]) -> bool:
-    """Whether a material lets light of lamps through and blocks the rest, or the other way round.
-
-    What lamps' light meets counts then for all light: it is most of it.
-    """
-    origin = factor.origin.socket
-    asks = origin.is_output and origin.node.type == "LIGHT_PATH" and origin.identifier == "Is Shadow Ray"
-    return asks and any(shader.origin.socket.node.type == "BSDF_TRANSPARENT" for shader in shaders)
 
 
 @dataclass(frozen=True)
@@ -133,9 +115,25 @@ class Leaf:
         return self.weight * self.color
 
     @property
+    def facets(self) -> dict[str, Any]:
+        """What says of a term how its facets are, which way they face, and what lies over them."""
+        node, own = self.closure.node, self.normal()
+        keeps_energy = node.distribution == "MULTI_GGX"
+        own |= {"roughness": self.roughness, "under": self.over}
+        return {"distribution": distribution_of(node), "keeps_energy": keeps_energy, **own}
+
+    @property
+    def reflecting_facets(self) -> dict[str, Any]:
+        """The same of a glossy term, whose facets alone are stretched."""
+        return self.facets | {"stretch": stretch_of(self.closure.kind, self.__getitem__)}
+
+    @property
+    def film(self) -> np.ndarray:
+        return film_of(self.closure.node, self.__getitem__)
+
+    @property
     def roughness(self) -> np.ndarray:
-        narrowed = BECKMANN_AS_GGX if self.closure.node.distribution == "BECKMANN" else 1
-        return saturate(self["Roughness"]) * np.float32(narrowed)
+        return saturate(self["Roughness"])
 
     @property
     def ior(self) -> float:
@@ -145,10 +143,6 @@ class Leaf:
     def is_thin(self) -> bool:
         """Whether a Principled shader (from 5.2) is of a pane, not of a solid."""
         return "Thin Wall" in self.closure.node.inputs and bool(self["Thin Wall"].any())
-
-    @property
-    def keeps_energy(self) -> bool:
-        return bool(self.closure.node.distribution in {"MULTI_GGX", "BECKMANN"})
 
     def normal(self, identifier: str = "Normal") -> dict[str, object]:
         """The normal of one of its sockets as `Term` has it."""
@@ -164,10 +158,11 @@ class Leaf:
         f90: np.ndarray,
         ior: float = 0.0,
         covers: "Place | Closure | None" = None,
+        film: np.ndarray | None = None,
     ) -> None:
         """Add a glossy closure with the node's facets, by Schlick's curve without `ior`; see `Term`."""
-        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy, "under": self.over}
-        total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, **facets, **self.normal())
+        film = black() if film is None else film
+        total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, film=film, **self.reflecting_facets)
 
     def add_glass(
         self,
@@ -178,37 +173,55 @@ class Leaf:
         fresnel: bool = True,
     ) -> None:
         """Add a glass closure with the node's facets and index of refraction."""
-        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy, "ior": self.ior, "under": self.over}
-        total.add(Lobe.GLASS, weight, f0=reflection, f90=transmission, fresnel=fresnel, **facets, **self.normal())
+        colors = {"f0": reflection, "f90": transmission, "film": self.film if fresnel else black()}
+        total.add(Lobe.GLASS, weight, fresnel=fresnel, ior=self.ior, **colors, **self.facets)
 
 
-def combine(closures: list[Closure], value: Value, normal_of: NormalOf = interpolated) -> ShaderSum:
+def combine(
+    closures: list[Closure], value: Value, normal_of: NormalOf = interpolated, value_at: ValueAt = lambda *_: None
+) -> ShaderSum:
     """The sum of closures.
 
     A mix of a diffuse with a glossy shader by Fresnel's curve, as materials were built before Principled, is read as
-    what it means, a glossy layer over a diffuse base; one of refraction and gloss is glass. Any other shader that is
-    mixed by the angle gets the factor's mean over the hemisphere.
+    what it means, a glossy layer over a diffuse base; one of refraction and gloss is glass. Any other closure that is
+    mixed by the angle gets the factor's curve, by `value_at`. Emission, and what is mixed with transparency by the
+    angle, get its mean over the hemisphere.
     """
     over = _layers([one for one in closures if one.kind == "BSDF_GLOSSY"], inverted=False)
     coated = over & _layers([one for one in closures if _is_diffuse(one)], inverted=True)
     glass = over & _layers([one for one in closures if one.kind == "BSDF_REFRACTION"], inverted=True) - coated
-    leaves = []
+    leaves, curves, averaged = [], [], _averaged(closures, value_at)
     for closure in closures:
         layers = {"BSDF_GLOSSY": coated | glass, "BSDF_REFRACTION": glass}.get(closure.kind, set())
         layers = coated if _is_diffuse(closure) else layers
         layer = next((one for one in closure.factors if one.place in layers), None)
-        weight = closure.weight(value, layers)
+        turned, curve = curve_of(closure.factors, value_at, layers | averaged)
+        weight = closure.weight(value, layers | set(turned))
         if (weight > 0).any():
+            curves.append(curve)
             leaves.append(Leaf(closure, value, weight, layer, layer is not None and layer.place in glass, normal_of))
     reflected: dict[Place, np.ndarray] = {}
     for leaf in leaves:
         if leaf.layer and leaf.in_glass and leaf.closure.kind == "BSDF_GLOSSY":
             reflected[leaf.layer.place] = reflected.get(leaf.layer.place, black()) + leaf.weighted
     total = ShaderSum()
-    for leaf in leaves:
+    for leaf, total.by_angle in zip(leaves, curves, strict=True):
         leaf = replace(leaf, reflected=reflected.get(leaf.layer.place) if leaf.layer else None)
         ADDERS.get(leaf.closure.kind, _add_diffuse)(leaf, total)
     return total
+
+
+def _averaged(closures: list[Closure], value_at: ValueAt) -> set[Place]:
+    """The sockets of factors whose mean over the angle counts.
+
+    They are those of emission and of what light passes straight, and all where light is both reflected and transmitted
+    broadly: a cache knows the sum of the two.
+    """
+    passing = [one for one in closures if one.kind in {"BSDF_TRANSPARENT", "EMISSION", "BACKGROUND", "COLOR"}]
+    kinds = {one.kind for one in closures}
+    if "BSDF_TRANSLUCENT" in kinds and ("BSDF_PRINCIPLED" in kinds or any(map(_is_diffuse, closures))):
+        passing = closures
+    return {place for closure in passing for place in curve_of(closure.factors, value_at, set())[0]}
 
 
 def _layers(closures: list[Closure], inverted: bool) -> set[Place]:
@@ -256,15 +269,6 @@ def _add_glossy(leaf: Leaf, total: ShaderSum) -> None:
         leaf.add_glossy(total, leaf.weighted, f0, white(), ior=ior, covers=leaf.layer.place)
 
 
-def _add_metal(leaf: Leaf, total: ShaderSum) -> None:
-    if leaf.closure.node.fresnel_type == "F82":
-        f0 = saturate(leaf["Base Color"])
-    else:
-        n, k = leaf["IOR"], leaf["Extinction"]
-        f0 = ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2)
-    leaf.add_glossy(total, leaf.weight, f0, white())
-
-
 def _add_glass(leaf: Leaf, total: ShaderSum) -> None:
     leaf.add_glass(total, leaf.weight, leaf.color, leaf.color)
 
@@ -284,7 +288,7 @@ def _add_principled(leaf: Leaf, total: ShaderSum) -> None:
     _add_emission(replace(leaf, weight=weight * left), total, "Emission Color", "Emission Strength")
     base, metallic = saturate(leaf["Base Color"]), saturate(leaf["Metallic"])
     if metallic.any():
-        leaf.add_glossy(total, weight * metallic, base, white())
+        add_metal(leaf, total, weight * metallic, base, leaf["Specular Tint"])
     weight = weight * (1 - metallic)
     transmission = saturate(leaf["Transmission Weight"]) if weight.any() else np.zeros((1, 1, 1), np.float32)
     if transmission.any():
@@ -309,11 +313,12 @@ def _add_dielectric(leaf: Leaf, total: ShaderSum) -> Hashable:
     """The specular layer of Principled; the name of what lies over the base."""
     level = np.maximum(leaf["Specular IOR Level"], 0)
     f0 = saturate(2 * level * dielectric_f0(np.maximum(leaf["IOR"], 1e-5)))
-    if f0.any():
+    film = leaf.film
+    if f0.any() or film.any():
         tint = np.maximum(leaf["Specular Tint"], 0)
         eta = float(ior_of_f0(f0).mean())
-        f90 = white() * (f0 > 0)
-        leaf.add_glossy(total, leaf.weight, saturate(f0 * tint), f90, ior=eta, covers=leaf.closure)
+        f90 = white() * ((f0 > 0) | (film[..., :1] > 0))
+        leaf.add_glossy(total, leaf.weight, saturate(f0 * tint), f90, ior=eta, covers=leaf.closure, film=film)
         return leaf.closure
     return leaf.over
 
@@ -326,7 +331,7 @@ ADDERS: dict[str, Callable[[Leaf, ShaderSum], None]] = {
     "BSDF_HAIR": add_hair,
     "BSDF_HAIR_PRINCIPLED": add_principled_hair,
     "BSDF_GLOSSY": _add_glossy,
-    "BSDF_METALLIC": _add_metal,
+    "BSDF_METALLIC": add_metallic,
     "BSDF_GLASS": _add_glass,
     "BSDF_REFRACTION": _add_refraction,
     "BSDF_TRANSLUCENT": _add_translucent,

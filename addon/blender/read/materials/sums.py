@@ -1,12 +1,12 @@
 """What a material's shader nodes add up to: terms of one closure each, and from them the channels of `Materials`."""
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
-from ....scene import Lobe
+from ....scene import Distribution, FresnelCurve, Lobe
 from .node_math import saturate
 
 
@@ -36,14 +36,16 @@ class Term:
     Attributes
     ----------
     kind : Lobe
-    weight, f0, f90, roughness : (h, w, 1 or 3) float32
+    weight, f0, f90, roughness, edge, film, stretch : (h, w, 1 or 3) float32
         h = w = 1 where constant.
-    ior, fresnel, keeps_energy
+    ior, fresnel, keeps_energy, distribution, curve
         As those of `Closures`.
     normal, normal_space
         Its own normal as `Closures` has it; −1 for none.
     covers, under : hashable, optional
         By what name this one is a layer, and the name of the layer that lies over it.
+    by_angle : tuple of float
+        What the weight is multiplied by at `angle_cosines`; empty where that is 1.
     """
 
     kind: Lobe
@@ -58,12 +60,18 @@ class Term:
     normal_space: int = -1
     covers: Hashable = None
     under: Hashable = None
+    by_angle: tuple[float, ...] = ()
+    distribution: Distribution = Distribution.GGX
+    curve: FresnelCurve = FresnelCurve.DIELECTRIC
+    edge: np.ndarray = field(default_factory=white)
+    film: np.ndarray = field(default_factory=black)
+    stretch: np.ndarray = field(default_factory=white)
 
     @property
     def scatters(self) -> bool:
         """Whether it scatters any light."""
         rough = self.kind in (Lobe.GLOSSY, Lobe.GLASS, Lobe.SHEEN)
-        return bool(self.weight.any()) and (not rough or bool(self.f0.any()) or bool(self.f90.any()))
+        return bool(self.weight.any()) and (not rough or any(one.any() for one in (self.f0, self.f90, self.film)))
 
     @property
     def scattered(self) -> np.ndarray:
@@ -78,18 +86,18 @@ class Term:
             return black()
         return self.weight * np.ones(3, np.float32)
 
+    @property
+    def _said(self) -> tuple:
+        """What is the same all over a surface."""
+        alike = self.kind, self.ior, self.fresnel, self.keeps_energy, self.under
+        return (*alike, self.normal_space, self.by_angle, self.distribution, self.curve)
+
     def adds_to(self, other: "Term") -> bool:
         """Whether the two differ in nothing but their weights."""
-        said = (self.kind, self.ior, self.fresnel, self.keeps_energy, self.under, self.normal_space)
-        if said != (other.kind, other.ior, other.fresnel, other.keeps_energy, other.under, other.normal_space):
+        if self._said != other._said:
             return False
-        pairs = (
-            (self.f0, other.f0),
-            (self.f90, other.f90),
-            (self.roughness, other.roughness),
-            (self.normal, other.normal),
-        )
-        return all(_alike(a, b) for a, b in pairs)
+        channels = ("f0", "f90", "roughness", "edge", "film", "stretch", "normal")
+        return all(_alike(getattr(self, name), getattr(other, name)) for name in channels)
 
 
 def _alike(a: np.ndarray, b: np.ndarray) -> bool:
@@ -106,15 +114,18 @@ class ShaderSum:
         What passes straight through.
     emission
     terms : list of Term
+    by_angle : tuple of float
+        That of the terms that are being added.
     """
 
     transparent: np.ndarray = field(default_factory=black)
     emission: np.ndarray = field(default_factory=black)
     terms: list[Term] = field(default_factory=list)
+    by_angle: tuple[float, ...] = ()
 
     def add(self, kind: Lobe, weight: np.ndarray, **values: object) -> None:
         """Add a closure."""
-        self.terms.append(Term(kind, weight, **values))  # type: ignore[arg-type]
+        self.terms.append(Term(kind, weight, by_angle=self.by_angle, **values))  # type: ignore[arg-type]
 
     @cached_property
     def coverage(self) -> np.ndarray:
@@ -189,3 +200,8 @@ def _inside(coverage: np.ndarray) -> np.ndarray:
 def _largest(color: np.ndarray) -> np.ndarray:
     red, green, blue = (color[..., i : i + 1] for i in range(3))
     return np.maximum(np.maximum(red, green), blue)  # several times as fast as color.max(axis=2)
+
+
+def matte(albedo: Sequence[float]) -> ShaderSum:
+    """A diffuse surface of one colour, (3,)."""
+    return ShaderSum(terms=[Term(Lobe.DIFFUSE, np.array(albedo, np.float32).reshape(1, 1, 3))])
