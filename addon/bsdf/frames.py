@@ -13,10 +13,11 @@ import numpy as np
 from ..core.compiling import part, routine
 from ..core.sampling.warps import TWO_PI
 from ..core.vec3 import ONE, ZERO, dot, minus, negative, normalized, plus, row, times, to_local, to_world
-from ..scene.closures import Lobe, NormalSpace
+from ..scene.closures import NARROW, Lobe, NormalSpace
 from ..scene.hit import channel_at, shading_normal_at, texel
 
 _TRANSLUCENT = int(Lobe.TRANSLUCENT)
+_MIRRORING = sum(1 << lobe for lobe in (Lobe.TRANSLUCENT, *NARROW))
 _TANGENT, _OBJECT, _HEIGHT = int(NormalSpace.TANGENT), int(NormalSpace.OBJECT), int(NormalSpace.HEIGHT)
 _TINY, _LEAST_COS, _NEAR = np.float32(1e-20), np.float32(1e-6), np.float32(1e-12)
 _TWO, _FOUR, _QUARTER, _EIGHTH = np.float32(2), np.float32(4), np.float32(0.25), np.float32(0.125)
@@ -97,19 +98,22 @@ def out_of(frame, w):
 
 @part
 def own_normal(scene, bsdf, k, view):
-    """Unit normal of the k-th closure in the world, as it is seen from a direction of the world."""
+    """Unit normal of the k-th closure in the world, as it is seen from a direction of the world.
+
+    Glossy, glass and, as in Cycles, translucent ones that would mirror the view into the surface are turned.
+    Of a photon in gloss, whose view is not known before it is scattered, that is by where it comes from.
+    """
     closures = scene.materials.closures
     shading = shading_normal_at(scene, bsdf.triangle, bsdf.u, bsdf.v, bsdf.normal, bsdf.back)
     if closures.normal_space[k] < 0:
         return shading
     at = bsdf.triangle, bsdf.u, bsdf.v, bsdf.back
-    reflects = closures.kind[k] > _TRANSLUCENT
-    return _own_normal(scene, k, *at, shading, bsdf.normal, view, reflects)
+    return _own_normal(scene, k, *at, shading, bsdf.normal, view, _MIRRORING >> closures.kind[k] & 1 == 1)
 
 
 @routine
-def _own_normal(scene, k, triangle, u, v, back, shading, geometric, view, reflects):
-    """`own_normal` of a closure that has one; of gloss and glass one that reflects the view to the right side."""
+def _own_normal(scene, k, triangle, u, v, back, shading, geometric, view, mirrors):
+    """`own_normal` of a closure that has one, and of one that `mirrors` such that the view is to the right side."""
     closures, w = scene.materials.closures, ONE - u - v
     space, vector, image = closures.normal_space[k], row(closures.normal.value, k), closures.normal.texture[k]
     uvs = scene.corner_uvs
@@ -139,7 +143,7 @@ def _own_normal(scene, k, triangle, u, v, back, shading, geometric, view, reflec
     normal = normalized(plus(times(normal, strength), times(shading, ONE - strength)))
     if dot(normal, normal) < np.float32(0.5):
         normal = shading
-    return _valid_normal(geometric, view, normal) if reflects else normal
+    return _valid_normal(geometric, view, normal) if mirrors else normal
 
 
 @part
@@ -232,7 +236,10 @@ def bump_shadowing(shading, normal, light):
 
 @part
 def bump_shadowing_in(scene, bsdf, frame, light):
-    """`bump_shadowing` of light from a local direction, by a closure with a frame."""
+    """`bump_shadowing` of light from a local direction, by a closure with a frame.
+
+    What translucent closures take is not shadowed: so it is where Cycles samples them, if not where it samples lamps.
+    """
     shading = shading_normal_at(scene, bsdf.triangle, bsdf.u, bsdf.v, bsdf.normal, bsdf.back)
     return bump_shadowing(to_local(shading, bsdf.normal), frame.axis, light)
 
@@ -249,7 +256,10 @@ def received(scene, bsdf, k, light):
     cos = dot(frame.axis, light)
     if cos <= ZERO:
         return ZERO
-    return min(cos / max(abs(light[2]), _LEAST_COS), _MOST) * bump_shadowing_in(scene, bsdf, frame, light)
+    share = min(cos / max(abs(light[2]), _LEAST_COS), _MOST)
+    if scene.materials.closures.kind[k] != _TRANSLUCENT:
+        share *= bump_shadowing_in(scene, bsdf, frame, light)
+    return share
 
 
 @part

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import part, routine
-from ..core.vec3 import BLACK, ONE, WHITE, ZERO, largest, mean, mul, plus, times, to_local
+from ..core.vec3 import BLACK, ONE, WHITE, ZERO, largest, mean, mul, negative, plus, times, to_local
 from ..scene.closures import BROAD, DIRECTED, NARROW, Lobe
 from ..scene.hit import channel_at, weight_of_kind
 from . import diffuse, glass, glossy, translucent
@@ -67,8 +67,11 @@ def sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light):
     closure, frame = closure_at(scene, bsdf, chosen), frame_of(scene, bsdf, chosen, wo)
     own_wo = into(frame, wo)
     own_wi, weight = _sample(closure, own_wo, choice, u, v, from_light)
-    # Photons leave broad lobes by the cosine with the geometric normal, see `scatter`
-    wi = own_wi if from_light and closure.kind < GLOSSY else out_of(frame, own_wi)
+    wi = out_of(frame, own_wi)
+    if from_light and closure.kind < GLOSSY:  # photons leave by the cosine with the geometric normal, see `scatter`
+        wi = own_wi
+        if bsdf.perturbed and closure.kind == TRANSLUCENT:
+            frame = frame_of(scene, bsdf, chosen, negative(wi))
     view, light = (own_wi, own_wo) if from_light else (own_wo, own_wi)
     weight = times(mul(weight, transmittance_to(scene, bsdf, closure, wi if from_light else wo)), inverse)
     return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), _is_rough(closure), frame)
