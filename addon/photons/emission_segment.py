@@ -1,4 +1,4 @@
-"""A photon's way from its source to the first surface, which is the only one that light linking has a say in."""
+"""A photon's way from its source to the first surface: where light linking has a say, and a lamp's fall-off."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,6 +8,8 @@ import numpy as np
 from ..core.sampling.path_numbers import PathNumbers
 from ..core.sampling.vectors import rows
 from ..emitters import Source
+from ..emitters.patterns.arrays import PatternArrays
+from ..emitters.patterns.pattern import fall_off_of_many
 from ..scene import Scene
 from ..tracing import Hits, TransparencyTracer
 from .front import Front
@@ -26,12 +28,18 @@ class LightLinking:
     lit, blocks : (g, o) bool
     met : (o,) bool
         Objects that photons meet.
+    falls_off : (s,) int32
+        The lamp of each source whose light falls off by another law than that it spreads; −1 of others.
+    patterns : PatternArrays
+        Of the lamps.
     """
 
     group: np.ndarray
     lit: np.ndarray
     blocks: np.ndarray
     met: np.ndarray
+    falls_off: np.ndarray
+    patterns: PatternArrays
 
     @staticmethod
     def of(scene: Scene, sources: Sequence[Source]) -> "LightLinking":
@@ -45,7 +53,13 @@ class LightLinking:
             index, _, _ = groups.setdefault(key, (len(groups), lit, blocks))
             group.append(index)
         lit, blocks = (np.stack([masks[i] for masks in groups.values()]) for i in (1, 2))
-        return LightLinking(np.array(group), lit, blocks, objects.scatters)
+        patterns, lamps = (
+            sources[0].surroundings.lamps.patterns,
+            np.array([source.lamp for source in sources], np.int32),
+        )
+        plain = np.append((patterns.distance_power == 0) & (patterns.smoothing <= 0), [True, True])
+        falls_off = np.where(plain[lamps], np.int32(-1), lamps)
+        return LightLinking(np.array(group), lit, blocks, objects.scatters, falls_off, patterns)
 
     @property
     def stops_all(self) -> bool:
@@ -70,6 +84,9 @@ def emission_segment(
     for group, unseen in enumerate(linking.blocks & ~linking.met):
         if unseen.any():
             _shade(tracer, unseen, front, hits, np.flatnonzero(hits.hit & (linking.group[front.source] == group)))
+    if (linking.falls_off >= 0).any():
+        lamps = np.where(hits.hit, linking.falls_off[front.source], np.int32(-1))
+        fall_off_of_many(linking.patterns, lamps, hits.distance, front.power)
     return hits
 
 

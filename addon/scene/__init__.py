@@ -2,7 +2,7 @@
 
 from .closures import Closures, Lobe
 from .light_groups import OTHER, LightGroups
-from .lights import ALL_BOUNCES, LightKind, Lights
+from .lights import ALL_BOUNCES, LightKind, LightPattern, Lights, PatternDomain
 from .materials import Channel, Materials
 from .ray_kinds import RayKind, seen_by
 from .scene import Scene, SceneObjects
@@ -16,9 +16,11 @@ __all__ = [
     "Closures",
     "LightGroups",
     "LightKind",
+    "LightPattern",
     "Lights",
     "Lobe",
     "Materials",
+    "PatternDomain",
     "RayKind",
     "Scene",
     "SceneObjects",

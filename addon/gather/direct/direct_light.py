@@ -14,7 +14,7 @@ from ...scene import Scene
 from ...tracing import Hits, TransparencyTracer
 from ...tracing.embree import new_ray
 from .lamp_choice import lamp_grid
-from .sampling import MAX_CANDIDATES, DirectArrays, met_radiance, sample_emitters
+from .sampling import DIFFUSE_RAY, MAX_CANDIDATES, DirectArrays, met_radiance, sample_emitters
 from .visible import direct_light, visible_share
 
 
@@ -60,7 +60,7 @@ class DirectLight:
         # After the lamps come all emissive triangles, and the world
         power, n_lamps = np.zeros(len(scene.lights) + 2), len(scene.lights)
         for source in sources:
-            if source.sampled_directly:
+            if source.sampled_directly and (source.kind != WORLD or scene.world.image is not None):
                 power[{MESH: n_lamps, WORLD: n_lamps + 1}.get(source.kind, source.lamp)] = source.importance
         lit = power > 0
         # Half by power, half evenly: a weak lamp close by must not be missed.
@@ -70,7 +70,7 @@ class DirectLight:
             of.lamps,
             of.mesh,
             of.world,
-            lamp_grid(scene, lit[:-2]),
+            lamp_grid(scene, of.lamps.patterns, lit[:-2]),
             lamps,
             mesh,
             world,
@@ -189,7 +189,7 @@ def _sample_many(direct, tracing, room, positions, normals, objects, rays_own, k
     for k in range(len(positions)):
         position, normal = row(positions, k), row(normals, k)
         at = position, normal, objects[k]
-        target, light, lamp, lit = sample_emitters(direct, tracing.scene, *at, rays_own, key, k, 0)
+        target, light, lamp, lit = sample_emitters(direct, tracing.scene, *at, DIFFUSE_RAY, rays_own, key, k, 0)
         if lit:
             light = mul(light, visible_share(direct, tracing, room, lamp, position, target))
         way, _ = direction_to(position, target)

@@ -19,7 +19,8 @@ from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, ZERO, along, dot, mean, row, times
 from ...emitters.lamps import LampArrays, lights_object, sample_lamp
 from ...emitters.mesh import MeshArrays, mesh_density, sample_mesh
-from ...emitters.world import WorldArrays, sample_world, world_pdf, world_radiance
+from ...emitters.world import WorldArrays, sample_world, world_pdf, world_seen
+from ...scene import RayKind
 from ...scene.hit import emitted
 from .lamp_choice import LampGrid, cell_of, choose_lamp
 
@@ -27,6 +28,7 @@ MAX_CANDIDATES = 4
 N_PAIRS = 1 + 2 * MAX_CANDIDATES
 """Pairs of a path's numbers that `sample_emitters` uses up."""
 
+DIFFUSE_RAY, GLOSSY_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY)
 _PER_PI, _TINY, _BELOW_ONE = np.float32(1 / np.pi), np.float32(1e-30), np.float32(1 - 2**-24)
 
 
@@ -60,7 +62,7 @@ class DirectArrays(NamedTuple):
 
 
 @part
-def sample_emitters(direct, scene, position, normal, object_, rays_own, key, path, i):
+def sample_emitters(direct, scene, position, normal, object_, ray_kind, rays_own, key, path, i):
     """A point of an emitter, and the irradiance that it stands for if nothing is between.
 
     Parameters
@@ -69,6 +71,8 @@ def sample_emitters(direct, scene, position, normal, object_, rays_own, key, pat
         A point off its surface, m, and the unit normal of the side that is lit.
     object_ : int
         That the point is on, for lamps that do not light all; −1: they light all.
+    ray_kind : int
+        `RayKind` of the rays that follow the lobe that is lit, from which emitters may be hidden.
     rays_own : bool
         Leave out what a cosine-weighted ray finds more often; `met_radiance` says what that is.
     i : int
@@ -84,7 +88,7 @@ def sample_emitters(direct, scene, position, normal, object_, rays_own, key, pat
     start, choice = two_numbers(key, path, i)
     total = kept = ZERO
     target, light, lamp = position, BLACK, np.int64(len(direct.lamps.kind))
-    point = cell_of(direct.grid, position), position, normal, object_, rays_own
+    point = cell_of(direct.grid, position), position, normal, object_, ray_kind, rays_own
     for j in range(direct.n_candidates):
         place = min((np.float32(j) + start) / np.float32(direct.n_candidates), _BELOW_ONE)
         at, given, of = _candidate(direct, scene, *point, place, key, path, i + 1 + 2 * j)
@@ -103,13 +107,13 @@ def sample_emitters(direct, scene, position, normal, object_, rays_own, key, pat
 
 
 @part
-def _candidate(direct, scene, cell, position, normal, object_, rays_own, place, key, path, i):
+def _candidate(direct, scene, cell, position, normal, object_, ray_kind, rays_own, place, key, path, i):
     """A point of an emitter that a number chooses, the irradiance from it over its density, and which emitter it is."""
     u, v = two_numbers(key, path, i)
     by_lamps, n_lamps = direct.lamp_chance, np.int64(len(direct.lamps.kind))
     if place < by_lamps or (direct.mesh_chance == ZERO and direct.world_chance == ZERO):
         lamp, chance = choose_lamp(direct.grid, cell, min(place / by_lamps, _BELOW_ONE))
-        if not lights_object(direct.lamps, lamp, object_):
+        if not (direct.lamps.seen[ray_kind, lamp] and lights_object(direct.lamps, lamp, object_)):
             return position, BLACK, lamp
         target, light = sample_lamp(direct.lamps, lamp, position, normal, u, v, direct.far)
         return target, times(light, ONE / max(chance * by_lamps, _TINY)), lamp
@@ -120,7 +124,7 @@ def _candidate(direct, scene, cell, position, normal, object_, rays_own, place, 
     else:
         of, chance, way = n_lamps + 1, direct.world_chance, sample_world(direct.world, u, v)
         density, target = world_pdf(direct.world, way), along(position, direct.far, way)
-        light = times(world_radiance(direct.world, way), ONE / max(density, _TINY))
+        light = times(world_seen(direct.world, way, ray_kind), ONE / max(density, _TINY))
     cosine = dot(way, normal)
     if cosine <= ZERO or (rays_own and cosine * _PER_PI > chance * density):
         return target, BLACK, of
@@ -144,7 +148,7 @@ def met_radiance(direct, scene, triangle, distance, u, v, direction, normal):
     if triangle < 0:
         if direct.world.height > 0 and cosine * _PER_PI <= direct.world_chance * world_pdf(direct.world, direction):
             return BLACK
-        return world_radiance(direct.world, direction)
+        return world_seen(direct.world, direction, DIFFUSE_RAY)
     if direct.mesh_chance == ZERO or direct.mesh.density[triangle] <= ZERO:
         return BLACK
     facing = abs(dot(direction, row(scene.normals, triangle)))
@@ -155,6 +159,6 @@ def met_radiance(direct, scene, triangle, distance, u, v, direction, normal):
 
 
 @part
-def unsampled_sky(direct):
-    """Radiance of a constant world; none of one that is a picture, whose light is sampled."""
-    return direct.world.color if direct.world.height == 0 else BLACK
+def unsampled_sky(direct, ray_kind):
+    """Radiance of a constant world that rays of a kind see; none of one that is a picture, whose light is sampled."""
+    return direct.world.color if direct.world.height == 0 and direct.world.seen[ray_kind] else BLACK

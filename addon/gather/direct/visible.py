@@ -4,15 +4,12 @@ from ...core.compiling import part
 from ...core.sampling.path_numbers import two_numbers
 from ...core.sampling.warps import PI, cosine_hemisphere
 from ...core.vec3 import direction_to, minus, mul, plus, times, to_world
-from ...scene import RayKind
 from ...tracing.embree import SHORT_OF_TARGET
 from ...tracing.transparency import closest_hit, transmittance, visibility
-from .sampling import N_PAIRS, met_radiance, sample_emitters, unsampled_sky
+from .sampling import DIFFUSE_RAY, N_PAIRS, met_radiance, sample_emitters, unsampled_sky
 
 N_PAIRS_OF_LIGHT = N_PAIRS + 1
 """Pairs of a path's numbers that `direct_light` uses up."""
-
-_DIFFUSE = int(RayKind.DIFFUSE)
 
 
 @part
@@ -37,15 +34,16 @@ def direct_light(direct, tracing, room, position, normal, object_, key, path, i,
     with_sky : bool
         With the light of a constant world.
     """
-    target, light, lamp, lit = sample_emitters(direct, tracing.scene, position, normal, object_, True, key, path, i)
+    at = position, normal, object_, DIFFUSE_RAY
+    target, light, lamp, lit = sample_emitters(direct, tracing.scene, *at, True, key, path, i)
     if lit:
         light = mul(light, visible_share(direct, tracing, room, lamp, position, target))
     if not with_sky and direct.mesh_chance == 0 and direct.world_chance == 0:
         return light
     u, v = two_numbers(key, path, i + N_PAIRS)
     direction = to_world(cosine_hemisphere(u, v), normal)
-    triangle, distance, a, b, tint = closest_hit(tracing, room, position, direction, _DIFFUSE)
+    triangle, distance, a, b, tint = closest_hit(tracing, room, position, direction, DIFFUSE_RAY)
     met = met_radiance(direct, tracing.scene, triangle, distance, a, b, direction, normal)
     if not with_sky and triangle < 0:
-        met = minus(met, unsampled_sky(direct))
+        met = minus(met, unsampled_sky(direct, DIFFUSE_RAY))
     return plus(light, times(mul(tint, met), PI))

@@ -33,10 +33,10 @@ from ...core.compiling import part
 from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, dot, largest, mul, negative, plus, row, times, to_local
 from ...emitters.lamps import radiance_of_lamps
-from ...emitters.world import world_radiance
+from ...emitters.world import world_seen
 from ...scene.hit import emitted, hit_at, off_surface, shading_normal
 from ...tracing.transparency import closest_hit
-from ..direct.sampling import DirectArrays, met_radiance, sample_emitters, unsampled_sky
+from ..direct.sampling import DIFFUSE_RAY, GLOSSY_RAY, DirectArrays, met_radiance, sample_emitters, unsampled_sky
 from ..direct.visible import visible_share
 from ..radiance_cache.radiance_cache import CacheArrays, side_at
 
@@ -138,7 +138,7 @@ def _direct_light_reflected(tracing, room, direct, key, path, i, hit, bsdf):
     """Direct light that the diffuse lobe reflects; what rays own of it comes with the next ray."""
     scene = tracing.scene
     origin, object_ = off_surface(scene, hit, ONE), scene.object[hit.triangle]
-    at = origin, shading_normal(scene, hit), object_
+    at = origin, shading_normal(scene, hit), object_, DIFFUSE_RAY
     target, irradiance, lamp, lit = sample_emitters(direct, scene, *at, True, key, path, i)
     if not lit:
         return BLACK
@@ -152,7 +152,8 @@ def _highlight(tracing, room, direct, key, path, i, hit, bsdf, direction):
     scene = tracing.scene
     origin, object_ = off_surface(scene, hit, ONE), scene.object[hit.triangle]
     normal = facing(shading_normal(scene, hit), hit.normal, direction)
-    target, irradiance, lamp, lit = sample_emitters(direct, scene, origin, normal, object_, False, key, path, i)
+    at = origin, normal, object_, GLOSSY_RAY
+    target, irradiance, lamp, lit = sample_emitters(direct, scene, *at, False, key, path, i)
     if not lit:
         return BLACK
     towards, _ = direction_to(origin, target)
@@ -172,7 +173,7 @@ def _emission_met(scene, direct, hit, on, triangle, distance, u, v, specular):
             normal = negative(normal)
         return met_radiance(direct, scene, triangle, distance, u, v, on.direction, normal)
     if specular and on.specular:
-        shining = emitted(scene, triangle, u, v) if triangle >= 0 else world_radiance(direct.world, on.direction)
+        shining = emitted(scene, triangle, u, v) if triangle >= 0 else world_seen(direct.world, on.direction, on.kind)
         at = on.origin, on.direction, distance, on.kind, scene.object[hit.triangle]
         return plus(shining, radiance_of_lamps(direct.lamps, *at, _INFINITY))
-    return BLACK if triangle >= 0 else unsampled_sky(direct)
+    return BLACK if triangle >= 0 else unsampled_sky(direct, on.kind)

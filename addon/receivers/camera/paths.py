@@ -12,7 +12,7 @@ from ...core.sampling.path_numbers import two_numbers
 from ...core.sampling.vectors import rows
 from ...core.vec3 import BLACK, ONE, ZERO, add, dot, mean, mul, plus, put, row
 from ...emitters.lamps import lamp_arrays, radiance_of_lamps
-from ...emitters.world import world_arrays, world_radiance
+from ...emitters.world import world_arrays, world_seen
 from ...scene import RayKind, Scene
 from ...scene.hit import emitted, hit_at
 from ...tracing import Hits, TransparencyTracer
@@ -156,7 +156,7 @@ def _branch(tracing, room, lamps, world, key, path, branch, direction, met, thro
             way += distance
         n_followed += 1
     if n_followed > 1:
-        shining = emitted(scene, triangle, u, v) if triangle >= 0 else world_radiance(world, direction)
+        shining = emitted(scene, triangle, u, v) if triangle >= 0 else world_seen(world, direction, kind)
         light = plus(light, mul(throughput, shining))
     return (triangle, u, v, direction, throughput, share, way, n_followed), light, n_splits
 
