@@ -5,7 +5,7 @@ from .light_groups import OTHER, LightGroups
 from .lights import ALL_BOUNCES, LightKind, LightPattern, Lights, PatternDomain
 from .materials import Channel, Materials
 from .ray_kinds import RayKind, seen_by
-from .scene import Scene, SceneObjects
+from .scene import EmitterLinks, Scene, SceneObjects
 from .textures import Textures
 from .world import World
 
@@ -14,6 +14,7 @@ __all__ = [
     "OTHER",
     "Channel",
     "Closures",
+    "EmitterLinks",
     "LightGroups",
     "LightKind",
     "LightPattern",

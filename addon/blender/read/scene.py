@@ -109,7 +109,7 @@ def read_scene(
     )
     warn_of_missing_files(depsgraph, materials.readable_images, warn)
     groups = _light_groups(depsgraph, found.groups_of_lamps, objects)
-    linked = link_lights(scene, found.lamps, objects, warn)
+    linked = link_lights(scene, found.lamps, objects)
     return SceneReading(groups, linked, found.nodes_of_lamps, read_world(depsgraph, light_group), warn)
 
 

@@ -155,9 +155,14 @@ class DirectLight:
 
 def _blockers(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """`has_blockers` and `blockers` of `DirectArrays`."""
-    blocked_by, casts_shadow = scene.lights.blocked_by, scene.objects.casts_shadow
-    if blocked_by is None:
+    of_lamps, links, casts_shadow = scene.lights.blocked_by, scene.objects.links, scene.objects.casts_shadow
+    if of_lamps is None and links is None:
         return np.zeros(0, np.bool_), np.zeros((0, 0), np.bool_)
+    n_lamps, n_objects = len(scene.lights), len(casts_shadow)
+    all_do = np.ones((n_lamps if of_lamps is None else 0, n_objects), bool)
+    rest = np.ones((2, n_objects), bool)
+    of_groups = [] if links is None else [links.blocked_by]
+    blocked_by = np.concatenate([all_do if of_lamps is None else of_lamps, rest, *of_groups])
     return (casts_shadow & ~blocked_by).any(axis=1), kernel_array(blocked_by, np.bool_)
 
 
@@ -205,6 +210,6 @@ def _meet_many(direct, scene, triangle, distance, u, v, directions, sides, radia
         for side in range(len(sides)):
             cosine = dot(direction, row(sides, side))
             if cosine > ZERO:
-                at = triangle[k], distance[k], u[k], v[k], direction, row(sides, side)
+                at = triangle[k], distance[k], u[k], v[k], direction, row(sides, side), np.int32(-1)
                 total = plus(total, times(met_radiance(direct, scene, *at), cosine * cosine))
         put(radiance, k, total)

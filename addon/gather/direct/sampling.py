@@ -18,7 +18,7 @@ from ...core.compiling import part
 from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, ZERO, along, dot, mean, row, times
 from ...emitters.lamps import LampArrays, lights_object, sample_lamp
-from ...emitters.mesh import MeshArrays, mesh_density, sample_mesh
+from ...emitters.mesh import MeshArrays, lights_up, mesh_density, sample_mesh
 from ...emitters.world import WorldArrays, sample_world, world_pdf, world_seen
 from ...scene import RayKind
 from ...scene.hit import emitted
@@ -42,10 +42,11 @@ class DirectArrays(NamedTuple):
     n_candidates : int
     far : float32, m
         How far away suns and the world are.
-    has_blockers : (l,) bool
-        Lamps whose light some objects do not keep away that cast shadows; (0,) where all lamps have the same blockers.
-    blockers : (l, o) bool
-        What keeps the light of those lamps away.
+    has_blockers : (l + 2 + g,) bool
+        Lamps, the g `EmitterLinks` after them and two more, whose light some objects do not keep away that cast
+        shadows; (0,) where all have the same blockers.
+    blockers : (l + 2 + g, o) bool
+        What keeps the light of those away.
     """
 
     lamps: LampArrays
@@ -82,7 +83,7 @@ def sample_emitters(direct, scene, position, normal, object_, ray_kind, rays_own
     -------
     target, irradiance : triples, m and W/m²
     lamp : int
-        From the number of lamps on: emissive meshes, and the world.
+        From the number of lamps on: emissive meshes, the world, and groups of emissive objects with own blockers.
     lit : bool
     """
     start, choice = two_numbers(key, path, i)
@@ -120,7 +121,11 @@ def _candidate(direct, scene, cell, position, normal, object_, ray_kind, rays_ow
     if place < by_lamps + direct.mesh_chance or direct.world_chance == ZERO:
         of, chance = n_lamps, direct.mesh_chance
         w, _ = two_numbers(key, path, i + 1)
-        target, way, light, density = sample_mesh(scene, direct.mesh, position, w, u, v)
+        target, way, light, density, emitter = sample_mesh(scene, direct.mesh, position, w, u, v)
+        if not lights_up(scene, emitter, object_):
+            return target, BLACK, of
+        if has_own_blockers(direct, scene, emitter):
+            of, rays_own = n_lamps + 2 + scene.link_group[emitter], False
     else:
         of, chance, way = n_lamps + 1, direct.world_chance, sample_world(direct.world, u, v)
         density, target = world_pdf(direct.world, way), along(position, direct.far, way)
@@ -132,7 +137,7 @@ def _candidate(direct, scene, cell, position, normal, object_, ray_kind, rays_ow
 
 
 @part
-def met_radiance(direct, scene, triangle, distance, u, v, direction, normal):
+def met_radiance(direct, scene, triangle, distance, u, v, direction, normal, object_):
     """Radiance that a cosine-weighted ray meets and that is its own: of emissive triangles, and of the world.
 
     A constant world is all the rays'. What see-through surfaces on the way leave of it is for the caller to apply.
@@ -143,6 +148,8 @@ def met_radiance(direct, scene, triangle, distance, u, v, direction, normal):
         Where the ray ends; −1 where it meets no triangle.
     direction, normal : triples
         Of the ray, and of the surface that it starts from.
+    object_ : int
+        Of that surface, for emissive objects that do not light all.
     """
     cosine = dot(direction, normal)
     if triangle < 0:
@@ -151,11 +158,23 @@ def met_radiance(direct, scene, triangle, distance, u, v, direction, normal):
         return world_seen(direct.world, direction, DIFFUSE_RAY)
     if direct.mesh_chance == ZERO or direct.mesh.density[triangle] <= ZERO:
         return BLACK
+    emitter = scene.object[triangle]
+    if not lights_up(scene, emitter, object_) or has_own_blockers(direct, scene, emitter):
+        return BLACK
     facing = abs(dot(direction, row(scene.normals, triangle)))
     if cosine * _PER_PI <= direct.mesh_chance * mesh_density(direct.mesh, triangle, distance, facing):
         return BLACK
     # Rays stop in proportion to the coverage, so that it must not weigh what they meet
     return emitted(scene, triangle, u, v)
+
+
+@part
+def has_own_blockers(direct, scene, emitter):
+    """Whether some objects that cast shadows do not keep an emissive object's light away; rays would end on them."""
+    if len(scene.link_group) == 0:
+        return False
+    group = scene.link_group[emitter]
+    return group >= 0 and direct.has_blockers[len(direct.lamps.kind) + 2 + group]
 
 
 @part

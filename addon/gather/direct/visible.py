@@ -43,7 +43,7 @@ def direct_light(direct, tracing, room, position, normal, object_, key, path, i,
     u, v = two_numbers(key, path, i + N_PAIRS)
     direction = to_world(cosine_hemisphere(u, v), normal)
     triangle, distance, a, b, tint = closest_hit(tracing, room, position, direction, DIFFUSE_RAY)
-    met = met_radiance(direct, tracing.scene, triangle, distance, a, b, direction, normal)
+    met = met_radiance(direct, tracing.scene, triangle, distance, a, b, direction, normal, object_)
     if not with_sky and triangle < 0:
         met = minus(met, unsampled_sky(direct, DIFFUSE_RAY))
     return plus(light, times(mul(tint, met), PI))

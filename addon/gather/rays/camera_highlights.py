@@ -15,6 +15,7 @@ from ...core.parallel import Workers
 from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, ZERO, direction_to, largest, mul, negative, plus, put, row, to_local
 from ...emitters.lamps import meet_lamp, radiance_of_lamps
+from ...emitters.mesh import lights_up
 from ...emitters.world import world_seen
 from ...receivers import CameraPoints
 from ...scene import Scene
@@ -118,6 +119,6 @@ def _by_rays(tracing, room, direct, hit, direction, key, path):
     met = radiance_of_lamps(direct.lamps, on.origin, on.direction, distance, on.kind, object_, least_density)
     if triangle < 0 and (on.specular or direct.world.height == 0):
         met = plus(met, world_seen(direct.world, on.direction, on.kind))
-    elif triangle >= 0 and on.specular:
+    elif triangle >= 0 and on.specular and lights_up(scene, scene.object[triangle], object_):
         met = plus(met, emitted(scene, triangle, u, v))
     return mul(mul(on.weight, tint), met)

@@ -33,6 +33,7 @@ from ...core.compiling import part
 from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, dot, largest, mul, negative, plus, row, times, to_local
 from ...emitters.lamps import radiance_of_lamps
+from ...emitters.mesh import lights_up
 from ...emitters.world import world_seen
 from ...scene.hit import emitted, hit_at, off_surface, shading_normal
 from ...tracing.transparency import closest_hit
@@ -167,13 +168,22 @@ def _highlight(tracing, room, direct, key, path, i, hit, bsdf, direction):
 @part
 def _emission_met(scene, direct, hit, on, triangle, distance, u, v, specular):
     """What shines along a ray that a surface sent on and that is not found by points of lights."""
+    object_ = scene.object[hit.triangle]
     if on.lobe < GLOSSY:
         normal = shading_normal(scene, hit)
         if on.lobe == TRANSLUCENT:
             normal = negative(normal)
-        return met_radiance(direct, scene, triangle, distance, u, v, on.direction, normal)
+        return met_radiance(direct, scene, triangle, distance, u, v, on.direction, normal, object_)
     if specular and on.specular:
-        shining = emitted(scene, triangle, u, v) if triangle >= 0 else world_seen(direct.world, on.direction, on.kind)
-        at = on.origin, on.direction, distance, on.kind, scene.object[hit.triangle]
+        shining = _seen(scene, direct, triangle, u, v, on, object_)
+        at = on.origin, on.direction, distance, on.kind, object_
         return plus(shining, radiance_of_lamps(direct.lamps, *at, _INFINITY))
     return BLACK if triangle >= 0 else unsampled_sky(direct, on.kind)
+
+
+@part
+def _seen(scene, direct, triangle, u, v, on, object_):
+    """What a ray from an object sees of a triangle's emission, or of the world."""
+    if triangle < 0:
+        return world_seen(direct.world, on.direction, on.kind)
+    return emitted(scene, triangle, u, v) if lights_up(scene, scene.object[triangle], object_) else BLACK
