@@ -297,7 +297,9 @@ def with_strength(light, kind, output=0, **inputs):
 @pytest.mark.parametrize("kind", ["POINT", "SPOT", "AREA"])
 def test_lamps_with_a_texture_give_what_cycles_has_of_them(kind):
     lamp = scenes.add_lamp(kind, "Gobo", location=(0.4, 0.2, 2), energy=100)
-    with_strength(lamp.data, "ShaderNodeTexNoise", Scale=3.0)
+    node = with_strength(lamp.data, "ShaderNodeTexNoise", Scale=3.0)
+    tree = lamp.data.node_tree
+    tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["UV" if kind == "AREA" else "Normal"], node.inputs[0])
     scene = compare_at_places()
     pattern = scene.lights.patterns[0]
     assert np.ptp(pattern.values) > 0.1 and (pattern.domain == PatternDomain.PLACES) == (kind == "AREA")

@@ -29,7 +29,10 @@ N_KEPT = 64
 _SMALL = 1e-3
 """Side of an area lamp seen from afar, in halves of the box's side."""
 
-_COVERED = 4  # places along each side of a pixel by which is told how much of it a spot lights
+_PARTS = 4
+"""Along each side of a pixel, whose means tell what is seen of it."""
+
+_LEAST_SEEN = 1e-3
 _BY_WORLD = {"NEW_GEOMETRY", "VECT_TRANSFORM", "OBJECT_INFO", "CAMERA", "LAYER_WEIGHT", "FRESNEL"}
 _kept: OrderedDict[tuple, LightPattern] = OrderedDict()
 
@@ -142,31 +145,28 @@ def _around(own: "bpy.types.Scene", lamp: "bpy.types.Object", shape: LampShape, 
     box.matrix_world = Matrix(pose)
     own.collection.objects.link(box)
     panorama(own, temporary, (WIDTH, HEIGHT), Matrix(pose), shape.angle)
-    directions = _directions(shape.angle)
-    toward = np.abs(directions).max(axis=2, keepdims=True)
-    values = shot(own, N_SAMPLES) * np.float32(pi) / toward**3
-    if light.type == "AREA":
-        values /= np.maximum(-directions[..., 2:], 1e-3)
-    elif light.type == "SPOT":
-        values = _inside(values, light.spot_size, shape)
+    values = shot(own, N_SAMPLES) * np.float32(pi)
+    seen = _seen_of_pixels(light, shape)[..., None]
+    values = np.where(seen > _LEAST_SEEN, values / np.maximum(seen, _LEAST_SEEN), 0)
     return LightPattern(values.astype(np.float32), shape.domain, shape.angle)
 
 
-def _directions(angle: float, part: int = 1) -> np.ndarray:
-    """Middles of the pixels, or of part × part in each, in the lamp's frame, (h, w, 3)."""
-    theta = angle * (np.arange(part * HEIGHT) + 0.5)[:, None] / (part * HEIGHT)
-    phi = pi - 2 * pi * (np.arange(part * WIDTH) + 0.5)[None] / (part * WIDTH)
-    x, y = np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi)
-    return np.stack([x, y, -np.cos(theta) + 0 * phi], axis=2)
-
-
-def _inside(values: np.ndarray, angle: float, shape: LampShape) -> np.ndarray:
-    """What there is inside a spot's cone, of pixels that its edge cuts."""
-    x, y, z = np.linalg.norm(shape.matrix[:3, :3], axis=0)
-    local = _directions(shape.angle, _COVERED) / [x / z, y / z, 1]
-    lit = -local[..., 2] > np.cos(angle / 2) * np.linalg.norm(local, axis=2)
-    share = lit.reshape(HEIGHT, _COVERED, WIDTH, _COVERED).mean(axis=(1, 3))[..., None]
-    return np.where(share > 0.05, values / np.maximum(share, 0.05), 0)
+def _seen_of_pixels(light: "bpy.types.Light", shape: LampShape) -> np.ndarray:
+    """Mean of cos θ / d² over each pixel, where a spot shines, and times an area lamp's own cosine, (h, w) 1/m²."""
+    seen = np.empty((HEIGHT, WIDTH))
+    phi = pi - 2 * pi * (np.arange(_PARTS * WIDTH) + 0.5)[None] / (_PARTS * WIDTH)
+    stretch = np.linalg.norm(shape.matrix[:3, :3], axis=0)
+    for line in range(HEIGHT):
+        theta = shape.angle * (line + (np.arange(_PARTS)[:, None] + 0.5) / _PARTS) / HEIGHT
+        x, y, z = np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta) + 0 * phi
+        value = np.maximum(np.maximum(abs(x), abs(y)), abs(z)) ** 3  # m, the largest, is cos θ and 1/d
+        if light.type == "AREA":
+            value *= z
+        elif light.type == "SPOT":
+            a, b = stretch[:2] / stretch[2]
+            value *= z > np.cos(light.spot_size / 2) * np.sqrt((x / a) ** 2 + (y / b) ** 2 + z**2)
+        seen[line] = value.reshape(_PARTS, WIDTH, _PARTS).mean(axis=(0, 2))
+    return seen
 
 
 def _in_front(own: "bpy.types.Scene", lamp: "bpy.types.Object", shape: LampShape, temporary: Temporary) -> LightPattern:
@@ -184,6 +184,11 @@ def _in_front(own: "bpy.types.Scene", lamp: "bpy.types.Object", shape: LampShape
     pose = Matrix(_rigid(shape.matrix))
     own.camera.matrix_world = pose @ Matrix.Translation((0, 0, -away)) @ Matrix.Rotation(pi, 4, "Y")
     own.collection.objects.link(own.camera)
+    # Rays from the camera do not see lamps; those that come through a pane without refraction do
+    pane = temporary.add(bpy.data.objects.new("Photon Bake", _box(temporary, "Refraction", ((2, -1),))))
+    pane.matrix_world = pose @ Matrix.Diagonal((width, height, away / 2, 1))
+    own.collection.objects.link(pane)
+    own.cycles.max_bounces = own.cycles.transmission_bounces = 1
     render = own.render
     render.resolution_x = render.resolution_y = SIDE
     render.pixel_aspect_x, render.pixel_aspect_y = max(width / height, 1), max(height / width, 1)
@@ -221,8 +226,8 @@ def _rigid(matrix: np.ndarray) -> np.ndarray:
 _SIDES = tuple((axis, sign) for axis in range(3) for sign in (-1, 1))
 
 
-def _box(temporary: Temporary, sides: Any = _SIDES) -> "bpy.types.Mesh":
-    """White sides of a cube of side 2 around the origin, which face inward."""
+def _box(temporary: Temporary, kind: str = "Diffuse", sides: Any = _SIDES) -> "bpy.types.Mesh":
+    """White sides of a cube of side 2 around the origin, which face inward, of a kind of BSDF."""
     corners: list[tuple[float, ...]] = []
     faces: list[tuple[int, ...]] = []
     for axis, sign in sides:
@@ -239,8 +244,11 @@ def _box(temporary: Temporary, sides: Any = _SIDES) -> "bpy.types.Mesh":
         white.use_nodes = True
     tree = white.node_tree
     tree.nodes.clear()
-    diffuse, output = tree.nodes.new("ShaderNodeBsdfDiffuse"), tree.nodes.new("ShaderNodeOutputMaterial")
-    diffuse.inputs["Color"].default_value = (1, 1, 1, 1)
-    tree.links.new(diffuse.outputs[0], output.inputs["Surface"])
+    bsdf, output = tree.nodes.new(f"ShaderNodeBsdf{kind}"), tree.nodes.new("ShaderNodeOutputMaterial")
+    bsdf.inputs["Color"].default_value = (1, 1, 1, 1)
+    bsdf.inputs["Roughness"].default_value = 0
+    if kind == "Refraction":
+        bsdf.inputs["IOR"].default_value = 1
+    tree.links.new(bsdf.outputs[0], output.inputs["Surface"])
     mesh.materials.append(white)
     return mesh

@@ -14,7 +14,7 @@ from .cycles_lamp import LampShape, pattern_of_lamp
 from .light_shader import differs_by, falloff_of
 
 _ALIKE = 2e-3
-"""Relative difference of a pattern's values below which they are one: Cycles' noise."""
+"""Relative root mean square of a pattern's differences below which its values are one: Cycles' noise."""
 
 
 @dataclass(frozen=True)
@@ -96,5 +96,5 @@ def with_patterns(
 def _one_value(pattern: LightPattern) -> np.ndarray | None:
     """The value of a pattern that is the same everywhere, (3,)."""
     mean: np.ndarray = pattern.values.mean(axis=(0, 1), dtype=np.float64)
-    differs = np.abs(pattern.values - mean).max() > _ALIKE * np.abs(mean).max()
+    differs = np.sqrt(((pattern.values - mean) ** 2).mean()) > _ALIKE * np.abs(mean).max()
     return None if differs else mean
