@@ -26,8 +26,8 @@ def source_of(lights=None, region=WHOLE, **scene):
     return source
 
 
-def emitted(source, n=N):
-    return source.emit(sobol_points(sobol_seeds(1, 11), 0, 0, n))
+def emitted(source, n=N, seed=11):
+    return source.emit(sobol_points(sobol_seeds(1, seed), 0, 0, n))
 
 
 def power_on_plane(rays, half=1.0, z=0.0):
@@ -193,7 +193,10 @@ def test_photons_make_the_irradiance_of_direct_light():
     ],
 )
 def test_far_lamps_aim_at_the_scene(far):
-    """All photons go there, and make the irradiance of direct light."""
+    """All photons go there, and make the irradiance of direct light: each of several sequences without a bias.
+
+    Few photons of a large ball fall on the square: a sequence alone is off by 2.8 %.
+    """
     scene = scene_of(*plane(2.0, z=-0.01), lights=far)
     (source,) = light_sources(scene, WHOLE)
     rays = emitted(source)
@@ -203,7 +206,9 @@ def test_far_lamps_aim_at_the_scene(far):
     at = np.random.default_rng(2).uniform(-1, 1, (1 << 16, 3)).astype(np.float32) * np.array([1, 1, 0], np.float32)
     up = np.broadcast_to(np.array([0, 0, 1], np.float32), at.shape)
     expected = direct.irradiance(at, up, None, stream(4)).mean() * 4
-    assert power_on_plane(rays) == pytest.approx(expected, rel=0.02)
+    power = np.array([power_on_plane(emitted(source, seed=seed)) for seed in range(24)])
+    assert power.mean() == pytest.approx(expected, rel=0.02)
+    assert power.mean() == pytest.approx(expected, rel=5e-4, abs=4 * power.std(ddof=1) / np.sqrt(len(power)))
 
 
 def test_photons_of_a_world_image_follow_it():

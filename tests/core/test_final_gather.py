@@ -113,7 +113,7 @@ def test_blending_takes_noise_and_leaves_edges():
     assert moved.max() < 0.1 * np.pi and model.bias2[at_edge].mean() > 10 * model.bias2[~at_edge].mean()
 
 
-@pytest.mark.parametrize("bend", [0.0, 5.0])
+@pytest.mark.parametrize("bend", [0.0, 5.0, 20.0])
 def test_errors_of_blends_by_chance_are_told(bend):
     """Records' own noise decides how far they move, in even light and in light that bends: errors are as large as said.
 

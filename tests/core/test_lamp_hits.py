@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.core.sampling.sobol import fixed_points
+from photon_bake.addon.core.sampling.sobol import sobol_points, sobol_seeds
 from photon_bake.addon.core.sampling.warps import sample_uniform_cone
 from photon_bake.addon.emitters.lamps import has_size
 from photon_bake.addon.scene import LightKind, RayKind
@@ -26,19 +26,27 @@ COS_MAX = 0.5  # of a cone that has all of them
 
 @pytest.mark.parametrize("name", LAMPS)
 def test_rays_find_what_points_of_lamps_give(name):
-    """∫ L cos θ dω over directions, and over points of the lamp; and the density is one over all of the lamp."""
-    lights, n = LAMPS[name], 1 << 15
-    u = fixed_points(n)
-    zero, one = np.zeros((n, 3), np.float32), np.zeros(n, int)
-    given = light_samples(lights, one, zero, zero + np.float32([0, 0, 1]), u, np.float32(10))[1].mean(axis=0)
-    directions = sample_uniform_cone(u, np.float32(COS_MAX))
-    solid_angle = 2 * np.pi * (1 - COS_MAX)
-    hits = lamp_hits(lights, one, zero, directions)
-    found = solid_angle * (hits.radiance * directions[:, 2:]).mean(axis=0)
+    """∫ L cos θ dω over directions, and over points of the lamp; and the density is one over all of the lamp.
+
+    Over 32 sequences, as one alone is off by 1.2 % where a spot's cone leaves a small part of its ball to be seen.
+    """
+    lights, n, n_sequences = LAMPS[name], 1 << 15, 32
+    seeds = sobol_seeds(n_sequences, 0)
+    light, density = np.empty((2, n_sequences, 3)), np.empty(n_sequences)
+    solid_angle, zero, one = 2 * np.pi * (1 - COS_MAX), np.zeros((n, 3), np.float32), np.zeros(n, int)
+    for i in range(n_sequences):
+        u = np.ascontiguousarray(sobol_points(seeds, i, 0, n)[:, :2])
+        light[0, i] = light_samples(lights, one, zero, zero + np.float32([0, 0, 1]), u, np.float32(10))[1].mean(axis=0)
+        directions = sample_uniform_cone(u, np.float32(COS_MAX))
+        hits = lamp_hits(lights, one, zero, directions)
+        light[1, i] = solid_angle * (hits.radiance * directions[:, 2:]).mean(axis=0)
+        met = np.isfinite(hits.distance)
+        density[i] = solid_angle * np.where(met, hits.density, 0).mean()
+        assert np.array_equal(met, np.isfinite(hits.density))
+    (given, found), stderr = light.mean(axis=1), light[1].std(axis=0, ddof=1) / np.sqrt(n_sequences)
     assert found == pytest.approx(given, rel=0.01) and found.min() > 0.01
-    met = np.isfinite(hits.distance)
-    assert solid_angle * np.where(met, hits.density, 0).mean() == pytest.approx(1, rel=0.01)
-    assert np.array_equal(met, np.isfinite(hits.density))
+    assert (np.abs(found - given) < np.maximum(4 * stderr, 5e-4 * given)).all()
+    assert density.mean() == pytest.approx(1, rel=0.01)
 
 
 def test_from_inside_a_ball_shines_all_around():

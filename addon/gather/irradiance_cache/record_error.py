@@ -129,7 +129,9 @@ class RecordErrorModel:
         own = expected / records.n_rays if around.fair else noise
         blend = np.where(supported, own / np.maximum(np.maximum(off2, own + others), _TINY), 0)
         bias2 = np.maximum(off2 - noise - others, 0)
-        chance = _by_chance(noise, blend, single2, off2, noise + others + bias2, off2 > own + others)
+        fixed2 = (1 - blend) ** 2 * noise + blend**2 * (others + bias2)
+        variances = records.variance, expected / records.n_rays
+        chance = _by_chance(*variances, blend, single2, np.where(off2 > own + others, off2, np.inf), fixed2)
         chance2 = np.maximum(weights.mean(chance), 0)
         mean = weights.mean(np.stack([value, value**2, noise], axis=1))
         change2 = mean[:, 1] - 2 * value * mean[:, 0] + value**2 - mean[:, 2] - noise
@@ -187,28 +189,35 @@ class RecordErrorModel:
 
 
 def _by_chance(
-    noise: np.ndarray, blend: np.ndarray, single2: np.ndarray, off2: np.ndarray, usual2: np.ndarray, follows: np.ndarray
+    own: np.ndarray, of_others: np.ndarray, blend: np.ndarray, single2: np.ndarray, off2: np.ndarray, fixed2: np.ndarray
 ) -> np.ndarray:
     """What the squared errors of blended records have besides those of fixed blends, (m,); single ones may be negative.
 
     The blend β is the smaller, the farther a record's own noise takes it from the others: that noise is left where it
     is large. By Stein ("Estimation of the Mean of a Multivariate Normal Distribution", 1981) a value of normal noise of
     variance v that is moved by g(D), D being what the others have more, has a squared error of v + g² − 2 v g′ on the
-    average, whatever light is. Here g = β D, and β = v / off2 has the slope −β D / off2, as half of off2 is D².
+    average, whatever light is. Here g = β D, and β = v / d² has the slope −β D / d², as half of d² is D². The v of the
+    formula is what others tell: β is large where a record's own rays tell too large a v, and their product would be
+    larger than v times the mean of β.
+
+    Noise that is not normal moves v as well as D: a record that met what is rare has both, and its blend is as before.
+    There a record and those around it tell different variances. So the formula counts by how far these agree: by their
+    geometric over their arithmetic mean, which is 0.9 for four batches of normal noise.
 
     Parameters
     ----------
-    noise : (m,)
-        v.
-    single2, off2 : (m,)
-        D² of the record alone, and its mean with those around.
-    usual2 : (m,)
-        D² as the error of a fixed blend takes it to be.
-    follows : (m,) bool
-        Where the blend is by off2; elsewhere it is fixed.
+    own, of_others : (m,)
+        v as a record itself and those around it tell it.
+    single2 : (m,)
+        D² of the record alone.
+    off2 : (m,)
+        d², of which half is D²; infinite where the blend does not follow it.
+    fixed2 : (m,)
+        The squared error of a fixed blend.
     """
-    of_slope = np.where(follows, 2 * noise * blend * single2 / np.maximum(off2, _TINY), 0)
-    return blend**2 * (single2 - usual2) + of_slope
+    stein2 = of_others * (1 - 2 * blend * (1 - single2 / np.maximum(off2, _TINY))) + blend**2 * single2
+    alike = np.sqrt(own * of_others) / np.maximum((own + of_others) / 2, _TINY)
+    return alike * (stein2 - fixed2)
 
 
 def mean_of_cells(position: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -18,7 +18,12 @@ def set_cycles(samples: int) -> None:
 
 
 def cycles_mean(seed: int) -> np.ndarray:
-    """Cycles' bake of the probes of the scene as it is, (3,)."""
+    """The mean of `cycles_light`, (3,)."""
+    return cycles_light(seed).mean(axis=0, dtype=np.float64)
+
+
+def cycles_light(seed: int) -> np.ndarray:
+    """Cycles' bake of the probes' corners of the scene as it is, (c, 3) float32."""
     bpy.context.scene.cycles.seed = seed
     obj = bpy.data.objects["Probes"]
     colors = obj.data.color_attributes
@@ -31,7 +36,7 @@ def cycles_mean(seed: int) -> np.ndarray:
     bpy.ops.object.bake(type="DIFFUSE", pass_filter={"INDIRECT"}, target="VERTEX_COLORS")
     values = np.empty(len(obj.data.loops) * 4, np.float32)
     obj.data.color_attributes["Cycles"].data.foreach_get("color", values)
-    return values.reshape(-1, 4)[:, :3].mean(axis=0, dtype=np.float64)
+    return values.reshape(-1, 4)[:, :3]
 
 
 def keep_light_group(name: str) -> None:
