@@ -293,7 +293,7 @@ def lamp_max_bounces():
 @case("Max Bounces 0", GROUP)
 def lamp_no_bounce():
     # Nothing of the red lamp is left in indirect light; it is not even reflected by the mirror.
-    light = lit_room("POINT", (-1, 0, 0.3), energy=300, color=(1, 0.2, 0.1), shadow_soft_size=0.3, name="None")
+    light = lit_room("POINT", (-1, 0, 0.3), energy=300, color=(1, 0.2, 0.1), shadow_soft_size=0, name="None")
     light.data.cycles.max_bounces = 0
     lamp("POINT", (1, 0, -0.3), energy=100, shadow_soft_size=0.1)
     quad("Mirror", (0, 1.5, 0), (0.8, 0, 0), (0, 0, 0.8), shader("BsdfGlossy", {"Roughness": 0.0}))
