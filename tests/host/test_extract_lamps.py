@@ -305,6 +305,15 @@ def test_lamps_with_a_texture_give_what_cycles_has_of_them(kind):
     assert np.ptp(pattern.values) > 0.1 and (pattern.domain == PatternDomain.PLACES) == (kind == "AREA")
 
 
+def test_an_ies_profile_gives_what_cycles_has_of_it():
+    lamp = scenes.add_lamp("POINT", location=(0.4, 0.2, 2), energy=100)
+    profile = scenes.bpy.data.texts.new("Profile")
+    profile.write("IESNA:LM-63-1995\nTILT=NONE\n1 1000 1 5 5 1 2 0 0 0\n1 1 1\n0 30 60 90 180\n0 90 180 270 360\n")
+    profile.write("100 100 90 50 0\n200 400 900 300 0\n100 50 20 10 0\n200 20 10 0 0\n100 100 90 50 0\n")
+    with_strength(lamp.data, "ShaderNodeTexIES").ies = profile
+    assert compare_at_places().lights.patterns[0].angle == pytest.approx(pi)
+
+
 @pytest.mark.parametrize("output", ["Quadratic", "Linear", "Constant"])
 @pytest.mark.parametrize("kind", ["POINT", "AREA"])
 def test_light_falls_off_as_in_cycles(kind, output):
