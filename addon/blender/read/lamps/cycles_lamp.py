@@ -137,7 +137,7 @@ def _around(own: "bpy.types.Scene", lamp: "bpy.types.Object", shape: LampShape, 
         light.shape, light.size = "SQUARE", _SMALL
         lamp.matrix_world = Matrix(pose)
     else:
-        light.shadow_soft_size = 0
+        light.shadow_soft_size, light.use_soft_falloff = 0, True  # a sphere of no size would have no normals
     if light.type == "SPOT":
         light.spot_blend = 0
     light.energy = pi if light.type == "AREA" else 4 * pi
