@@ -84,7 +84,7 @@ def draft_of(settings: BakeSettings) -> BakeSettings:
 
     Its rays are Medium's: light that is noisier misleads where edges are split.
     """
-    kept = ("max_bounces", "memory", "add_direct", "open_side", "seed", "n_threads")
+    kept = ("max_bounces", "memory", "add_direct", "open_side", "normal_maps", "seed", "n_threads")
     rays = {"n_gather_rays": BakeSettings.n_gather_rays, "gather_share": 1.0}
     return settings_for("draft", **rays, **{name: getattr(settings, name) for name in kept})
 

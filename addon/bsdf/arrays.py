@@ -5,13 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from ..core.compiling import kernel, kernel_array
+from ..core.compiling import kernel, kernel_array, part
 from ..core.sampling.vectors import rows
-from ..core.vec3 import put, row
+from ..core.vec3 import ONE, ZERO, negative, put, row
 from ..scene import Scene
 from ..scene.arrays import SceneArrays
+from ..scene.hit import hit_at
 from . import mixture
 from .closure import bsdf_of
+from .scatter import lambertian_normal
 
 
 @dataclass(frozen=True)
@@ -81,9 +83,31 @@ def glossy_albedo(surface: Surface, cos: np.ndarray) -> np.ndarray:
     return surface.asked(_glossy_albedo, kernel_array(cos, np.float32))
 
 
+def lambertian_normals(
+    scene: Scene, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, normals: np.ndarray
+) -> np.ndarray:
+    """The mean of the normals of each point's Lambertian closures by their weights, unit vectors (n, 3) float32.
+
+    Parameters
+    ----------
+    normals : (n, 3) float32
+        Geometric normals of the sides.
+    """
+    f, out = np.float32, np.empty((len(triangle), 3), np.float32)
+    at = kernel_array(triangle, np.int32), kernel_array(u, f), kernel_array(v, f)
+    _lambertian_normals(scene.arrays, *at, kernel_array(normals, f), out)
+    return out
+
+
 def reflects_highlights(surface: Surface) -> np.ndarray:
     """Whether a glossy lobe is rough enough for shadow rays to find light by it, (n,) bool."""
     return surface.asked(_reflects_highlights, columns=(), dtype=np.bool_)
+
+
+@part
+def _seen_at(cos):
+    """A local direction at a cosine to +z."""
+    return np.sqrt(max(ONE - cos * cos, ZERO)), ZERO, cos
 
 
 @kernel
@@ -96,22 +120,32 @@ def _evaluate_glossy(scene, triangle, u, v, back, wo, wi, out):
 @kernel
 def _diffuse_albedo(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
-        put(out, i, mixture.diffuse_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
+        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
+        put(out, i, mixture.diffuse_albedo(scene, bsdf, _seen_at(cos[i])))
 
 
 @kernel
 def _translucent_albedo(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
-        put(out, i, mixture.translucent_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
+        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
+        put(out, i, mixture.translucent_albedo(scene, bsdf, _seen_at(cos[i])))
 
 
 @kernel
 def _glossy_albedo(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
-        put(out, i, mixture.glossy_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
+        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
+        put(out, i, mixture.glossy_albedo(scene, bsdf, _seen_at(cos[i])))
 
 
 @kernel
 def _reflects_highlights(scene, triangle, u, v, back, out):
     for i in range(len(triangle)):
         out[i] = mixture.reflects_highlights(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]))
+
+
+@kernel
+def _lambertian_normals(scene, triangle, u, v, normals, out):
+    for i in range(len(triangle)):
+        hit = hit_at(scene, negative(row(normals, i)), triangle[i], ONE, u[i], v[i])
+        put(out, i, lambertian_normal(scene, hit))

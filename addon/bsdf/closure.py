@@ -1,7 +1,7 @@
 """The closures of a point on a surface, as the scattering sees them, inside kernels.
 
 The local frame has as +z the normal of the side that the light came to; wo is where it came from, so wo.z > 0.
-Transmitted directions have wi.z < 0.
+Transmitted directions have wi.z < 0. Closures with normals of their own have frames within it, see `frames`.
 
 Paths and photons follow the same f(view, light), the one from the view, the other from the light. All of f is
 reciprocal but for the factors that belong to the viewing side: what layers leave to what they cover, the scale of
@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import part
-from ..core.vec3 import BLACK, ONE, ZERO
+from ..core.vec3 import BLACK, ONE, ZERO, negative, row
 from ..scene.closures import Lobe
 from ..scene.hit import channel_at
 
@@ -21,7 +21,11 @@ GLOSSY, GLASS = int(Lobe.GLOSSY), int(Lobe.GLASS)
 
 
 class Bsdf(NamedTuple):
-    """What a point does to light that comes to one side of it: closures `first` to `last` of the scene's."""
+    """What a point does to light that comes to one side of it: closures `first` to `last` of the scene's.
+
+    normal : the geometric one of that side.
+    perturbed : whether a closure has a normal of its own; then +z of the local frame is `normal`, see `frames`.
+    """
 
     first: np.int32
     last: np.int32
@@ -29,6 +33,8 @@ class Bsdf(NamedTuple):
     u: np.float32
     v: np.float32
     back: bool
+    normal: tuple
+    perturbed: bool
 
 
 class Closure(NamedTuple):
@@ -55,7 +61,11 @@ def bsdf_at(scene, hit):
 def bsdf_of(scene, triangle, u, v, back):
     """The scattering at a point of a triangle, of light that comes to its back or else its front."""
     material, start = scene.material[triangle], scene.materials.closures.start
-    return Bsdf(start[material], start[material + 1], triangle, u, v, back)
+    normal = row(scene.normals, triangle)
+    if back:
+        normal = negative(normal)
+    perturbed = scene.materials.perturbed[material]
+    return Bsdf(start[material], start[material + 1], triangle, u, v, back, normal, perturbed)
 
 
 @part

@@ -8,11 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import part
-from ..core.vec3 import BLACK, ONE, ZERO, largest, mean, mul, plus, times
+from ..core.vec3 import BLACK, ONE, ZERO, largest, mean, mul, plus, times, to_local
 from ..scene.closures import Lobe
-from ..scene.hit import weight_of_kind
+from ..scene.hit import channel_at, weight_of_kind
 from . import diffuse, glass, glossy, translucent
 from .closure import Bsdf, bsdf_at, closure_at, is_nothing
+from .frames import UP, Frame, frame_of, into, out_of, received
 
 DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in Lobe)
 
@@ -20,8 +21,8 @@ ALL_LOBES = (1 << len(Lobe)) - 1
 SPECULAR_LOBES = 1 << GLOSSY | 1 << GLASS
 """Sets of lobes as bits; the second those that a radiance cache, which knows no directions, does not answer for."""
 
-_TINY, _BELOW_ONE, _INFINITY = np.float32(1e-7), np.float32(1 - 2**-24), np.float32(np.inf)
-_UP = ZERO, ZERO, ONE
+_TINY, _LEAST_COS = np.float32(1e-7), np.float32(1e-6)
+_BELOW_ONE, _INFINITY = np.float32(1 - 2**-24), np.float32(np.inf)
 
 __all__ = ["ALL_LOBES", "SPECULAR_LOBES", "Bsdf", "Sample", "bsdf_at", "sample_bsdf"]
 
@@ -33,6 +34,7 @@ class Sample(NamedTuple):
     lobe : kind of the closure that scattered.
     specular : whether lamplight that takes this way is left to photons; `evaluate_broad` has the rest.
     rough : whether a glossy closure scattered that is no mirror, one of those that `pdf_glossy` is of.
+    frame : of the closure that scattered.
     """
 
     wi: tuple
@@ -40,6 +42,7 @@ class Sample(NamedTuple):
     lobe: np.int32
     specular: bool
     rough: bool
+    frame: Frame
 
 
 @part
@@ -51,13 +54,16 @@ def sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light):
     """
     chosen, inverse, choice = choose_closure(scene, bsdf, wo, choice, lobes, from_light)
     if chosen < 0:
-        return Sample(_UP, BLACK, np.int32(_first_of(lobes)), False, False)
-    closure = closure_at(scene, bsdf, chosen)
-    wi, weight = _sample(closure, wo, choice, u, v, from_light)
-    view, light = (wi, wo) if from_light else (wo, wi)
-    weight = times(weight, transmittance_to(scene, bsdf, closure, abs(view[2])) * inverse)
+        return Sample(UP, BLACK, np.int32(_first_of(lobes)), False, False, Frame(False, UP))
+    closure, frame = closure_at(scene, bsdf, chosen), frame_of(scene, bsdf, chosen, wo)
+    own_wo = into(frame, wo)
+    own_wi, weight = _sample(closure, own_wo, choice, u, v, from_light)
+    # Photons leave broad lobes by the cosine with the geometric normal, see `scatter`
+    wi = own_wi if from_light and closure.kind < GLOSSY else out_of(frame, own_wi)
+    view, light = (own_wi, own_wo) if from_light else (own_wo, own_wi)
+    weight = times(weight, transmittance_to(scene, bsdf, closure, wi if from_light else wo) * inverse)
     rough = closure.kind == GLOSSY and closure.roughness >= glossy.SMOOTH
-    return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), rough)
+    return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), rough, frame)
 
 
 @part
@@ -67,7 +73,7 @@ def choose_closure(scene, bsdf, wo, choice, lobes, from_light):
     for k in range(bsdf.first, bsdf.last):  # one after the other takes its share of the choice
         if not lobes >> scene.materials.closures.kind[k] & 1:
             continue
-        scattered = _expected(scene, bsdf, closure_at(scene, bsdf, k), wo[2], from_light)
+        scattered = _expected(scene, bsdf, k, wo, from_light)
         if scattered <= ZERO:
             continue
         total += scattered
@@ -90,12 +96,18 @@ def _first_of(lobes):
 
 
 @part
-def _expected(scene, bsdf, closure, cos, from_light):
-    """What a closure scatters of light from a direction, about; above 0 wherever it scatters any."""
+def _expected(scene, bsdf, k, wo, from_light):
+    """What the k-th closure scatters of light from a direction, about; above 0 wherever it scatters any."""
+    closure = closure_at(scene, bsdf, k)
     if is_nothing(closure.weight):
         return ZERO
+    cos = ONE
+    if closure.kind >= GLOSSY:
+        cos = into(frame_of(scene, bsdf, k, wo), wo)[2]
+        if cos <= ZERO:  # a lobe that is seen from behind
+            return ZERO
     # What layers leave of a photon is not known before its direction is
-    left = ONE if from_light else transmittance_to(scene, bsdf, closure, cos)
+    left = ONE if from_light else transmittance_to(scene, bsdf, closure, wo)
     if closure.kind == GLOSSY:
         return mean(glossy.albedo(closure, cos)) * left
     if closure.kind == GLASS:
@@ -122,19 +134,22 @@ def _is_specular(closure, view, light):
 
 
 @part
-def transmittance_to(scene, bsdf, closure, cos):
-    """Share of the light that the layers over a closure leave to it, seen at `cos` to the normal."""
+def transmittance_to(scene, bsdf, closure, view):
+    """Share of the light that the layers over a closure leave to it, seen from a local direction on either side."""
     left, layer = ONE, closure.layer
     while layer >= 0:
         over = closure_at(scene, bsdf, layer)
-        left *= glossy.transmittance(over, cos)
+        left *= glossy.transmittance(over, abs(into(frame_of(scene, bsdf, layer, view), view)[2]))
         layer = over.layer
     return left
 
 
 @part
 def evaluate_broad(scene, bsdf, wo, wi):
-    """What shadow rays ask for of the glossy lobes: f in 1/sr without the cosine, and 0 where it is left to photons."""
+    """What shadow rays ask for of the glossy lobes: f in 1/sr without the cosine, and 0 where it is left to photons.
+
+    The cosine is that with +z: f of a lobe with a frame of its own is times its cosine over that.
+    """
     return _evaluate(scene, bsdf, wo, wi, glossy.PEAK)
 
 
@@ -150,10 +165,14 @@ def _evaluate(scene, bsdf, wo, wi, peak):
     f = BLACK
     for k in range(bsdf.first, bsdf.last):
         if scene.materials.closures.kind[k] == GLOSSY:
-            closure = closure_at(scene, bsdf, k)
-            of_one = glossy.evaluate(closure, wo, wi)
+            closure, frame = closure_at(scene, bsdf, k), frame_of(scene, bsdf, k, wo)
+            own_wi = into(frame, wi)
+            of_one = glossy.evaluate(closure, into(frame, wo), own_wi)
             if largest(of_one) < peak:
-                f = plus(f, times(of_one, transmittance_to(scene, bsdf, closure, wo[2])))
+                share = transmittance_to(scene, bsdf, closure, wo)
+                if frame.own:
+                    share *= max(own_wi[2], ZERO) / max(wi[2], _LEAST_COS)
+                f = plus(f, times(of_one, share))
     return f
 
 
@@ -165,9 +184,9 @@ def pdf_glossy(scene, bsdf, wo, wi):
         if scene.materials.closures.kind[k] == GLOSSY:
             closure = closure_at(scene, bsdf, k)
             if closure.roughness >= glossy.SMOOTH:
-                share = _expected(scene, bsdf, closure, wo[2], False)
+                share, frame = _expected(scene, bsdf, k, wo, False), frame_of(scene, bsdf, k, wo)
                 total += share
-                density += share * glossy.pdf(closure, wo, wi)
+                density += share * glossy.pdf(closure, into(frame, wo), into(frame, wi))
     return density / total if total > ZERO else ZERO
 
 
@@ -178,33 +197,51 @@ def total_weight(scene, bsdf, kind):
 
 
 @part
-def _albedo(scene, bsdf, kind, cos):
-    """What the closures of a kind scatter in all of light seen at `cos`, with what layers leave of it."""
-    total = BLACK
+def weight_received(scene, bsdf, kind, towards):
+    """`total_weight` of Lambertian closures, each times what it takes of light from a direction (`received`).
+
+    The light is that on `lit_normal`, its direction one of the world.
+    """
+    if not bsdf.perturbed:
+        return total_weight(scene, bsdf, kind)
+    total, closures, light = BLACK, scene.materials.closures, to_local(towards, bsdf.normal)
     for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] == kind:
-            closure = closure_at(scene, bsdf, k)
-            of_one = glossy.albedo(closure, cos) if kind == GLOSSY else closure.weight
-            total = plus(total, times(of_one, transmittance_to(scene, bsdf, closure, cos)))
+        if closures.kind[k] == kind:
+            weight = channel_at(scene, closures.weight, k, bsdf.triangle, bsdf.u, bsdf.v)
+            total = plus(total, times(weight, received(scene, bsdf, k, light)))
     return total
 
 
 @part
-def diffuse_albedo(scene, bsdf, cos):
-    """What a surface seen at `cos` reflects diffusely, with what layers leave of it."""
-    return _albedo(scene, bsdf, DIFFUSE, cos)
+def _albedo(scene, bsdf, kind, wo):
+    """What the closures of a kind scatter in all of light seen from a local direction, with what layers leave of it."""
+    total = BLACK
+    for k in range(bsdf.first, bsdf.last):
+        if scene.materials.closures.kind[k] == kind:
+            closure = closure_at(scene, bsdf, k)
+            of_one = closure.weight
+            if kind == GLOSSY:
+                of_one = glossy.albedo(closure, max(into(frame_of(scene, bsdf, k, wo), wo)[2], ZERO))
+            total = plus(total, times(of_one, transmittance_to(scene, bsdf, closure, wo)))
+    return total
 
 
 @part
-def translucent_albedo(scene, bsdf, cos):
-    """What a surface seen at `cos` transmits diffusely, with what layers leave of it."""
-    return _albedo(scene, bsdf, TRANSLUCENT, cos)
+def diffuse_albedo(scene, bsdf, wo):
+    """What a surface seen from a local direction reflects diffusely, with what layers leave of it."""
+    return _albedo(scene, bsdf, DIFFUSE, wo)
 
 
 @part
-def glossy_albedo(scene, bsdf, cos):
-    """What the glossy lobes of a surface seen at `cos` reflect in all."""
-    return _albedo(scene, bsdf, GLOSSY, cos)
+def translucent_albedo(scene, bsdf, wo):
+    """What a surface seen from a local direction transmits diffusely, with what layers leave of it."""
+    return _albedo(scene, bsdf, TRANSLUCENT, wo)
+
+
+@part
+def glossy_albedo(scene, bsdf, wo):
+    """What the glossy lobes of a surface seen from a local direction reflect in all."""
+    return _albedo(scene, bsdf, GLOSSY, wo)
 
 
 @part
@@ -224,14 +261,14 @@ def glass_albedo(scene, bsdf):
 
 
 @part
-def base_transmittance(scene, bsdf, cos):
-    """Share of what the Lambertian lobes would scatter that layers leave to them, seen at `cos`; 1 without any."""
+def base_transmittance(scene, bsdf, wo):
+    """Share of what the Lambertian lobes would scatter that layers leave to them, seen from wo; 1 without any."""
     whole = left = BLACK
     for k in range(bsdf.first, bsdf.last):
         if scene.materials.closures.kind[k] < GLOSSY:
             closure = closure_at(scene, bsdf, k)
             whole = plus(whole, closure.weight)
-            left = plus(left, times(closure.weight, transmittance_to(scene, bsdf, closure, cos)))
+            left = plus(left, times(closure.weight, transmittance_to(scene, bsdf, closure, wo)))
     return _ratio(left[0], whole[0]), _ratio(left[1], whole[1]), _ratio(left[2], whole[2])
 
 

@@ -5,11 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import part
-from ..core.vec3 import BLACK, ONE, ZERO, dot, negative, times, to_local, to_world
+from ..core.vec3 import BLACK, ONE, ZERO, dot, mean, negative, normalized, plus, times, to_local, to_world
 from ..scene import RayKind
-from ..scene.hit import off_surface, shading_normal
+from ..scene.hit import channel_at, off_surface, shading_normal
 from . import glass
 from .closure import bsdf_at, closure_at, is_nothing
+from .frames import UP, adjoint, bump_shadowing_in, frame_of, into, out_of, own_normal
 from .mixture import GLASS, GLOSSY, choose_closure, sample_bsdf, transmittance_to
 
 _DIFFUSE_RAY, _GLOSSY_RAY, _TRANSMITTED_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY), int(RayKind.TRANSMITTED)
@@ -63,46 +64,60 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light):
     from_light : bool
         Whether the ray is a photon; otherwise it comes from where light is wanted.
     """
-    shading = shading_normal(scene, hit)
-    axis = facing(shading, hit.normal, direction)
+    axis = axis_at(scene, hit, direction)
     bsdf, wo = bsdf_at(scene, hit), to_local(negative(direction), axis)
     sample = sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light)
-    weight = sample.weight
-    if sample.lobe < GLOSSY:
-        axis = shading
+    weight, wi, own_wi = sample.weight, sample.wi, into(sample.frame, sample.wi)
+    if bsdf.perturbed:
+        if sample.lobe < GLOSSY:
+            own_wi = wi if from_light else own_wi
+            light = wo if from_light else wi
+            weight = times(weight, bump_shadowing_in(scene, bsdf, sample.frame, light))
+            if from_light:
+                cosine = max(dot(wo, sample.frame.axis), ZERO)
+                weight = times(weight, min(cosine / max(wo[2], _LEAST_COS), _MAX_CORRECTION))
+        elif from_light:
+            weight = times(weight, adjoint(wo, wi, into(sample.frame, wo), own_wi))
+    elif sample.lobe < GLOSSY:
+        axis = shading_normal(scene, hit)
         if from_light:
+            weight = times(weight, shading_normal_correction(axis, hit.normal, direction))
             axis = hit.normal
-            weight = times(weight, shading_normal_correction(shading, hit.normal, direction))
-    return _gone_on(scene, hit, axis, sample.wi, weight, sample.lobe, sample.specular, sample.rough)
+    way = wi, own_wi[2], weight, sample.lobe, sample.specular, sample.rough
+    return _gone_on(scene, hit, axis, *way)
 
 
 @part
 def scatter_both_ways(scene, hit, direction, choice, u, v):
     """What glass reflects of a path from a view, and what it lets through: a `Scattered` each."""
-    axis = facing(shading_normal(scene, hit), hit.normal, direction)
+    axis = axis_at(scene, hit, direction)
     bsdf, wo = bsdf_at(scene, hit), to_local(negative(direction), axis)
     chosen, inverse, _ = choose_closure(scene, bsdf, wo, choice, 1 << GLASS, False)
     if chosen < 0:
-        nothing = _gone_on(scene, hit, axis, (ZERO, ZERO, ONE), BLACK, np.int32(GLASS), True, False)
+        nothing = _gone_on(scene, hit, axis, UP, ONE, BLACK, np.int32(GLASS), True, False)
         return nothing, nothing
-    closure = closure_at(scene, bsdf, chosen)
-    facet = glass.facet_of(closure, wo, u, v)
-    up, reflected = glass.scatter(closure, wo, facet, True, False)
-    down, refracted = glass.scatter(closure, wo, facet, False, False)
-    factor = transmittance_to(scene, bsdf, closure, wo[2]) * inverse
+    closure, frame = closure_at(scene, bsdf, chosen), frame_of(scene, bsdf, chosen, wo)
+    own_wo = into(frame, wo)
+    facet = glass.facet_of(closure, own_wo, u, v)
+    up, reflected = glass.scatter(closure, own_wo, facet, True, False)
+    down, refracted = glass.scatter(closure, own_wo, facet, False, False)
+    factor = transmittance_to(scene, bsdf, closure, wo) * inverse
     reflected, refracted = times(reflected, factor), times(refracted, factor)
     return (
-        _gone_on(scene, hit, axis, up, reflected, np.int32(GLASS), True, False),
-        _gone_on(scene, hit, axis, down, refracted, np.int32(GLASS), True, False),
+        _gone_on(scene, hit, axis, out_of(frame, up), up[2], reflected, np.int32(GLASS), True, False),
+        _gone_on(scene, hit, axis, out_of(frame, down), down[2], refracted, np.int32(GLASS), True, False),
     )
 
 
 @part
-def _gone_on(scene, hit, axis, wi, weight, lobe, specular, rough):
-    """A local direction around an axis in the world; none where the axis sends it to the wrong side of the facet."""
+def _gone_on(scene, hit, axis, wi, cos, weight, lobe, specular, rough):
+    """A local direction around an axis in the world, at a cosine to its closure's normal.
+
+    None where that sends it to the wrong side of the facet.
+    """
     onward = to_world(wi, axis)
     side = ONE if dot(onward, hit.normal) > ZERO else -ONE
-    alive = side * wi[2] > ZERO and not is_nothing(weight)
+    alive = side * cos > ZERO and not is_nothing(weight)
     if not alive:
         weight = BLACK
     kind = _DIFFUSE_RAY
@@ -112,6 +127,36 @@ def _gone_on(scene, hit, axis, wi, weight, lobe, specular, rough):
         kind = _GLOSSY_RAY if side > ZERO else _TRANSMITTED_RAY  # what glass reflects, objects see as gloss
     origin = off_surface(scene, hit, side)
     return Scattered(alive, origin, onward, weight, lobe, np.int32(kind), specular, rough)
+
+
+@part
+def axis_at(scene, hit, direction):
+    """What +z of the local frame is where a ray meets a surface: of materials without normals of their own `facing`."""
+    if scene.materials.perturbed[scene.material[hit.triangle]]:
+        return hit.normal
+    return facing(shading_normal(scene, hit), hit.normal, direction)
+
+
+@part
+def lit_normal(scene, hit):
+    """The normal on which the light is measured that Lambertian closures take (`weight_received`)."""
+    if scene.materials.perturbed[scene.material[hit.triangle]]:
+        return hit.normal
+    return shading_normal(scene, hit)
+
+
+@part
+def lambertian_normal(scene, hit):
+    """The mean of the normals of a point's Lambertian closures by their weights, a unit vector."""
+    bsdf, shading = bsdf_at(scene, hit), shading_normal(scene, hit)
+    if not bsdf.perturbed:
+        return shading
+    total, closures = BLACK, scene.materials.closures
+    for k in range(bsdf.first, bsdf.last):
+        if closures.kind[k] < GLOSSY:
+            weight = mean(channel_at(scene, closures.weight, k, hit.triangle, hit.u, hit.v))
+            total = plus(total, times(own_normal(scene, bsdf, k, hit.normal), weight))
+    return normalized(total) if dot(total, shading) > ZERO else shading
 
 
 @part

@@ -44,6 +44,14 @@ def part(function: F) -> F:
     return _compiled(function, forceinline=True, no_cpython_wrapper=True)
 
 
+def routine(function: F) -> F:
+    """Decorate a function that kernels call and that is long and seldom needed: they need not contain it at each place.
+
+    It takes numbers and small tuples: a scene's many arrays would be handed over one by one.
+    """
+    return _compiled(function, no_cpython_wrapper=True)
+
+
 def kernel(function: F) -> F:
     """Decorate a function that Python calls: compiled at its first call, kept on disk, lets other threads run."""
     return _compiled(function, cache=True)
@@ -73,7 +81,7 @@ class Compiled:
         update_wrapper(self, function)
 
     def __call__(self, *arguments: Any) -> Any:
-        if "forceinline" in self._how:  # without a wrapper for Python: it would crash
+        if "no_cpython_wrapper" in self._how:  # it would crash
             raise TypeError(f"{self.py_func.__name__} is a part, which only kernels call")
         return (self._dispatcher or self.dispatcher)(*arguments)
 

@@ -17,7 +17,7 @@ from ..core.parallel import Workers
 from ..emitters import light_sources, region_of
 from ..gather import Irradiance, OpenBacks
 from ..photons import Photons, emitted_rays
-from ..receivers import Receivers
+from ..receivers import Receivers, on_normal_maps
 from ..scene import Scene
 from ..settings.bake import BakeSettings
 from ..tracing import EmbreeTracer
@@ -112,6 +112,8 @@ def light(
     """
     inspector, started = inspector or Inspector(), started or perf_counter()
     receivers = Receivers.join([one.receivers for one in samples])
+    if settings.normal_maps and receivers.view is None:
+        receivers = on_normal_maps(receivers, scene, tracer)
     backs = OpenBacks.of(receivers, tracer, workers, settings.open_side)
     if settings.open_side:
         receivers = backs.added_to(receivers)

@@ -9,6 +9,7 @@ from .face_samples import FaceSamples, ShownFaces, face_samples
 from .lightmap.charts import Charts, LightmapMesh
 from .lightmap.seams import Seams
 from .lightmap.texels import Texels, texel_receivers
+from .normal_maps import on_normal_maps
 from .probes import ProbeGrid, ProbePlaces, grid_in_box, without_surroundings
 from .receivers import AttributeTarget, Receivers
 from .vertices import IN_PLACE, ReceiverMesh, joined, vertex_receivers
@@ -41,6 +42,7 @@ __all__ = [
     "face_samples",
     "grid_in_box",
     "joined",
+    "on_normal_maps",
     "seen_surface",
     "texel_receivers",
     "unreached_share",

@@ -77,6 +77,9 @@ class Receivers:
         Whether it is asked, too, how the light changes with the normal: `Irradiance.slope`.
     view : View or None
         Of the camera whose pixels they all are for.
+    base_normal : (n, 3) float32 or None
+        The interpolated normals where `normal` is a normal map's or a bump's: light from below them does not count,
+        and what grazes them is shadowed (`bump_shadowing`).
     """
 
     position: np.ndarray
@@ -86,6 +89,7 @@ class Receivers:
     takes_caustics: np.ndarray | None = None
     directional: bool = False
     view: View | None = None
+    base_normal: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.position)
@@ -110,10 +114,15 @@ class Receivers:
         if any(part.takes_caustics is not None for part in parts):
             ones = [np.ones(len(part), bool) if part.takes_caustics is None else part.takes_caustics for part in parts]
             takes = np.concatenate(ones)
-        return Receivers(position, normal, footprint, tuple(targets), takes, any(part.directional for part in parts))
+        base = None
+        if any(part.base_normal is not None for part in parts):
+            base = np.concatenate([part.normal if part.base_normal is None else part.base_normal for part in parts])
+        directional = any(part.directional for part in parts)
+        return Receivers(position, normal, footprint, tuple(targets), takes, directional, base_normal=base)
 
     def where(self, chosen: np.ndarray) -> "Receivers":
         """The receivers that a mask or an index array chooses, for no targets and no camera."""
         takes = None if self.takes_caustics is None else self.takes_caustics[chosen]
         position, normal, footprint = self.position[chosen], self.normal[chosen], self.footprint[chosen]
-        return Receivers(position, normal, footprint, (), takes, self.directional)
+        base = None if self.base_normal is None else self.base_normal[chosen]
+        return Receivers(position, normal, footprint, (), takes, self.directional, base_normal=base)

@@ -1,11 +1,11 @@
 """What is lit: meshes, materials, lights and world as NumPy arrays in world space (metres, scene-linear Rec.709)."""
 
-from .closures import Closures, Lobe
+from .closures import Closures, Lobe, NormalSpace
 from .light_groups import OTHER, LightGroups
 from .lights import ALL_BOUNCES, LightKind, LightPattern, Lights, PatternDomain
 from .materials import Channel, Materials
 from .ray_kinds import RayKind, seen_by
-from .scene import EmitterLinks, Scene, SceneObjects
+from .scene import EmitterLinks, Scene, SceneObjects, ShadingFrames
 from .textures import Textures
 from .world import World
 
@@ -21,10 +21,12 @@ __all__ = [
     "Lights",
     "Lobe",
     "Materials",
+    "NormalSpace",
     "PatternDomain",
     "RayKind",
     "Scene",
     "SceneObjects",
+    "ShadingFrames",
     "Textures",
     "World",
     "seen_by",

@@ -47,6 +47,8 @@ class ClosureArrays(NamedTuple):
     fresnel: np.ndarray
     preserves_energy: np.ndarray
     layer: np.ndarray
+    normal_space: np.ndarray
+    normal: ChannelArrays
 
 
 class MaterialArrays(NamedTuple):
@@ -59,6 +61,7 @@ class MaterialArrays(NamedTuple):
     matte: np.ndarray
     glossy_or_glass: np.ndarray
     spreads_light: np.ndarray
+    perturbed: np.ndarray
     see_through: np.ndarray
 
 
@@ -69,6 +72,8 @@ class SceneArrays(NamedTuple):
     ----------
     vertices, triangles, normals, corner_normals, corner_uvs
         As those of `Scene`.
+    corner_tangents, normal_matrices
+        As those of `ShadingFrames`.
     packed_normals : (t, 2, 2) int16
     smooth : (t,) bool
     height_errors : (t,) float32, m
@@ -91,6 +96,8 @@ class SceneArrays(NamedTuple):
     packed_normals: np.ndarray
     corner_normals: np.ndarray
     corner_uvs: np.ndarray
+    corner_tangents: np.ndarray
+    normal_matrices: np.ndarray
     smooth: np.ndarray
     height_errors: np.ndarray
     material: np.ndarray
@@ -114,6 +121,8 @@ def scene_arrays(scene: "Scene") -> SceneArrays:
         packed_normals=kernel_array(scene.packed_normals, np.int16),
         corner_normals=kernel_array(scene.corner_normals, f),
         corner_uvs=kernel_array(scene.corner_uvs, f),
+        corner_tangents=kernel_array(scene.frames.corner_tangents, f),
+        normal_matrices=kernel_array(scene.frames.normal_matrices, f),
         smooth=kernel_array(scene.smooth, b),
         height_errors=kernel_array(scene.height_errors, f),
         material=kernel_array(scene.material_of_triangle, i),

@@ -1,6 +1,6 @@
 """What a material's scattering is made of: closures, each a way to scatter light with a weight and parameters."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from enum import IntEnum
 from functools import cached_property
 from typing import Any
@@ -17,6 +17,21 @@ class Lobe(IntEnum):
     TRANSLUCENT = 1
     GLOSSY = 2
     GLASS = 3
+
+
+class NormalSpace(IntEnum):
+    """What the three numbers x, y, z of a closure's own normal mean; N is the interpolated normal, of unit length.
+
+    TANGENT is xT + yB + zN by the tangents of `ShadingFrames`. OBJECT and WORLD are a vector in the object's space or
+    in the world, whose length s says how far the normal is moved from N to its direction d: s d + (1 − s) N. HEIGHT is
+    the slope of a height over the surface, N − ∇h: x and y are h's derivatives by the texture coordinates, m, and z
+    the strength s as before. On a surface's back, all but ∇h point the other way.
+    """
+
+    TANGENT = 0
+    OBJECT = 1
+    WORLD = 2
+    HEIGHT = 3
 
 
 @dataclass(frozen=True)
@@ -46,6 +61,10 @@ class Closures:
         Whether a rough closure gives back what scatters more than once between its facets.
     layer : (c,) int32
         The glossy closure that lies over this one and takes its albedo from it, −1 for none.
+    normal_space : (c,) int32
+        `NormalSpace` of a closure that has a normal of its own, −1 of one that has the interpolated normal.
+    normal : Channel
+        That normal.
     """
 
     start: np.ndarray
@@ -58,6 +77,24 @@ class Closures:
     fresnel: np.ndarray
     preserves_energy: np.ndarray
     layer: np.ndarray
+    normal_space: np.ndarray
+    normal: Channel
+
+    @staticmethod
+    def of(start: np.ndarray, kind: np.ndarray, **columns: Any) -> "Closures":
+        """Closures of some kinds; columns that are left out are those of a white lobe without a layer over it."""
+        c, kind = len(kind), np.asarray(kind, np.int32)
+        none, one = np.full(c, -1, np.int32), Channel.constant(np.ones(c))
+        default: dict[str, Any] = {
+            "weight": one,
+            "roughness": one,
+            "f0": one,
+            "f90": one,
+            "ior": np.zeros(c, np.float32),
+        }
+        default |= {"fresnel": np.ones(c, bool), "preserves_energy": np.ones(c, bool), "layer": none}
+        default |= {"normal_space": none, "normal": one}
+        return Closures(start=np.asarray(start, np.int32), kind=kind, **default | columns)
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -75,10 +112,15 @@ class Closures:
         """Those that a mask (c,) chooses; without a layer where that is not chosen."""
         index = np.append(np.where(chosen, np.cumsum(chosen) - 1, -1), -1)
         ends = np.concatenate([[0], np.cumsum(chosen)])
-        columns = {name: getattr(self, name)[chosen] for name in ("kind", "ior", "fresnel", "preserves_energy")}
-        channels = {name: getattr(self, name).where(chosen) for name in ("weight", "roughness", "f0", "f90")}
-        layer = index[self.layer[chosen]].astype(np.int32)
-        return Closures(start=ends[self.start].astype(np.int32), layer=layer, **columns, **channels)
+        columns: dict[str, Any] = {
+            f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("start", "layer")
+        }
+        taken: dict[str, Any] = {
+            name: one.where(chosen) if isinstance(one, Channel) else one[chosen] for name, one in columns.items()
+        }
+        return Closures(
+            start=ends[self.start].astype(np.int32), layer=index[self.layer[chosen]].astype(np.int32), **taken
+        )
 
 
 def closures_of_lobes(
@@ -137,9 +179,9 @@ def closures_of_lobes(
     def column(i: int) -> Channel:
         return Channel.join([lobe[i] for lobe in lobes]).where(row)
 
-    return Closures(
-        start=np.searchsorted(material, np.arange(m + 1)).astype(np.int32),
-        kind=kind.astype(np.int32),
+    return Closures.of(
+        start=np.searchsorted(material, np.arange(m + 1)),
+        kind=kind,
         weight=column(1),
         roughness=roughness.where(material),
         f0=column(2),

@@ -62,6 +62,12 @@ class Materials:
         return self.has(Lobe.DIFFUSE) | self.has(Lobe.TRANSLUCENT)
 
     @cached_property
+    def perturbed(self) -> np.ndarray:
+        """Which materials have a closure with a normal of its own, (m,) bool."""
+        of = self.closures.material[self.closures.normal_space >= 0]
+        return np.bincount(of, minlength=len(self)) > 0
+
+    @cached_property
     def see_through(self) -> np.ndarray:
         """Which materials let light pass straight through somewhere, (m,) bool."""
         return (self.coverage.texture >= 0) | (self.coverage.value[:, 0] < 1)

@@ -1,7 +1,7 @@
 """The scene: triangles, and what they are made of and lit by."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -80,6 +80,28 @@ class SceneObjects:
 
 
 @dataclass(frozen=True)
+class ShadingFrames:
+    """What closures' own normals are given by, besides the interpolated normals; empty where no material needs it.
+
+    Attributes
+    ----------
+    corner_tangents : (t or 0, 3, 2, 3) float32
+        Tangent and bitangent of each triangle corner in the world, beside a normal of length 1: under a transform
+        that scales unevenly they are longer or shorter.
+    normal_matrices : (o or 0, 3, 3) float32
+        What takes each object's normals to the world, but for their lengths.
+    """
+
+    corner_tangents: np.ndarray
+    normal_matrices: np.ndarray
+
+    @staticmethod
+    def none() -> "ShadingFrames":
+        """Nothing needs them."""
+        return ShadingFrames(np.zeros((0, 3, 2, 3), np.float32), np.zeros((0, 3, 3), np.float32))
+
+
+@dataclass(frozen=True)
 class Scene:
     """Everything that light meets, in world space.
 
@@ -97,6 +119,7 @@ class Scene:
     objects : SceneObjects
     lights : Lights
     world : World
+    frames : ShadingFrames
     """
 
     vertices: np.ndarray
@@ -109,6 +132,7 @@ class Scene:
     objects: SceneObjects
     lights: Lights
     world: World
+    frames: ShadingFrames = field(default_factory=ShadingFrames.none)
 
     @property
     def n_triangles(self) -> int:

@@ -92,6 +92,10 @@ class BakeSettings:
         False,
         "Where a surface's front is shut by another one or sees none, take the light of its back if that is brighter",
     )
+    normal_maps: bool = knob(
+        False,
+        "Light the normals of the surfaces' own normal maps and bumps, as Cycles' bake does, and not those of the mesh",
+    )
     seed: int = knob(0, "The same seed gives the same light, whatever the number of threads", 0, 2**31 - 1)
     n_threads: int = knob(0, "Threads that work", 0, 1024, zero=Zero("Auto", "takes every core", 4))
 

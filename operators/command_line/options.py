@@ -22,6 +22,9 @@ from .probe_options import OF_PROBES, add_probe_options, probe_folder, probe_set
 COMMAND = "photon_bake"
 TARGETS = ("vertex", "lightmap", "camera", "probes")
 
+_FLAGS = ("add_direct", "open_side", "normal_maps", "interpolate")
+"""Settings that options turn on or off."""
+
 KNOB_OPTIONS = {
     "--photons": "n_photons",
     "--bounces": "max_bounces",
@@ -158,9 +161,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
     targets = list(dict.fromkeys(given.target or ["vertex"]))
     _refuse_mixtures(parser, given, targets, loaded_file)
     try:
-        settings = settings_for(
-            given.quality, **_given(given, [*KNOB_OPTIONS.values(), *CHOICES, "add_direct", "open_side", "interpolate"])
-        )
+        settings = settings_for(given.quality, **_given(given, [*KNOB_OPTIONS.values(), *CHOICES, *_FLAGS]))
         lightmaps = LightmapSettings(**_given(given, [*_LIGHTMAP_KNOBS])) if "lightmap" in targets else None
         camera = camera_settings(given) if "camera" in targets else None
         probes = probe_settings(given) if "probes" in targets else None
@@ -280,6 +281,8 @@ def _parser() -> ArgumentParser:
     add("--direct", dest="add_direct", action="store_true", default=None, help=meaning)
     meaning = _sentence(knobs["open_side"].metadata["meaning"])
     add("--open-side", dest="open_side", action="store_true", default=None, help=meaning)
+    meaning = _sentence(knobs["normal_maps"].metadata["meaning"])
+    add("--normal-maps", dest="normal_maps", action="store_true", default=None, help=meaning)
     meaning = "gather at every point, which takes longer where there are many"
     add("--no-interpolation", dest="interpolate", action="store_false", default=None, help=meaning)
     add("--output", metavar="DIR", help=f"folder for images; default: {LIGHTMAP_FOLDER} beside the loaded file")

@@ -56,12 +56,8 @@ def main():
         else:
             rows += compared(path, truth[path])
     if rows:
-        print(
-            table(
-                "Files by other people",
-                ["File", "On", "Cycles", "Photon Bake", "Difference", "Tolerance", "Passes"],
-                rows,
-            )
+        table(
+            "Files by other people", ["File", "On", "Cycles", "Photon Bake", "Difference", "Tolerance", "Passes"], rows
         )
 
 

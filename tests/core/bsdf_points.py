@@ -7,7 +7,7 @@ import numpy as np
 from photon_bake.addon.bsdf import Surface, mixture, surface_at
 from photon_bake.addon.bsdf.closure import bsdf_of
 from photon_bake.addon.core.sampling.sobol import sobol_points, sobol_seeds
-from photon_bake.addon.core.vec3 import put, row
+from photon_bake.addon.core.vec3 import ONE, ZERO, put, row
 from photon_bake.addon.scene import Channel, Closures, Materials
 from photon_bake.tests.core.scenes import chi_square, plane, scene_of
 
@@ -52,7 +52,7 @@ def closures(*several) -> Closures:
         for name in ("weight", "roughness", "f0", "f90")
     }
     whole, flags = np.array([[one["kind"], one["layer"]] for one in given], np.int32).T, np.ones(len(given), bool)
-    return Closures(
+    return Closures.of(
         start=np.array([0, len(given)], np.int32),
         kind=whole[0].copy(),
         ior=np.array([one["ior"] for one in given], np.float32),
@@ -152,7 +152,8 @@ def base_transmittance(s, cos):
 @compiled
 def _base_transmittance(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
-        put(out, i, mixture.base_transmittance(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), cos[i]))
+        wo = np.sqrt(max(ONE - cos[i] * cos[i], ZERO)), ZERO, cos[i]
+        put(out, i, mixture.base_transmittance(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), wo))
 
 
 def is_mirror(s):

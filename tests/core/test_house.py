@@ -143,7 +143,7 @@ def test_a_room_has_a_dozen_files_at_most(room):
 def is_compiled(function):
     """Whether a function is a kernel or a part, by its decorator."""
     names = [node.id for node in function.decorator_list if isinstance(node, ast.Name)]
-    return bool({"kernel", "part"} & set(names))
+    return bool({"kernel", "part", "routine"} & set(names))
 
 
 def without_annotations(tree):

@@ -77,7 +77,7 @@ def test_lossless_walls_of_two_metals():
         "f0": Channel.constant(np.ones(3)),
         "f90": Channel.constant(np.ones(3)),
     }
-    closures = Closures(
+    closures = Closures.of(
         start=np.array([0, 1, 3], np.int32),
         kind=np.array([Lobe.DIFFUSE, Lobe.GLOSSY, Lobe.GLOSSY], np.int32),
         ior=np.zeros(3, np.float32),

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender.read.materials.texels import MAX_SIDE, StoredImage
+from photon_bake.addon.blender.read.materials.pictures.texels import MAX_SIDE, StoredImage
 from photon_bake.addon.emitters.mesh import radiance_of
 from photon_bake.tests.host import scenes
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender.read.materials.missing_files import sequence_frame
+from photon_bake.addon.blender.read.materials.pictures.missing_files import sequence_frame
 from photon_bake.addon.core.errors import kind_of
 
 from . import scenes

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.blender.read.materials.texels import (
+from photon_bake.addon.blender.read.materials.pictures.texels import (
     EXACT_SIDE,
     StoredImage,
     extended,

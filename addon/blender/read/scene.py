@@ -9,17 +9,19 @@ import numpy as np
 
 from ...core.errors import BakeError
 from ...core.progress import Progress
-from ...scene import LightGroups, Lights, Scene, SceneObjects, World
+from ...scene import LightGroups, Lights, NormalSpace, Scene, SceneObjects, ShadingFrames, World
 from ..warn import Warnings
 from .lamps.lamp_nodes import LampNodes, with_patterns
 from .lamps.lamps import in_light_group, light_group_of
 from .lamps.light_links import Placed, link_lights
 from .lamps.world import WorldReading, light_group_of_world, read_world
 from .materials.materials import READING, MaterialTable
-from .materials.missing_files import warn_of_missing_files
+from .materials.pictures.missing_files import warn_of_missing_files
 from .meshes.meshes import LocalMesh, count_triangles, read_mesh
 from .meshes.placing import Model, Models, PlacedMeshes
+from .meshes.tangents import corner_tangents
 from .scene_contents import SceneContents, Source
+from .transforms import normal_matrices
 from .visibility import RAYS, warn_of_hair
 
 _WALKED, _PLACED = 0.3, 0.6
@@ -93,7 +95,8 @@ def read_scene(
     found = SceneContents(depsgraph, materials, light_group, for_camera, warn)
     found.walk(progress.part(0, _WALKED))
     warn_of_hair(found.hairy, warn)
-    placed, left = _place(found.sources, _matrices(depsgraph), materials, warn, progress.part(_WALKED, _PLACED))
+    matrices = _matrices(depsgraph)
+    placed, left = _place(found.sources, matrices, materials, warn, progress.part(_WALKED, _PLACED))
     objects = list(compress((by for source in found.sources for by in source.placed_by), left))
     scene = Scene(
         vertices=placed.vertices,
@@ -107,10 +110,24 @@ def read_scene(
         lights=Lights.join(found.lights) if found.lights else Lights.none(),
         world=World.constant(0),
     )
+    scene = replace(scene, frames=_frames(scene, placed, matrices, found.sources, left))
     warn_of_missing_files(depsgraph, materials.readable_images, warn)
     groups = _light_groups(depsgraph, found.groups_of_lamps, objects)
     linked = link_lights(scene, found.lamps, objects)
     return SceneReading(groups, linked, found.nodes_of_lamps, read_world(depsgraph, light_group), warn)
+
+
+def _frames(
+    scene: Scene, placed: PlacedMeshes, matrices: np.ndarray, sources: list[Source], left: np.ndarray
+) -> ShadingFrames:
+    """What closures' own normals are given by."""
+    frames = ShadingFrames.none()
+    if placed.corner_tangents is not None:
+        frames = replace(frames, corner_tangents=placed.corner_tangents)
+    if (scene.materials.closures.normal_space == NormalSpace.OBJECT).any():
+        rows = np.array([row for source in sources for row in source.rows], np.int64)[left]
+        frames = replace(frames, normal_matrices=normal_matrices(matrices[rows].astype(np.float64)).astype(np.float32))
+    return frames
 
 
 def _light_groups(depsgraph: "bpy.types.Depsgraph", of_lamps: list[str], objects: list[Placed]) -> LightGroups:
@@ -183,9 +200,23 @@ class _Reader:
         mesh = self._last[1].mesh if self._last and same else read_mesh(source.mesh)
         of_slot = np.full(max(source.material_of_slot) + 1, -1, np.int32)
         of_slot[list(source.material_of_slot)] = list(source.material_of_slot.values())
-        model = Model(mesh, of_slot.take(mesh.material_slot), self._corner_uvs(mesh, source.material_of_slot))
+        at = mesh, source.material_of_slot
+        model = Model(mesh, of_slot.take(mesh.material_slot), self._corner_uvs(*at), self._tangents(*at))
         self._last = source, model
         return model
+
+    def _tangents(self, mesh: LocalMesh, material_of_slot: dict[int, int]) -> np.ndarray | None:
+        """Tangents that each triangle's material needs, (t, 3, 2, 3) float32; None where none needs any."""
+        tangents, of_map = None, dict[str, np.ndarray]()
+        for slot, material in material_of_slot.items():
+            uv_map, on = self._materials.tangents(material), mesh.material_slot == slot
+            if uv_map is None or not on.any():
+                continue
+            if uv_map not in of_map:
+                of_map[uv_map] = corner_tangents(mesh, uv_map)
+            tangents = np.zeros_like(of_map[uv_map]) if tangents is None else tangents
+            tangents[on] = of_map[uv_map][on]
+        return tangents
 
     def _corner_uvs(self, mesh: LocalMesh, material_of_slot: dict[int, int]) -> np.ndarray | None:
         """Texture coordinates that each triangle's material reads, (t, 3, 2) float32; None where none reads any."""

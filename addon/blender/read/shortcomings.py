@@ -69,8 +69,6 @@ def _of_closure(closure: Closure) -> Iterator[str]:
         what = NOT_BAKED.get((node.type, one.identifier))
         if what and _counts(place):
             yield what
-        if one.identifier == "Normal" and _is_bumped(place):
-            yield "its normal map is not baked"
 
 
 def _has_edge_tint(closure: Closure) -> bool:
@@ -81,12 +79,3 @@ def _has_edge_tint(closure: Closure) -> bool:
 def _counts(place: Place) -> bool:
     value = constant(place)
     return value is None or bool(value.any())
-
-
-def _is_bumped(normal: Place) -> bool:
-    origin = normal.origin
-    return (
-        origin.socket.is_output
-        and origin.socket.node.type in {"NORMAL_MAP", "BUMP"}
-        and _counts(origin.input("Strength"))
-    )

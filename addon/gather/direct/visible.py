@@ -3,7 +3,7 @@
 from ...core.compiling import part
 from ...core.sampling.path_numbers import two_numbers
 from ...core.sampling.warps import PI, cosine_hemisphere
-from ...core.vec3 import direction_to, minus, mul, plus, times, to_world
+from ...core.vec3 import BLACK, direction_to, minus, mul, plus, times, to_world
 from ...tracing.embree import SHORT_OF_TARGET
 from ...tracing.transparency import closest_hit, transmittance, visibility
 from .sampling import DIFFUSE_RAY, N_PAIRS, met_radiance, sample_emitters, unsampled_sky
@@ -34,16 +34,27 @@ def direct_light(direct, tracing, room, position, normal, object_, key, path, i,
     with_sky : bool
         With the light of a constant world.
     """
+    arrived = arriving(direct, tracing, room, position, normal, object_, key, path, i, with_sky)
+    return plus(arrived[1], arrived[3])
+
+
+@part
+def arriving(direct, tracing, room, position, normal, object_, key, path, i, with_sky=False):
+    """The two parts of `direct_light`, by a point of an emitter and by a ray: the direction and the irradiance of each.
+
+    Without any light a direction is undefined.
+    """
     at = position, normal, object_, DIFFUSE_RAY
     target, light, lamp, lit = sample_emitters(direct, tracing.scene, *at, True, key, path, i)
     if lit:
         light = mul(light, visible_share(direct, tracing, room, lamp, position, target))
+    towards, _ = direction_to(position, target)
     if not with_sky and direct.mesh_chance == 0 and direct.world_chance == 0:
-        return light
+        return towards, light, normal, BLACK
     u, v = two_numbers(key, path, i + N_PAIRS)
     direction = to_world(cosine_hemisphere(u, v), normal)
     triangle, distance, a, b, tint = closest_hit(tracing, room, position, direction, DIFFUSE_RAY)
     met = met_radiance(direct, tracing.scene, triangle, distance, a, b, direction, normal, object_)
     if not with_sky and triangle < 0:
         met = minus(met, unsampled_sky(direct, DIFFUSE_RAY))
-    return plus(light, times(mul(tint, met), PI))
+    return towards, light, direction, times(mul(tint, met), PI)

@@ -183,7 +183,8 @@ class RecordMaker:
 
         def gather(chunk: slice, _: np.random.Generator) -> RaySums:
             k = chosen[order[chunk]]
-            return gather_at(self._rays, rows(at.position, k), rows(at.normal, k), *rays, numbers, chunk.start)
+            bases = np.zeros((0, 3), np.float32) if at.base_normal is None else rows(at.base_normal, k)
+            return gather_at(self._rays, rows(at.position, k), rows(at.normal, k), bases, *rays, numbers, chunk.start)
 
         for chunk, sums in workers.chunks(STAGE, n, size, gather, key, row_bytes=bytes_):
             k = order[chunk]

@@ -5,7 +5,7 @@ import numpy as np
 from ...bsdf import glossy_albedo, reflects_highlights, surface_at
 from ...bsdf.closure import bsdf_at
 from ...bsdf.mixture import evaluate_glossy
-from ...bsdf.scatter import facing
+from ...bsdf.scatter import axis_at
 from ...core.compiling import kernel
 from ...core.parallel import Workers, slices
 from ...core.sampling.vectors import dot
@@ -14,7 +14,7 @@ from ...photons import Photons
 from ...receivers import Camera, SeenSurface
 from ...receivers.camera.camera import LEAST_COSINE
 from ...scene import Scene
-from ...scene.hit import hit_at, shading_normal
+from ...scene.hit import hit_at
 from ...tracing import Tracer
 from .photon_splatting import splat_light
 from .radius import OF_SCATTERED
@@ -77,7 +77,7 @@ def _reflect(scene, triangle, distance, u, v, directions, flown, of_lobe, point,
         k = point[i]
         direction = row(directions, k)
         hit = hit_at(scene, direction, triangle[k], distance[k], u[k], v[k])
-        axis = facing(shading_normal(scene, hit), hit.normal, direction)
+        axis = axis_at(scene, hit, direction)
         wo, wi = to_local(negative(direction), axis), to_local(negative(row(flown, photon[i])), axis)
         f, albedo = evaluate_glossy(scene, bsdf_at(scene, hit), wo, wi), row(of_lobe, k)
         put(out, i, (f[0] / albedo[0], f[1] / albedo[1], f[2] / albedo[2]))

@@ -7,11 +7,13 @@ rays end. Where the noise matters, elements gather once themselves, so that rece
 
 import numpy as np
 
-from ...core.compiling import kernel
+from ...bsdf.frames import bump_shadowing
+from ...bsdf.scatter import lambertian_normal
+from ...core.compiling import kernel, part
 from ...core.parallel import Workers
 from ...core.sampling.path_numbers import path_key, two_numbers
 from ...core.sampling.warps import cosine_hemisphere
-from ...core.vec3 import BLACK, ONE, ZERO, dot, mul, plus, put, row, times, to_world
+from ...core.vec3 import BLACK, ONE, TWO, ZERO, dot, minus, mul, plus, put, row, times, to_world
 from ...photons import Photons
 from ...scene import RayKind, Scene
 from ...scene.hit import off_surface, shading_normal
@@ -29,6 +31,7 @@ from .radiance_cache import RadianceCache
 _REFINE = 13  # stream of random numbers
 _CHUNK = 1 << 14  # rays
 _SHIFT, _POINT = 1 << 15, (1 << 15) + 1  # of a path's pairs of numbers, those for directions and for points of sides
+_FATE = (1 << 15) + 3  # and for what bumps shadow
 
 
 def build_radiance_cache(
@@ -114,8 +117,22 @@ def _start(scene, elements, sides, points, key, first, origins, directions, norm
         a, b = two_numbers(key, path - ray % n, _SHIFT)
         u, v = shifted(points, ray % n, a, b)
         put(origins, ray, off_surface(scene, hit, ONE))
-        put(directions, ray, to_world(cosine_hemisphere(u, v), shading_normal(scene, hit)))
+        direction = to_world(cosine_hemisphere(u, v), lambertian_normal(scene, hit))
+        fate, _ = two_numbers(key, path, _FATE)
+        put(directions, ray, _unless_shadowed(scene, hit, direction, fate))
         put(normals, ray, hit.normal)
+
+
+@part
+def _unless_shadowed(scene, hit, direction, fate):
+    """A direction from a surface, turned into it with the probability that bumps shadow the light from there."""
+    if not scene.materials.perturbed[scene.material[hit.triangle]]:
+        return direction
+    shading = shading_normal(scene, hit)
+    if fate < bump_shadowing(shading, lambertian_normal(scene, hit), direction):
+        return direction
+    height = max(dot(direction, hit.normal), ZERO)
+    return minus(direction, times(hit.normal, TWO * height))
 
 
 @kernel

@@ -5,20 +5,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...bsdf.closure import bsdf_at
-from ...bsdf.mixture import DIFFUSE, TRANSLUCENT, total_weight
+from ...bsdf.mixture import DIFFUSE, TRANSLUCENT, total_weight, weight_received
+from ...bsdf.scatter import lit_normal
 from ...core.compiling import kernel, part
 from ...core.parallel import Workers
 from ...core.sampling.path_numbers import path_key, two_numbers
 from ...core.sampling.warps import cosine_hemisphere
-from ...core.vec3 import ONE, ZERO, dot, mul, negative, row, times, to_world
+from ...core.vec3 import ONE, ZERO, dot, mul, negative, plus, row, times, to_world
 from ...scene import RayKind, Scene
-from ...scene.hit import hit_at, look_up, off_surface, shading_normal
+from ...scene.hit import hit_at, look_up, off_surface
 from ...tracing import TransparencyTracer
 from ...tracing.coplanar import coplanar_occluded
 from ...tracing.embree import new_ray
 from ...tracing.transparency import closest_hit
 from ..direct.direct_light import DirectLight
-from ..direct.visible import direct_light
+from ..direct.visible import arriving
 from .elements import SurfaceElements, point_on
 from .hidden_sides import HiddenSides, is_hidden
 
@@ -151,15 +152,24 @@ def _light_points(tracing, direct, elements, hidden, room, key, start, end, firs
             if inside or coplanar_occluded(tracing, hit):
                 coverage = ZERO
             coverage = max(coverage, _LEAST_COVERAGE)
-            at = origin, shading_normal(scene, hit), scene.object[hit.triangle]
-            light = times(direct_light(direct, tracing, room, *at, key, path, 3, False), _PER_PI * coverage)
-            _add_columns(sums, side, 0, mul(albedo, light))
-            _add_columns(sums, side, 3, mul(through, light))
+            at = origin, lit_normal(scene, hit), scene.object[hit.triangle]
+            arrived = arriving(direct, tracing, room, *at, key, path, 3, False)
+            reflected = _taken(scene, bsdf, DIFFUSE, arrived, _PER_PI * coverage)
+            _add_columns(sums, side, 0, reflected)
+            _add_columns(sums, side, 3, _taken(scene, bsdf, TRANSLUCENT, arrived, _PER_PI * coverage))
             _add_columns(sums, side, 6, times(albedo, coverage))
             _add_columns(sums, side, 9, times(through, coverage))
             sums[side, 12] += coverage
-            total = dot(albedo, light)
+            total = reflected[0] + reflected[1] + reflected[2]
             sums[side, 13] += total * total
+
+
+@part
+def _taken(scene, bsdf, kind, arrived, factor):
+    """What Lambertian closures of a kind take of light from two directions, as `arriving` has it."""
+    first = mul(weight_received(scene, bsdf, kind, arrived[0]), arrived[1])
+    second = mul(weight_received(scene, bsdf, kind, arrived[2]), arrived[3])
+    return times(plus(first, second), factor)
 
 
 @part

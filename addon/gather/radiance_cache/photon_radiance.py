@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...bsdf.closure import bsdf_of
-from ...bsdf.mixture import DIFFUSE, TRANSLUCENT, total_weight
+from ...bsdf.mixture import DIFFUSE, TRANSLUCENT, total_weight, weight_received
 from ...bsdf.scatter import shading_normal_correction
 from ...core.compiling import kernel, part
 from ...core.parallel import slices
@@ -71,12 +71,12 @@ def _add_photons(scene, elements, triangle, position, normal, direction, power, 
         side = _side_at(elements, t, u, v, front, row(normal, k))
         back = side % 2 == 1
         met = negative(front) if back else front
-        shading = shading_normal_at(scene, t, u, v, met, back)
-        arriving = times(row(power, k), shading_normal_correction(shading, met, row(direction, k)))
-        sums = caustic if kind[k] == _CAUSTIC else others
-        bsdf = bsdf_of(scene, t, u, v, back)
-        add(sums, side, mul(total_weight(scene, bsdf, DIFFUSE), arriving))
-        add(sums, side ^ 1, mul(total_weight(scene, bsdf, TRANSLUCENT), arriving))
+        bsdf, flown = bsdf_of(scene, t, u, v, back), row(direction, k)
+        lit = met if bsdf.perturbed else shading_normal_at(scene, t, u, v, met, back)
+        arriving = times(row(power, k), shading_normal_correction(lit, met, flown))
+        sums, towards = caustic if kind[k] == _CAUSTIC else others, negative(flown)
+        add(sums, side, mul(weight_received(scene, bsdf, DIFFUSE, towards), arriving))
+        add(sums, side ^ 1, mul(weight_received(scene, bsdf, TRANSLUCENT, towards), arriving))
 
 
 @kernel

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...bsdf.closure import bsdf_at
 from ...bsdf.mixture import SPECULAR_LOBES, evaluate_broad, evaluate_glossy, pdf_glossy
-from ...bsdf.scatter import facing, scatter
+from ...bsdf.scatter import axis_at, scatter
 from ...core.compiling import kernel, part
 from ...core.parallel import Workers
 from ...core.sampling.path_numbers import two_numbers
@@ -19,7 +19,7 @@ from ...emitters.mesh import lights_up
 from ...emitters.world import world_seen
 from ...receivers import CameraPoints
 from ...scene import Scene
-from ...scene.hit import emitted, hit_at, off_surface, shading_normal
+from ...scene.hit import emitted, hit_at, off_surface
 from ...tracing import TransparencyTracer
 from ...tracing.embree import new_ray
 from ...tracing.transparency import closest_hit
@@ -83,7 +83,7 @@ def _find(tracing, direct, triangle, u, v, direction, room, point, key, first, f
 def _by_points_of_lights(tracing, room, direct, hit, direction, key, path):
     """What a point of a light gives that rays by the rough glossy lobes find less often."""
     scene = tracing.scene
-    origin, normal = off_surface(scene, hit, ONE), facing(shading_normal(scene, hit), hit.normal, direction)
+    origin, normal = off_surface(scene, hit, ONE), axis_at(scene, hit, direction)
     at = origin, normal, scene.object[hit.triangle], GLOSSY_RAY
     target, irradiance, lamp, lit = sample_emitters(direct, scene, *at, False, key, path, 4)
     if not lit:
@@ -111,7 +111,7 @@ def _by_rays(tracing, room, direct, hit, direction, key, path):
         return BLACK
     least_density = _INFINITY
     if on.rough:
-        normal = facing(shading_normal(scene, hit), hit.normal, direction)
+        normal = axis_at(scene, hit, direction)
         wo, wi = to_local(negative(direction), normal), to_local(on.direction, normal)
         least_density = pdf_glossy(scene, bsdf_at(scene, hit), wo, wi)
     triangle, distance, u, v, tint = closest_hit(tracing, room, on.origin, on.direction, on.kind)

@@ -6,10 +6,11 @@ import numpy as np
 
 from ...bsdf.closure import bsdf_at
 from ...bsdf.mixture import glass_albedo, glossy_albedo
+from ...bsdf.scatter import axis_at
 from ...core.compiling import kernel
 from ...core.parallel import Workers, slices
 from ...core.sampling.path_numbers import path_key
-from ...core.vec3 import ONE, ZERO, dot, largest, row
+from ...core.vec3 import ONE, ZERO, largest, negative, row, to_local
 from ...receivers import CameraPoints
 from ...scene import Scene
 from ...scene.hit import hit_at
@@ -36,9 +37,10 @@ def _count(scene, triangle, u, v, direction, tint, point, n_rays, least, counts)
     """`ray_counts` of points."""
     for i in range(len(point)):
         k = point[i]
-        hit = hit_at(scene, row(direction, k), triangle[k], ZERO, u[k], v[k])
-        bsdf, cos = bsdf_at(scene, hit), abs(dot(hit.normal, row(direction, k)))
-        albedo = largest(glossy_albedo(scene, bsdf, cos)) + largest(glass_albedo(scene, bsdf))
+        flown = row(direction, k)
+        hit = hit_at(scene, flown, triangle[k], ZERO, u[k], v[k])
+        bsdf, wo = bsdf_at(scene, hit), to_local(negative(flown), axis_at(scene, hit, flown))
+        albedo = largest(glossy_albedo(scene, bsdf, wo)) + largest(glass_albedo(scene, bsdf))
         counts[i] = max(np.int64(np.ceil(np.float32(n_rays) * min(albedo, ONE) * largest(row(tint, k)))), least)
 
 

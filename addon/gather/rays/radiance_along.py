@@ -27,15 +27,16 @@ from ...bsdf.mixture import (
     glossy_albedo,
     reflects_highlights,
     total_weight,
+    weight_received,
 )
-from ...bsdf.scatter import facing, scatter
+from ...bsdf.scatter import axis_at, lit_normal, scatter
 from ...core.compiling import part
 from ...core.sampling.path_numbers import two_numbers
-from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, dot, largest, mul, negative, plus, row, times, to_local
+from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, largest, mul, negative, plus, row, times, to_local
 from ...emitters.lamps import radiance_of_lamps
 from ...emitters.mesh import lights_up
 from ...emitters.world import world_seen
-from ...scene.hit import emitted, hit_at, off_surface, shading_normal
+from ...scene.hit import emitted, hit_at, off_surface
 from ...tracing.transparency import closest_hit
 from ..direct.sampling import DIFFUSE_RAY, GLOSSY_RAY, DirectArrays, met_radiance, sample_emitters, unsampled_sky
 from ..direct.visible import visible_share
@@ -92,14 +93,14 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
             broad = row(cache.radiance, side)
         chance = ONE if near else ZERO  # of going on
         if scene.materials.glossy_or_glass[scene.material[triangle]]:
-            cos = abs(dot(hit.normal, direction))
-            broad = mul(broad, base_transmittance(scene, bsdf, cos))
+            wo = to_local(negative(direction), axis_at(scene, hit, direction))
+            broad = mul(broad, base_transmittance(scene, bsdf, wo))
             # Highlights are bright, however little gloss there is on average
             if reflects_highlights(scene, bsdf):
                 seen = light.direct, key, path, i + _GLOSSY_LIGHT, hit, bsdf, direction
                 broad = plus(broad, _highlight(tracing, room, *seen))
             if not near:
-                albedo = largest(glossy_albedo(scene, bsdf, cos)) + largest(glass_albedo(scene, bsdf))
+                albedo = largest(glossy_albedo(scene, bsdf, wo)) + largest(glass_albedo(scene, bsdf))
                 chance = min(_FOLLOWED * albedo * min(largest(throughput), ONE), ONE)
         radiance = plus(radiance, mul(throughput, broad))
 
@@ -139,12 +140,14 @@ def _direct_light_reflected(tracing, room, direct, key, path, i, hit, bsdf):
     """Direct light that the diffuse lobe reflects; what rays own of it comes with the next ray."""
     scene = tracing.scene
     origin, object_ = off_surface(scene, hit, ONE), scene.object[hit.triangle]
-    at = origin, shading_normal(scene, hit), object_, DIFFUSE_RAY
+    at = origin, lit_normal(scene, hit), object_, DIFFUSE_RAY
     target, irradiance, lamp, lit = sample_emitters(direct, scene, *at, True, key, path, i)
     if not lit:
         return BLACK
+    towards, _ = direction_to(origin, target)
+    albedo = weight_received(scene, bsdf, DIFFUSE, towards)
     passes = visible_share(direct, tracing, room, lamp, origin, target)
-    return mul(mul(total_weight(scene, bsdf, DIFFUSE), passes), times(irradiance, _PER_PI))
+    return mul(mul(albedo, passes), times(irradiance, _PER_PI))
 
 
 @part
@@ -152,7 +155,7 @@ def _highlight(tracing, room, direct, key, path, i, hit, bsdf, direction):
     """Direct light that rough glossy lobes reflect."""
     scene = tracing.scene
     origin, object_ = off_surface(scene, hit, ONE), scene.object[hit.triangle]
-    normal = facing(shading_normal(scene, hit), hit.normal, direction)
+    normal = axis_at(scene, hit, direction)
     at = origin, normal, object_, GLOSSY_RAY
     target, irradiance, lamp, lit = sample_emitters(direct, scene, *at, False, key, path, i)
     if not lit:
@@ -170,7 +173,7 @@ def _emission_met(scene, direct, hit, on, triangle, distance, u, v, specular):
     """What shines along a ray that a surface sent on and that is not found by points of lights."""
     object_ = scene.object[hit.triangle]
     if on.lobe < GLOSSY:
-        normal = shading_normal(scene, hit)
+        normal = lit_normal(scene, hit)
         if on.lobe == TRANSLUCENT:
             normal = negative(normal)
         return met_radiance(direct, scene, triangle, distance, u, v, on.direction, normal, object_)

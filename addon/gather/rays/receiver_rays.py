@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...bsdf.frames import bump_shadowing
 from ...core.compiling import kernel
 from ...core.sampling.path_numbers import two_numbers
 from ...core.sampling.warps import cosine_hemisphere, cosine_uniform_mixture
@@ -37,6 +38,7 @@ def gather_at(
     rays: GatherRays,
     positions: np.ndarray,
     normals: np.ndarray,
+    bases: np.ndarray,
     n_batches: int,
     n_rays: int,
     directional: bool,
@@ -50,6 +52,8 @@ def gather_at(
 
     Parameters
     ----------
+    bases : (r, 3) or (0, 3) float32
+        Their `base_normal`, if they have any.
     key, first
         Of the random numbers, `path_key`, and the number of the first receiver.
     """
@@ -61,7 +65,7 @@ def gather_at(
     met = rays.radiance_of_paths(origins, directions, key, first)
     total, nearness = np.zeros((n, n_batches, 3 * n_lights)), np.zeros(n)
     gradient = np.zeros((n, 3 if directional else 0, 3 * n_lights))
-    _sum(normals, directions, weights, met.reflected, met.hits.distance, total, nearness, gradient)
+    _sum(normals, bases, directions, weights, met.reflected, met.hits.distance, total, nearness, gradient)
     return RaySums(total, nearness, gradient)
 
 
@@ -86,7 +90,7 @@ def _start(positions, normals, n_batches, points, key, first, origins, direction
 
 
 @kernel
-def _sum(normals, directions, weights, radiance, distance, total, nearness, gradient):
+def _sum(normals, bases, directions, weights, radiance, distance, total, nearness, gradient):
     """Sum what rays met over their batches and receivers; see `RaySums`."""
     n_batches, n_channels = total.shape[1], total.shape[2]
     n, ray = len(directions) // (len(total) * n_batches), 0
@@ -94,14 +98,16 @@ def _sum(normals, directions, weights, radiance, distance, total, nearness, grad
         for batch in range(n_batches):
             for _ in range(n):
                 share = ONE
+                if len(bases) > 0:
+                    share = bump_shadowing(row(bases, receiver), row(normals, receiver), row(directions, ray))
                 if len(weights) > 0:
                     direction, normal = row(directions, ray), row(normals, receiver)
-                    share = weights[ray] * dot(direction, normal)
-                    g = times(gradient_of_light(direction, normal), weights[ray])
+                    g = times(gradient_of_light(direction, normal), share * weights[ray])
                     for channel in range(n_channels):
                         gradient[receiver, 0, channel] += g[0] * radiance[ray, channel]
                         gradient[receiver, 1, channel] += g[1] * radiance[ray, channel]
                         gradient[receiver, 2, channel] += g[2] * radiance[ray, channel]
+                    share *= weights[ray] * dot(direction, normal)
                 for channel in range(n_channels):
                     total[receiver, batch, channel] += share * radiance[ray, channel]
                 nearness[receiver] += share / max(distance[ray], _LEAST_DISTANCE)

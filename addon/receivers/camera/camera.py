@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ...bsdf import lambertian_normals
 from ...core.sampling.vectors import dot, rows
 from ...scene import RayKind, Scene
 from ...tracing import Hits, TransparencyTracer
@@ -202,6 +203,6 @@ def surface_seen(
         What the pixels would cover if the surface faced them.
     """
     position, normal = hits.points(scene, directions)
-    shading = scene.shading_normals(hits.triangle, hits.u, hits.v, normal)
+    shading = lambertian_normals(scene, hits.triangle, hits.u, hits.v, normal)
     cosine = np.maximum(np.abs(dot(directions, normal)), LEAST_COSINE)
     return SeenSurface(pixel, hits, directions, position, normal, shading, facing_area / cosine)

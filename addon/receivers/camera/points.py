@@ -83,12 +83,17 @@ class CameraPoints:
         lift = np.maximum(least, (_LIFT * footprint)[:, None]) * seen.normal
         k = self.through
         takes = self.n_followed > 0
+        base = None
+        if scene.materials.perturbed.any():
+            base = scene.shading_normals(seen.hits.triangle, seen.hits.u, seen.hits.v, seen.normal)
+            base = np.concatenate([base, -base[k]])
         return Receivers(
             np.concatenate([seen.position + lift, (seen.position - lift)[k]]).astype(np.float32),
             np.concatenate([seen.shading_normal, -seen.shading_normal[k]]),
             np.concatenate([footprint, footprint[k]]).astype(np.float32),
             takes_caustics=np.concatenate([takes, takes[k]]),
             view=View(self.camera, SeenSurface.join([seen, seen.where(k).turned()]) if len(k) else seen),
+            base_normal=base,
         )
 
 

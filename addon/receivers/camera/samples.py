@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...bsdf import lambertian_normals
 from ...core.sampling.sequences import r2_sequence
 from ...core.sampling.vectors import rows
 from ...scene import Scene
@@ -77,7 +78,7 @@ def camera_samples(
     depth = np.full(n, NOTHING)
     depth[hit] = camera.depth(position)
     normals = np.zeros((n, 3), np.float32)
-    normals[hit] = scene.shading_normals(met.triangle, met.u, met.v, normal)
+    normals[hit] = lambertian_normals(scene, met.triangle, met.u, met.v, normal)
     first_distance = np.where(hits.hit, hits.distance, np.float32(1))
     facing_area = np.zeros(n, np.float32)
     facing_area[hit] = camera.pixel_area(position)

@@ -20,3 +20,4 @@ class PHOTON_BAKE_PT_light(Section, bpy.types.Panel):
         draw_light_groups(column, context)
         column.prop(properties, "add_direct")
         column.prop(properties, "open_side")
+        column.prop(properties, "normal_maps")

@@ -53,9 +53,9 @@ def measure(case: Case) -> Reference:
     if case.light_group:
         keep_light_group(case.light_group)
     set_cycles(SAMPLES)
-    runs = [cycles_mean(seed) for seed in range(RUNS)]
+    runs = [cycles_mean(seed, case.into_image) for seed in range(RUNS)]
     while Mean.of_runs(runs).relative_error > ENOUGH and len(runs) < MOST_RUNS:
-        runs.append(cycles_mean(len(runs)))
+        runs.append(cycles_mean(len(runs), case.into_image))
     mean = Mean.of_runs(runs)
     samples = len(runs) * SAMPLES * len(bpy.data.objects["Probes"].data.loops)
     mean, stderr = ([float(f"{x:.6g}") for x in part] for part in (mean.value[:3], mean.stderr[:3]))

@@ -42,6 +42,8 @@ class Case:
         The feature has no support: a warning of the bake has to hold this text. Empty where it is supported.
     effort : int
         How many times the photons and rays of the other cases its bake needs.
+    into_image : bool
+        Cycles bakes the reference into an image: only then its rays have differentials, without which it sees no bump.
     since : tuple of int
         First Blender that has the feature as the reference means it.
     """
@@ -52,6 +54,7 @@ class Case:
     light_group: str = ""
     unsupported: str = ""
     effort: int = 1
+    into_image: bool = False
     since: tuple[int, ...] = (4, 5)
 
     @property

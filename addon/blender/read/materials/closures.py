@@ -12,6 +12,7 @@ from ....scene import Lobe
 from .expressions import constant
 from .node_math import dielectric_f0, ior_of_f0, mean_of_pane, saturate
 from .nodes import Factor, Place, Value, output_node
+from .own_normals import NormalOf, interpolated
 from .sums import ShaderSum, black, white
 
 BECKMANN_AS_GGX = log(2) ** 0.25
@@ -109,6 +110,7 @@ class _Leaf:
     weight: np.ndarray
     layer: Factor | None
     in_glass: bool
+    normal_of: NormalOf
     reflected: np.ndarray | None = None
 
     def __getitem__(self, identifier: str) -> np.ndarray:
@@ -143,6 +145,12 @@ class _Leaf:
     def keeps_energy(self) -> bool:
         return bool(self.closure.node.distribution in {"MULTI_GGX", "BECKMANN"})
 
+    def normal(self, identifier: str = "Normal") -> dict[str, object]:
+        """The normal of one of its sockets as `Term` has it."""
+        socket = next((one for one in self.closure.node.inputs if one.identifier == identifier), None)
+        own = self.normal_of(Place(socket, self.closure.shader.groups)) if socket else None
+        return {"normal": own.vector, "normal_space": int(own.space)} if own else {}
+
     def add_glossy(
         self,
         total: ShaderSum,
@@ -154,7 +162,7 @@ class _Leaf:
     ) -> None:
         """Add a glossy closure with the node's facets, by Schlick's curve without `ior`; see `Term`."""
         facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy}
-        total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, **facets)
+        total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, **facets, **self.normal())
 
     def add_glass(
         self,
@@ -166,10 +174,10 @@ class _Leaf:
     ) -> None:
         """Add a glass closure with the node's facets and index of refraction."""
         facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy, "ior": self.ior}
-        total.add(Lobe.GLASS, weight, f0=reflection, f90=transmission, fresnel=fresnel, **facets)
+        total.add(Lobe.GLASS, weight, f0=reflection, f90=transmission, fresnel=fresnel, **facets, **self.normal())
 
 
-def combine(closures: list[Closure], value: Value) -> ShaderSum:
+def combine(closures: list[Closure], value: Value, normal_of: NormalOf = interpolated) -> ShaderSum:
     """The sum of closures.
 
     A mix of a diffuse with a glossy shader by Fresnel's curve, as materials were built before Principled, is read as
@@ -186,7 +194,7 @@ def combine(closures: list[Closure], value: Value) -> ShaderSum:
         layer = next((one for one in closure.factors if one.place in layers), None)
         weight = closure.weight(value, layers)
         if (weight > 0).any():
-            leaves.append(_Leaf(closure, value, weight, layer, layer is not None and layer.place in glass))
+            leaves.append(_Leaf(closure, value, weight, layer, layer is not None and layer.place in glass, normal_of))
     reflected: dict[Place, np.ndarray] = {}
     for leaf in leaves:
         if leaf.layer and leaf.in_glass and leaf.closure.kind == "BSDF_GLOSSY":
@@ -213,11 +221,11 @@ def _is_diffuse(closure: Closure) -> bool:
 
 
 def _add_diffuse(leaf: _Leaf, total: ShaderSum) -> None:
-    total.add(Lobe.DIFFUSE, leaf.weighted, under=leaf.layer and leaf.layer.place)
+    total.add(Lobe.DIFFUSE, leaf.weighted, under=leaf.layer and leaf.layer.place, **leaf.normal())
 
 
 def _add_translucent(leaf: _Leaf, total: ShaderSum) -> None:
-    total.add(Lobe.TRANSLUCENT, leaf.weighted)
+    total.add(Lobe.TRANSLUCENT, leaf.weighted, **leaf.normal())
 
 
 def _add_transparent(leaf: _Leaf, total: ShaderSum) -> None:
@@ -278,7 +286,7 @@ def _add_principled(leaf: _Leaf, total: ShaderSum) -> None:
     weight = weight * (1 - transmission)
     if weight.any():
         _add_dielectric(replace(leaf, weight=weight), total)
-        total.add(Lobe.DIFFUSE, weight * base, under=leaf.closure)
+        total.add(Lobe.DIFFUSE, weight * base, under=leaf.closure, **leaf.normal())
 
 
 def _add_principled_glass(leaf: _Leaf, total: ShaderSum, base: np.ndarray) -> None:

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....scene import Channel, Closures, Materials, Textures
-from .images import ImageTable
+from .pictures.images import ImageTable
 from .sums import ShaderSum, Term
 from .texture_grid import Coordinates
 
 CHANNELS = ("emission", "coverage", "tint")
-OF_CLOSURES = ("weight", "roughness", "f0", "f90")
+OF_CLOSURES = ("weight", "roughness", "f0", "f90", "normal")
 """Channels of materials, and of closures."""
 
 
@@ -94,12 +94,13 @@ def _closures(rows: list[Surface]) -> Closures:
     values = [of_term for row in rows for _, of_term in row.closures]
     layer = [term.under for term in terms]
     first = np.repeat(start[:-1], np.diff(start))
-    return Closures(
+    return Closures.of(
         start=start.astype(np.int32),
         kind=np.array([term.kind for term in terms], np.int32),
         ior=np.array([term.ior for term in terms], np.float32),
         fresnel=np.array([term.fresnel for term in terms], bool),
         preserves_energy=np.array([term.keeps_energy for term in terms], bool),
+        normal_space=np.array([term.normal_space for term in terms], np.int32),
         layer=np.where(np.array(layer, int) >= 0, first + np.array(layer, int), -1).astype(np.int32),
         **{name: _channel(values, name) for name in OF_CLOSURES},
     )

@@ -145,6 +145,8 @@ def _exposed(tree: "bpy.types.NodeTree", place: Place) -> "bpy.types.NodeSocket"
     node = tree.nodes[node_name]
     end = socket(node.outputs, identifier) if place.socket.is_output else source(socket(node.inputs, identifier))
     assert end is not None  # a socket without a link is constant
+    if node.type == "OUTPUT_MATERIAL":
+        return _bent(tree, end)
     for group in reversed(groups):
         inner = group.node_tree
         kind = "NodeSocketColor" if _is_color(place) else "NodeSocketFloat"
@@ -153,6 +155,18 @@ def _exposed(tree: "bpy.types.NodeTree", place: Place) -> "bpy.types.NodeSocket"
         inner.links.new(end, socket(output.inputs, added.identifier))
         end = socket(group.outputs, added.identifier)
     return end
+
+
+def _bent(tree: "bpy.types.NodeTree", displacement: "bpy.types.NodeSocket") -> "bpy.types.NodeSocket":
+    """Normals that a displacement bends, as Cycles has it: by its height over the surface as that of a bump."""
+    normal, height = tree.nodes.new("ShaderNodeNewGeometry").outputs["Normal"], tree.nodes.new("ShaderNodeVectorMath")
+    bump = tree.nodes.new("ShaderNodeBump")
+    height.operation = "DOT_PRODUCT"
+    tree.links.new(displacement, height.inputs[0])
+    tree.links.new(normal, height.inputs[1])
+    tree.links.new(height.outputs["Value"], bump.inputs["Height"])
+    bump.inputs["Strength"].default_value = bump.inputs["Distance"].default_value = 1.0
+    return bump.outputs["Normal"]
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ import bpy
 import numpy as np
 
 from ..meshes.object_values import Values, of_scene, read_by
-from .images import MISSING
 from .node_math import BLEND, COMBINE, MATH, SEPARATE, VECTOR_MATH, lerp, map_range, mean_fresnel, saturate
 from .nodes import Place
+from .pictures.images import MISSING
 
 Sampler = Callable[[Place], np.ndarray]
 """Colour and alpha of an image node at each texel of a grid, (h, w, 4); told one of the node's outputs."""

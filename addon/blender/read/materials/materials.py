@@ -19,8 +19,9 @@ from .closures import Closure, combine, read_closures
 from .columns import Surface, materials_of
 from .cycles_bake import BakeRequest, bake_values, sees_object
 from .expressions import Evaluator, UnreadableError, default_value, no_images
-from .images import ImageTable
 from .nodes import Place, output_node, source, uses_nodes
+from .own_normals import Normals, OwnNormal
+from .pictures.images import ImageTable
 from .sums import ShaderSum, Term
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of
 
@@ -43,6 +44,7 @@ class MaterialTable:
         self._readers: dict[int, _Reader] = {}
         self._index: dict[tuple, int] = {}
         self._entries: list[Surface | _Pending] = []
+        self._tangents: list[str | None] = []
 
     def add(
         self,
@@ -73,6 +75,7 @@ class MaterialTable:
             key += reader.appearance(obj, mesh)
         if key not in self._index:
             self._index[key] = len(self._entries)
+            self._tangents.append(reader.normals.tangents)
             self._entries.append(reader.pending(obj, mesh, read) if baked else reader.surface(read))
         return self._index[key]
 
@@ -92,6 +95,10 @@ class MaterialTable:
         """Texture coordinates that a material reads, or None where it has no texture."""
         entry = self._entries[index]
         return entry.coordinates if isinstance(entry, _Pending) or entry.textured else None
+
+    def tangents(self, index: int) -> str | None:
+        """The UV map whose tangents give a material's normals, empty for the active one; None where none do."""
+        return self._tangents[index]
 
     @property
     def readable_images(self) -> dict[int, bool]:
@@ -121,6 +128,7 @@ class _Reader:
         The sockets whose values are not constant.
     needs_bake : bool
         Whether only Cycles can evaluate some of them.
+    normals : Normals
     """
 
     def __init__(
@@ -135,12 +143,13 @@ class _Reader:
         self.varying: dict[Place, None] = {}
         self.readings: list[Reading] = []
         self.needs_bake = False
+        self.normals = Normals(material if material and uses_nodes(material) else None)
         if material and uses_nodes(material):
             self.readings = readings_in(material.node_tree)
             self.closures = read_closures(material)
             for what in shortcomings(material, self.closures):
                 self.warn(what)
-            combine(self.closures, self.probe)
+            combine(self.closures, self.probe, self.probe_normal)
             self.needs_bake |= bool(self.pictures) and Grid.of(list(self.pictures.values())) is None
             if self.needs_bake:
                 self.pictures = {key: one.mean for key, one in self.pictures.items()}
@@ -160,6 +169,15 @@ class _Reader:
         if depends:
             self.varying[place] = None
         return value
+
+    def probe_normal(self, place: Place) -> OwnNormal | None:
+        """A stand-in for the normals of a socket, having taken note of what they depend on."""
+        noted = Evaluator(lambda image: self.note(image, []), self.stand_in).value
+        try:
+            return self.normals.probe(place, self.probe, noted)
+        except UnreadableError:
+            self.needs_bake = True
+            return None
 
     def read(self, values: Values) -> dict[Reading, np.ndarray]:
         """What it reads of an object; zero where that is not known."""
@@ -193,10 +211,15 @@ class _Reader:
             return self.made_of(self.without_closures())
         grid = Grid.of(list(self.pictures.values())) if self.pictures and not self.needs_bake else None
         if grid is None:
-            return self.made_of(combine(self.closures, lambda place: self.guess(place, read)))
+
+            def guess(place: Place) -> np.ndarray:
+                return self.guess(place, read)
+
+            return self.made_of(combine(self.closures, guess, lambda place: self.normals.read(place, guess, True)))
         evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]), read.get)
         coordinates = grid.place(next(iter(self.pictures.values())).coordinates)
-        total = combine(self.closures, evaluator.value)
+        value, extends = evaluator.value, grid.extends
+        total = combine(self.closures, value, lambda place: self.normals.read(place, value, extends))
         if not self.readings:
             self.pictures.clear()
         return self.made_of(total, coordinates, grid.extends)
@@ -243,7 +266,8 @@ class _Reader:
         if atlas is None:
             self.warn_of_guess(f"the mesh of '{obj.name}' has too many faces to bake its nodes")
             return self.surface(read)
-        request = BakeRequest(self.material.original, list(self.varying), mesh, obj.original, matrix, atlas, read)
+        wanted = [*self.varying, *self.normals.to_bake]
+        request = BakeRequest(self.material.original, wanted, mesh, obj.original, matrix, atlas, read)
         return _Pending(self, request)
 
     def warn_of_guess(self, why: str) -> None:
@@ -252,12 +276,19 @@ class _Reader:
     def baked(self, request: BakeRequest) -> Surface:
         """The material as Cycles evaluates it on an object."""
         try:
-            values = dict(zip(self.varying, bake_values(request), strict=True))
+            values = dict(zip(request.places, bake_values(request), strict=True))
         except CyclesError as error:
             self.warn_of_guess(f"its nodes cannot be baked ({error})")
             return self.surface(request.values)
         evaluator = Evaluator(no_images, request.values.get)
-        total = combine(self.closures, lambda place: values[place] if place in values else evaluator.value(place))
+
+        def value(place: Place) -> np.ndarray:
+            return values[place] if place in values else evaluator.value(place)
+
+        def normal(place: Place) -> OwnNormal | None:
+            return self.normals.baked(place, values, value, request.matrix)
+
+        total = combine(self.closures, value, normal)
         return self.made_of(total, Coordinates(atlas=request.atlas), extends=True)
 
 

@@ -36,6 +36,8 @@ class Term:
         h = w = 1 where constant.
     ior, fresnel, keeps_energy
         As those of `Closures`.
+    normal, normal_space
+        Its own normal as `Closures` has it; −1 for none.
     covers, under : hashable, optional
         By what name this one is a layer, and the name of the layer that lies over it.
     """
@@ -48,6 +50,8 @@ class Term:
     ior: float = 0.0
     fresnel: bool = True
     keeps_energy: bool = True
+    normal: np.ndarray = field(default_factory=white)
+    normal_space: int = -1
     covers: Hashable = None
     under: Hashable = None
 
@@ -68,10 +72,15 @@ class Term:
 
     def adds_to(self, other: "Term") -> bool:
         """Whether the two differ in nothing but their weights."""
-        said = (self.kind, self.ior, self.fresnel, self.keeps_energy, self.under)
-        if said != (other.kind, other.ior, other.fresnel, other.keeps_energy, other.under):
+        said = (self.kind, self.ior, self.fresnel, self.keeps_energy, self.under, self.normal_space)
+        if said != (other.kind, other.ior, other.fresnel, other.keeps_energy, other.under, other.normal_space):
             return False
-        pairs = ((self.f0, other.f0), (self.f90, other.f90), (self.roughness, other.roughness))
+        pairs = (
+            (self.f0, other.f0),
+            (self.f90, other.f90),
+            (self.roughness, other.roughness),
+            (self.normal, other.normal),
+        )
         return all(_alike(a, b) for a, b in pairs)
 
 

@@ -9,9 +9,9 @@ from mathutils import Euler
 from ...lightmap.atlas import Atlas
 from ..meshes.meshes import UVMaps
 from .expressions import UnreadableError, constant
-from .images import is_readable
 from .nodes import Place
-from .texels import SMALL_SIDE
+from .pictures.images import is_readable
+from .pictures.texels import SMALL_SIDE
 
 
 @dataclass(frozen=True)

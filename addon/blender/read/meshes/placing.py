@@ -26,11 +26,14 @@ class Model:
     material : (t,) int32
     uvs : (t, 3, 2) float32 or None
         Texture coordinates that each triangle's material reads; None where none reads any.
+    tangents : (t, 3, 2, 3) float32 or None
+        Tangents and bitangents that each triangle's material needs, in the mesh's space; None where none needs any.
     """
 
     mesh: LocalMesh
     material: np.ndarray
     uvs: np.ndarray | None
+    tangents: np.ndarray | None = None
 
 
 class Models:
@@ -46,13 +49,16 @@ class Models:
         self.normals = _join([mesh.normals for mesh in meshes])
         self.normal_of_corner = _join([mesh.normal_of_corner for mesh in meshes])
         self.material = _join([model.material for model in models])
-        self.uvs: np.ndarray | None = None
-        if any(model.uvs is not None for model in models):
-            self.uvs = _join([_no_uvs(model) if model.uvs is None else model.uvs for model in models])
+        self.uvs = _join_if_any([model.uvs for model in models], self.n_triangles, (3, 2))
+        self.tangents = _join_if_any([model.tangents for model in models], self.n_triangles, (3, 2, 3))
 
 
-def _no_uvs(model: Model) -> np.ndarray:
-    return np.zeros((len(model.material), 3, 2), np.float32)
+def _join_if_any(parts: list[np.ndarray | None], lengths: np.ndarray, shape: tuple[int, ...]) -> np.ndarray | None:
+    """Arrays one after the other, with zeros for those that are None; None where all are."""
+    if all(part is None for part in parts):
+        return None
+    found = zip(parts, lengths, strict=True)
+    return _join([np.zeros((n, *shape), np.float32) if part is None else part for part, n in found])
 
 
 def _join(parts: list[np.ndarray]) -> np.ndarray:
@@ -126,6 +132,15 @@ class _Batch:
         copy, row = self.normals.rows(chunk)
         self.unit_normals[chunk] = unit(turned(self.models.normals.take(row, 0), self._normal_matrices, copy))
 
+    def tangents(self, copy: np.ndarray, row: np.ndarray) -> np.ndarray:
+        """Tangents of triangles of copies beside normals of length 1 in the world, (r, 3, 2, 3) float32."""
+        assert self.models.tangents is not None
+        matrices = self._normal_matrices[np.broadcast_to(copy, row.shape)]
+        normals = self.models.normals.take(self.models.normal_of_corner.take(row, 0), 0)
+        length = np.linalg.norm(np.einsum("rij,rcj->rci", matrices, normals), axis=2)
+        tangents = np.einsum("rij,rckj->rcki", matrices, self.models.tangents.take(row, 0))
+        return (tangents / np.maximum(length, 1e-30)[..., None, None]).astype(np.float32)
+
     def positions(self, chunk: slice) -> np.ndarray:
         """Vertices in the world, (r, 3) float32; NaN where one is not finite or too far out."""
         copy, row = self.vertices.rows(chunk)
@@ -150,6 +165,8 @@ class PlacedMeshes:
     corner_normals : (t, 3, 3) float32
         Of unit length.
     corner_uvs : (t, 3, 2) float32
+    corner_tangents : (t, 3, 2, 3) float32 or None
+        As `ShadingFrames` has them; None while no mesh needs any.
     material_of_triangle, object_of_triangle : (t,) int32
     lost_names : list of str
         Of objects that have vertices which are not finite or too far out; triangles there have no area.
@@ -160,6 +177,7 @@ class PlacedMeshes:
         self.triangles = np.empty((n_triangles, 3), np.int32)
         self.corner_normals = np.empty((n_triangles, 3, 3), np.float32)
         self.corner_uvs = np.zeros((n_triangles, 3, 2), np.float32)
+        self.corner_tangents: np.ndarray | None = None
         self.material_of_triangle = np.empty(n_triangles, np.int32)
         self.object_of_triangle = np.empty(n_triangles, np.int32)
         self.lost_names: list[str] = []
@@ -183,6 +201,8 @@ class PlacedMeshes:
         batch = _Batch(models, of_copy, matrices, names)
         first_object = len(self._first_vertex)
         self._first_vertex = np.append(self._first_vertex, batch.vertices.first + np.int32(self._n_vertices))
+        if models.tangents is not None and self.corner_tangents is None:
+            self.corner_tangents = np.zeros((len(self.triangles), 3, 2, 3), np.float32)
         _in_chunks(batch.vertices.n, lambda chunk: self._add_vertices(batch, chunk))
         _in_chunks(batch.triangles.n, lambda chunk: self._add_triangles(batch, first_object, chunk))
         self.lost_names += sorted(batch.lost_names)
@@ -210,6 +230,8 @@ class PlacedMeshes:
         self.object_of_triangle[into] = of_object
         if models.uvs is not None:
             self.corner_uvs[into] = _rewound(models.uvs.take(row, 0), mirrored)
+        if models.tangents is not None and self.corner_tangents is not None:
+            self.corner_tangents[into] = _rewound(batch.tangents(copy, row), mirrored)
 
     def drop_degenerate(self) -> np.ndarray:
         """Drop the triangles without an area, the objects that have no others, and the room that was not needed.
@@ -221,7 +243,8 @@ class PlacedMeshes:
         """
         n = self._n_triangles
         self.vertices = self.vertices[: self._n_vertices]
-        for name in _OF_TRIANGLES:
+        of_triangles = [name for name in _OF_TRIANGLES if getattr(self, name) is not None]
+        for name in of_triangles:
             setattr(self, name, getattr(self, name)[:n])
         whole = self._whole[:n]
         if self.lost_names:  # none of the triangles that are left has these vertices: they go where another one is
@@ -230,7 +253,7 @@ class PlacedMeshes:
         if whole.all():
             return np.ones(len(self._first_vertex), bool)
         left = np.bincount(self.object_of_triangle[whole], minlength=len(self._first_vertex)) > 0
-        for name in _OF_TRIANGLES:
+        for name in of_triangles:
             setattr(self, name, getattr(self, name)[whole])
         n_vertices = np.diff(np.append(self._first_vertex, self._n_vertices))
         self.vertices = self.vertices[np.repeat(left, n_vertices)]
@@ -240,7 +263,8 @@ class PlacedMeshes:
         return left
 
 
-_OF_TRIANGLES = ("triangles", "corner_normals", "corner_uvs", "material_of_triangle", "object_of_triangle")
+_OF_CORNERS = ("triangles", "corner_normals", "corner_uvs", "corner_tangents")
+_OF_TRIANGLES = (*_OF_CORNERS, "material_of_triangle", "object_of_triangle")
 
 
 def _after(n: int, chunk: slice) -> slice:

@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 
 from ..registry import case
-from ..stage import box, lamp, matte, nodes, picture, probes, put, room, shader
+from ..stage import box, lamp, matte, nodes, probes, put, room, shader
 from .stage import GROUP, divided, painted_floor, shiny_floor
 
 
@@ -36,31 +36,6 @@ def subsurface():
 def anisotropic():
     inputs = {"Base Color": (0.8, 0.8, 0.8), "Metallic": 1.0, "Roughness": 0.4, "Anisotropic": 0.9}
     shiny_floor(shader("BsdfPrincipled", inputs, "Brushed"))
-
-
-@case("Normal map", GROUP, unsupported="Tiles")
-def normal_map():
-    # Leans the floor by 40° to the red wall.
-    tree = nodes("Tiles")
-    pixels = np.full((4, 4, 3), (0.5 - 0.5 * np.sin(0.7), 0.5, 0.5 + 0.5 * np.cos(0.7)))
-    image = tree.add("TexImage", image=picture(pixels, colorspace="Non-Color"))
-    bumped = tree.add("NormalMap", {"Color": image})
-    floor = tree.done(tree.add("BsdfDiffuse", {"Color": (0.8, 0.8, 0.8), "Normal": bumped}))
-    room(paint={"Floor": floor}, dim=0.5)
-    probes("Left Right Ceiling", 32)
-    lamp("AREA", (-1.5, 0, -0.5), (0.5, 0, -2), size=0.8, energy=100)
-
-
-@case("Bump", GROUP, unsupported="Plaster")
-def bump():
-    # A slope of 45° without a slope; Cycles itself bakes none, as its rays here have no differentials.
-    tree = nodes("Plaster")
-    height = tree.add("SeparateXYZ", {"Vector": tree.add("TexCoord").outputs["Object"]})
-    bumped = tree.add("Bump", {"Height": height, "Distance": 1.0})
-    floor = tree.done(tree.add("BsdfDiffuse", {"Color": (0.8, 0.8, 0.8), "Normal": bumped}))
-    room(paint={"Floor": floor}, dim=0.5)
-    probes("Left Right Ceiling", 32)
-    lamp("AREA", (-1.5, 0, -0.5), (0.5, 0, -2), size=0.8, energy=100)
 
 
 @case("Fog in the room (volume)", GROUP, unsupported="Fog")

@@ -11,7 +11,7 @@ from functools import cache
 
 import numpy as np
 
-from ....core.parallel import ordered_map
+from .....core.parallel import ordered_map
 
 MAX_SIDE = 1024
 """Longest side of a picture in texels; longer ones are reduced by box averaging, which bounds memory to 16 MiB each."""

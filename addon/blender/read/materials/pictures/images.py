@@ -6,7 +6,7 @@ from hashlib import blake2b
 import bpy
 import numpy as np
 
-from ....scene import Textures
+from .....scene import Textures
 from .texels import StoredImage, linear_to_srgb
 
 MISSING = np.array([[[1, 0, 1, 1]]], np.float32)

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import bpy
 
-from ....core.errors import Advice, Missing
-from ...warn import Warnings
-from .nodes import reached_nodes, uses_nodes
+from .....core.errors import Advice, Missing
+from ....warn import Warnings
+from ..nodes import reached_nodes, uses_nodes
 
 EFFECTS = {
     "IMAGE": "renders show magenta in its place",

@@ -1,0 +1,259 @@
+"""The frames in which closures scatter: those around normals of their own, from normal maps and heights.
+
+The local frame of a point has the interpolated normal as +z, and each closure scatters in it. Only in a material of
+which a closure has a normal of its own is +z the geometric normal instead, and every closure has a `Frame` within.
+There light is weighed as Cycles has it (`bsdf.h`, `bsdf_util.h`): N is the closure's normal, n the geometric and s the
+interpolated one.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..core.compiling import part, routine
+from ..core.vec3 import ONE, ZERO, dot, minus, negative, normalized, plus, row, times, to_local, to_world
+from ..scene.closures import Lobe, NormalSpace
+from ..scene.hit import shading_normal_at, texel
+
+_TRANSLUCENT = int(Lobe.TRANSLUCENT)
+_TANGENT, _OBJECT, _HEIGHT = int(NormalSpace.TANGENT), int(NormalSpace.OBJECT), int(NormalSpace.HEIGHT)
+_TINY, _LEAST_COS, _NEAR = np.float32(1e-20), np.float32(1e-6), np.float32(1e-12)
+_TWO, _FOUR, _QUARTER, _EIGHTH = np.float32(2), np.float32(4), np.float32(0.25), np.float32(0.125)
+_SHALLOW, _AS_SHALLOW = np.float32(0.01), np.float32(0.9)
+_MOST = np.float32(16)
+"""Beyond it light grazes the facet, where very few photons meet it."""
+
+UP = ZERO, ZERO, ONE
+
+
+class Frame(NamedTuple):
+    """A closure's frame within the local frame of its point.
+
+    Attributes
+    ----------
+    own : bool
+        Whether it is another than that.
+    axis : triple
+        Its normal, in the local frame.
+    """
+
+    own: bool
+    axis: tuple
+
+
+@part
+def frame_of(scene, bsdf, k, wo):
+    """The frame of the k-th closure, which is viewed from a local direction."""
+    if not bsdf.perturbed:
+        return Frame(False, UP)
+    return Frame(True, to_local(own_normal(scene, bsdf, k, to_world(wo, bsdf.normal)), bsdf.normal))
+
+
+@part
+def into(frame, w):
+    """A local direction of a point in a closure's frame: the one place where they part, for axes and for azimuths."""
+    return to_local(w, frame.axis) if frame.own else w
+
+
+@part
+def out_of(frame, w):
+    """A direction of a closure's frame in the local frame of its point."""
+    return to_world(w, frame.axis) if frame.own else w
+
+
+@part
+def own_normal(scene, bsdf, k, view):
+    """Unit normal of the k-th closure in the world, as it is seen from a direction of the world."""
+    closures = scene.materials.closures
+    shading = shading_normal_at(scene, bsdf.triangle, bsdf.u, bsdf.v, bsdf.normal, bsdf.back)
+    if closures.normal_space[k] < 0:
+        return shading
+    at = bsdf.triangle, bsdf.u, bsdf.v, bsdf.back
+    arrays = _Arrays(
+        closures.normal_space,
+        closures.normal.value,
+        closures.normal.texture,
+        scene.textures,
+        scene.vertices,
+        scene.triangles,
+        scene.object,
+        scene.corner_normals,
+        scene.corner_uvs,
+        scene.corner_tangents,
+        scene.normal_matrices,
+    )
+    reflects = closures.kind[k] > _TRANSLUCENT
+    return _own_normal(arrays, k, *at, shading, bsdf.normal, view, reflects)
+
+
+class _Arrays(NamedTuple):
+    """What of a scene `_own_normal` needs."""
+
+    space: np.ndarray
+    value: np.ndarray
+    texture: np.ndarray
+    textures: tuple
+    vertices: np.ndarray
+    triangles: np.ndarray
+    object: np.ndarray
+    corner_normals: np.ndarray
+    corner_uvs: np.ndarray
+    corner_tangents: np.ndarray
+    normal_matrices: np.ndarray
+
+
+@routine
+def _own_normal(arrays, k, triangle, u, v, back, shading, geometric, view, reflects):
+    """`own_normal` of a closure that has one; of gloss and glass one that reflects the view to the right side."""
+    space, vector, w = arrays.space[k], row(arrays.value, k), ONE - u - v
+    uvs = arrays.corner_uvs
+    if arrays.texture[k] >= 0:
+        x = w * uvs[triangle, 0, 0] + u * uvs[triangle, 1, 0] + v * uvs[triangle, 2, 0]
+        y = w * uvs[triangle, 0, 1] + u * uvs[triangle, 1, 1] + v * uvs[triangle, 2, 1]
+        vector = texel(arrays.textures, arrays.texture[k], x, y)
+    strength = ONE
+    if space == _HEIGHT:
+        strength = vector[2]
+        slope = _slope(arrays, triangle, vector[0], vector[1])
+        # As Cycles has it, the slope lies in the plane of the shading normal
+        lean = dot(slope, shading) / max(dot(geometric, shading), _LEAST_COS)
+        normal = normalized(minus(shading, minus(slope, times(geometric, lean))))
+    else:
+        if space == _TANGENT:
+            normal = plus(
+                times(_corner_axis(arrays.corner_tangents, triangle, 0, w, u, v), vector[0]),
+                times(_corner_axis(arrays.corner_tangents, triangle, 1, w, u, v), vector[1]),
+            )
+            normal = plus(normal, times(_corner_normal(arrays.corner_normals, triangle, w, u, v), vector[2]))
+        else:
+            strength, normal = np.sqrt(dot(vector, vector)), vector
+            if space == _OBJECT:
+                normal = _turned(arrays.normal_matrices, arrays.object[triangle], vector)
+        normal = normalized(negative(normal) if back else normal)
+    normal = normalized(plus(times(normal, strength), times(shading, ONE - strength)))
+    if dot(normal, normal) < np.float32(0.5):
+        normal = shading
+    return _valid_normal(geometric, view, normal) if reflects else normal
+
+
+@part
+def _corner_axis(tangents, triangle, i, w, u, v):
+    """The i-th of a triangle's tangents (t, 3, 2, 3), interpolated."""
+    return (
+        w * tangents[triangle, 0, i, 0] + u * tangents[triangle, 1, i, 0] + v * tangents[triangle, 2, i, 0],
+        w * tangents[triangle, 0, i, 1] + u * tangents[triangle, 1, i, 1] + v * tangents[triangle, 2, i, 1],
+        w * tangents[triangle, 0, i, 2] + u * tangents[triangle, 1, i, 2] + v * tangents[triangle, 2, i, 2],
+    )
+
+
+@part
+def _corner_normal(normals, triangle, w, u, v):
+    """A triangle's normals (t, 3, 3), interpolated."""
+    return (
+        w * normals[triangle, 0, 0] + u * normals[triangle, 1, 0] + v * normals[triangle, 2, 0],
+        w * normals[triangle, 0, 1] + u * normals[triangle, 1, 1] + v * normals[triangle, 2, 1],
+        w * normals[triangle, 0, 2] + u * normals[triangle, 1, 2] + v * normals[triangle, 2, 2],
+    )
+
+
+@part
+def _turned(matrices, k, a):
+    """A triple times the k-th of matrices (n, 3, 3)."""
+    return (
+        matrices[k, 0, 0] * a[0] + matrices[k, 0, 1] * a[1] + matrices[k, 0, 2] * a[2],
+        matrices[k, 1, 0] * a[0] + matrices[k, 1, 1] * a[1] + matrices[k, 1, 2] * a[2],
+        matrices[k, 2, 0] * a[0] + matrices[k, 2, 1] * a[1] + matrices[k, 2, 2] * a[2],
+    )
+
+
+@part
+def _slope(arrays, triangle, x, y):
+    """Gradient over a triangle of a height with derivatives x, y by texture coordinates."""
+    t, uvs = arrays.triangles, arrays.corner_uvs
+    a, b, c = (
+        row(arrays.vertices, t[triangle, 0]),
+        row(arrays.vertices, t[triangle, 1]),
+        row(arrays.vertices, t[triangle, 2]),
+    )
+    first, second = minus(b, a), minus(c, a)
+    along_first = x * (uvs[triangle, 1, 0] - uvs[triangle, 0, 0]) + y * (uvs[triangle, 1, 1] - uvs[triangle, 0, 1])
+    along_second = x * (uvs[triangle, 2, 0] - uvs[triangle, 0, 0]) + y * (uvs[triangle, 2, 1] - uvs[triangle, 0, 1])
+    d11, d12, d22 = dot(first, first), dot(first, second), dot(second, second)
+    scale = ONE / max(d11 * d22 - d12 * d12, _TINY)
+    p = (d22 * along_first - d12 * along_second) * scale
+    q = (d11 * along_second - d12 * along_first) * scale
+    return plus(times(first, p), times(second, q))
+
+
+@part
+def _valid_normal(n, view, normal):
+    """A normal N that reflects a view to the surface's side, turned towards n as little as that takes.
+
+    With x the direction of N across n, the view V = (Vx, ·, Vz) and N' = (Nx, 0, Nz) the mirrored direction has the
+    height 2 (N'·V) Nz − Vz = t over the surface. Its square is a Nz⁴ − b Nz² + c/4 = 0, a = Vx² + Vz², b = a + Vz t
+    and c = (t + Vz)².
+    """
+    vz = dot(view, n)
+    t = min(_AS_SHALLOW * vz, _SHALLOW)
+    if vz <= ZERO or _TWO * dot(normal, view) * dot(normal, n) - vz >= t:
+        return normal
+    x = normalized(minus(normal, times(n, dot(normal, n))))
+    vx = dot(view, x)
+    a, b, c = vx * vx + vz * vz, _TWO * (vx * vx + vz * vz + vz * t), (t + vz) * (t + vz)
+    root = np.sqrt(max(b * b - _FOUR * a * c, ZERO))
+    square = min(max(_QUARTER * (b + root if vx < ZERO else b - root) / max(a, _TINY), ZERO), ONE)
+    return plus(times(x, np.sqrt(ONE - square)), times(n, np.sqrt(square)))
+
+
+@part
+def bump_shadowing(shading, normal, light):
+    """Share of light from a direction that a closure with its own normal takes beside the cosine.
+
+    It has no light from behind the interpolated surface, and less where that grazes it: by Smith's masking of GGX
+    facets with α² = tan²/8 of the angle between the normals (Conty Estevez, Lecocq and Stein, "A Microfacet-Based
+    Shadowing Function to Solve the Bump Terminator Problem", 2019).
+    """
+    cos_light, cos_normal = dot(shading, light), dot(shading, normal)
+    if cos_light * cos_normal * dot(normal, light) < ZERO:
+        return ZERO
+    light2, normal2 = cos_light * cos_light, cos_normal * cos_normal
+    if light2 < _NEAR:
+        return ZERO
+    alpha2 = min(_EIGHTH * (ONE / max(normal2, _TINY) - ONE), ONE)
+    tan2 = ONE / light2 - ONE
+    return _TWO / (ONE + np.sqrt(max(ONE + alpha2 * tan2, ONE)))
+
+
+@part
+def bump_shadowing_in(scene, bsdf, frame, light):
+    """`bump_shadowing` of light from a local direction, by a closure with a frame."""
+    shading = shading_normal_at(scene, bsdf.triangle, bsdf.u, bsdf.v, bsdf.normal, bsdf.back)
+    return bump_shadowing(to_local(shading, bsdf.normal), frame.axis, light)
+
+
+@part
+def received(scene, bsdf, k, light):
+    """What a Lambertian closure takes of light from a local direction ω: (N·ω)⁺/|n·ω| and what bumps shadow of it.
+
+    Of a material without normals of its own it is 1: light is measured on its interpolated normal.
+    """
+    if not bsdf.perturbed:
+        return ONE
+    frame = frame_of(scene, bsdf, k, UP)
+    cos = dot(frame.axis, light)
+    if cos <= ZERO:
+        return ZERO
+    return min(cos / max(abs(light[2]), _LEAST_COS), _MOST) * bump_shadowing_in(scene, bsdf, frame, light)
+
+
+@part
+def adjoint(wo, wi, own_wo, own_wi):
+    """What a photon's weight is multiplied by where a closure's normal N scatters it from wo to wi.
+
+    A lobe's weight is f |N·ωi| over the density; of photons, which arrive and leave by cosines with the geometric
+    normal n, it is f |N·ωo|/|n·ωo| |n·ωi| (Veach 1997, 5.3.2). Takes both directions in the local frame, whose z is n,
+    and in the closure's.
+    """
+    arrives = abs(own_wo[2]) / max(abs(wo[2]), _LEAST_COS)
+    leaves = abs(wi[2]) / max(abs(own_wi[2]), _LEAST_COS)
+    return min(arrives * leaves, _MOST)
