@@ -8,23 +8,33 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import part
-from ..core.vec3 import BLACK, ONE, ZERO, largest, mean, mul, plus, times, to_local
-from ..scene.closures import Lobe
+from ..core.vec3 import BLACK, ONE, WHITE, ZERO, largest, mean, mul, plus, times, to_local
+from ..scene.closures import BROAD, DIRECTED, NARROW, Lobe
 from ..scene.hit import channel_at, weight_of_kind
 from . import diffuse, glass, glossy, translucent
+from .broad import lobes as others
+from .broad import toon
 from .closure import Bsdf, bsdf_at, closure_at, is_nothing
-from .frames import UP, Frame, frame_of, into, out_of, received
+from .frames import UP, Frame, bump_shadowing_in, frame_of, into, out_of, received
 
-DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in Lobe)
+DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in list(Lobe)[:4])
+GLOSSY_TOON, _ABSORBING = int(Lobe.GLOSSY_TOON), int(Lobe.ABSORBING)
 
 ALL_LOBES = (1 << len(Lobe)) - 1
-SPECULAR_LOBES = 1 << GLOSSY | 1 << GLASS
-"""Sets of lobes as bits; the second those that a radiance cache, which knows no directions, does not answer for."""
+SPECULAR_LOBES, BROAD_LOBES, DIRECTED_LOBES = (sum(1 << lobe for lobe in lobes) for lobes in (NARROW, BROAD, DIRECTED))
+"""Sets of lobes as bits: those that a radiance cache, which knows no directions, does not answer for; those of which it
+knows the light that comes; and those among them that it does not answer for but for caustics.
+"""
+_GLOSSY_LOBES = 1 << GLOSSY | 1 << GLOSSY_TOON
+_DIFFUSE_LOBES = 1 << DIFFUSE | BROAD_LOBES
+BUMPED_LOBES = BROAD_LOBES & ~(1 << int(Lobe.VELVET))
+"""Broad lobes that Cycles shadows where bumps turn from the light."""
 
 _TINY, _LEAST_COS = np.float32(1e-7), np.float32(1e-6)
 _BELOW_ONE, _INFINITY = np.float32(1 - 2**-24), np.float32(np.inf)
+_N_KINDS, _GRAZING = len(Lobe), np.float32(0.2)
 
-__all__ = ["ALL_LOBES", "SPECULAR_LOBES", "Bsdf", "Sample", "bsdf_at", "sample_bsdf"]
+__all__ = ["ALL_LOBES", "BROAD_LOBES", "DIRECTED_LOBES", "SPECULAR_LOBES", "Bsdf", "Sample", "bsdf_at", "sample_bsdf"]
 
 
 class Sample(NamedTuple):
@@ -61,9 +71,8 @@ def sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light):
     # Photons leave broad lobes by the cosine with the geometric normal, see `scatter`
     wi = own_wi if from_light and closure.kind < GLOSSY else out_of(frame, own_wi)
     view, light = (own_wi, own_wo) if from_light else (own_wo, own_wi)
-    weight = times(weight, transmittance_to(scene, bsdf, closure, wi if from_light else wo) * inverse)
-    rough = closure.kind == GLOSSY and closure.roughness >= glossy.SMOOTH
-    return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), rough, frame)
+    weight = times(mul(weight, transmittance_to(scene, bsdf, closure, wi if from_light else wo)), inverse)
+    return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), _is_rough(closure), frame)
 
 
 @part
@@ -89,7 +98,7 @@ def choose_closure(scene, bsdf, wo, choice, lobes, from_light):
 @part
 def _first_of(lobes):
     """The first of a set of lobes."""
-    for kind in range(4):
+    for kind in range(_N_KINDS):
         if lobes >> kind & 1:
             return kind
     return 0
@@ -107,12 +116,19 @@ def _expected(scene, bsdf, k, wo, from_light):
         if cos <= ZERO:  # a lobe that is seen from behind
             return ZERO
     # What layers leave of a photon is not known before its direction is
-    left = ONE if from_light else transmittance_to(scene, bsdf, closure, wo)
-    if closure.kind == GLOSSY:
-        return mean(glossy.albedo(closure, cos)) * left
+    left = ONE if from_light else mean(transmittance_to(scene, bsdf, closure, wo))
     if closure.kind == GLASS:
         return glass.albedo(closure, cos, from_light) * left
-    return mean(closure.weight) * left
+    # A photon views from elsewhere, and sheen is seen where it grazes
+    return mean(_albedo_of(closure, min(cos, _GRAZING) if from_light and closure.kind > GLASS else cos)) * left
+
+
+@part
+def _albedo_of(closure, cos):
+    """Directional albedo of a closure that is not glass."""
+    if closure.kind < GLOSSY:
+        return closure.weight
+    return glossy.albedo(closure, cos) if closure.kind == GLOSSY else others.albedo(closure, cos)
 
 
 @part
@@ -124,55 +140,82 @@ def _sample(closure, wo, choice, u, v, from_light):
         return translucent.sample(closure, u, v)
     if closure.kind == GLOSSY:
         return glossy.sample(closure, wo, u, v, from_light)
-    return glass.sample(closure, wo, choice, u, v, from_light)
+    if closure.kind == GLASS:
+        return glass.sample(closure, wo, choice, u, v, from_light)
+    return others.sample(closure, wo, u, v, from_light)
 
 
 @part
 def _is_specular(closure, view, light):
     """Whether lamplight from `light` to `view` over a closure is left to photons: by glass, and by peaks of gloss."""
-    return closure.kind == GLASS or (closure.kind == GLOSSY and glossy.is_specular(closure, view, light))
+    if closure.kind == GLOSSY:
+        return glossy.is_specular(closure, view, light)
+    if closure.kind == GLOSSY_TOON:
+        return largest(others.evaluate(closure, view, light)) >= glossy.PEAK
+    return closure.kind == GLASS
+
+
+@part
+def _is_rough(closure):
+    """Whether it is a glossy closure that is no mirror."""
+    return closure.kind == GLOSSY_TOON or (closure.kind == GLOSSY and closure.roughness >= glossy.SMOOTH)
 
 
 @part
 def transmittance_to(scene, bsdf, closure, view):
     """Share of the light that the layers over a closure leave to it, seen from a local direction on either side."""
-    left, layer = ONE, closure.layer
+    left, layer = WHITE, closure.layer
     while layer >= 0:
-        over = closure_at(scene, bsdf, layer)
-        left *= glossy.transmittance(over, abs(into(frame_of(scene, bsdf, layer, view), view)[2]))
+        over, cos = closure_at(scene, bsdf, layer), abs(into(frame_of(scene, bsdf, layer, view), view)[2])
+        if over.kind == GLOSSY:
+            left = times(left, glossy.transmittance(over, cos))
+        else:
+            left = mul(left, others.transmittance(over, cos))
         layer = over.layer
     return left
 
 
 @part
-def evaluate_broad(scene, bsdf, wo, wi):
-    """What shadow rays ask for of the glossy lobes: f in 1/sr without the cosine, and 0 where it is left to photons.
+def evaluate_direct(scene, bsdf, wo, wi):
+    """What shadow rays ask for of all but Lambertian lobes: f in 1/sr without the cosine, 0 where photons have it.
 
     The cosine is that with +z: f of a lobe with a frame of its own is times its cosine over that.
     """
-    return _evaluate(scene, bsdf, wo, wi, glossy.PEAK)
+    return _evaluate(scene, bsdf, wo, wi, _GLOSSY_LOBES | BROAD_LOBES, glossy.PEAK)
+
+
+@part
+def evaluate_broad(scene, bsdf, wo, wi):
+    """The same of glossy lobes alone."""
+    return _evaluate(scene, bsdf, wo, wi, _GLOSSY_LOBES, glossy.PEAK)
 
 
 @part
 def evaluate_glossy(scene, bsdf, wo, wi):
     """The f of all rough glossy lobes in 1/sr, without the cosine; wo is the viewing side."""
-    return _evaluate(scene, bsdf, wo, wi, _INFINITY)
+    return _evaluate(scene, bsdf, wo, wi, _GLOSSY_LOBES, _INFINITY)
 
 
 @part
-def _evaluate(scene, bsdf, wo, wi, peak):
-    """The f of those glossy lobes that are below a peak."""
+def _evaluate(scene, bsdf, wo, wi, lobes, peak):
+    """The f of some lobes, of glossy ones that are below a peak."""
     f = BLACK
     for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] == GLOSSY:
+        kind = scene.materials.closures.kind[k]
+        if lobes >> kind & 1:
             closure, frame = closure_at(scene, bsdf, k), frame_of(scene, bsdf, k, wo)
-            own_wi = into(frame, wi)
-            of_one = glossy.evaluate(closure, into(frame, wo), own_wi)
-            if largest(of_one) < peak:
-                share = transmittance_to(scene, bsdf, closure, wo)
+            own_wo, own_wi = into(frame, wo), into(frame, wi)
+            of_one = (
+                glossy.evaluate(closure, own_wo, own_wi) if kind == GLOSSY else others.evaluate(closure, own_wo, own_wi)
+            )
+            if BROAD_LOBES >> kind & 1 or largest(of_one) < peak:
+                of_one = mul(of_one, transmittance_to(scene, bsdf, closure, wo))
                 if frame.own:
-                    share *= max(own_wi[2], ZERO) / max(wi[2], _LEAST_COS)
-                f = plus(f, times(of_one, share))
+                    share = max(own_wi[2], ZERO) / max(wi[2], _LEAST_COS)
+                    if BUMPED_LOBES >> kind & 1:
+                        share *= bump_shadowing_in(scene, bsdf, frame, wi)
+                    of_one = times(of_one, share)
+                f = plus(f, of_one)
     return f
 
 
@@ -181,12 +224,14 @@ def pdf_glossy(scene, bsdf, wo, wi):
     """Density of wi by solid angle when a path's rough glossy lobes are sampled from wo."""
     total = density = ZERO
     for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] == GLOSSY:
+        if _GLOSSY_LOBES >> scene.materials.closures.kind[k] & 1:
             closure = closure_at(scene, bsdf, k)
-            if closure.roughness >= glossy.SMOOTH:
+            if _is_rough(closure):
                 share, frame = _expected(scene, bsdf, k, wo, False), frame_of(scene, bsdf, k, wo)
+                view, light = into(frame, wo), into(frame, wi)
                 total += share
-                density += share * glossy.pdf(closure, into(frame, wo), into(frame, wi))
+                of_one = glossy.pdf(closure, view, light) if closure.kind == GLOSSY else toon.pdf(closure, view, light)
+                density += share * of_one
     return density / total if total > ZERO else ZERO
 
 
@@ -213,35 +258,40 @@ def weight_received(scene, bsdf, kind, towards):
 
 
 @part
-def _albedo(scene, bsdf, kind, wo):
-    """What the closures of a kind scatter in all of light seen from a local direction, with what layers leave of it."""
+def _albedo(scene, bsdf, lobes, wo):
+    """What some lobes but glass scatter in all of light seen from a local direction, with what layers leave of it."""
     total = BLACK
     for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] == kind:
-            closure = closure_at(scene, bsdf, k)
-            of_one = closure.weight
-            if kind == GLOSSY:
-                of_one = glossy.albedo(closure, max(into(frame_of(scene, bsdf, k, wo), wo)[2], ZERO))
-            total = plus(total, times(of_one, transmittance_to(scene, bsdf, closure, wo)))
+        if lobes >> scene.materials.closures.kind[k] & 1:
+            closure, cos = closure_at(scene, bsdf, k), ONE
+            if closure.kind >= GLOSSY:
+                cos = max(into(frame_of(scene, bsdf, k, wo), wo)[2], ZERO)
+            total = plus(total, mul(_albedo_of(closure, cos), transmittance_to(scene, bsdf, closure, wo)))
     return total
 
 
 @part
 def diffuse_albedo(scene, bsdf, wo):
-    """What a surface seen from a local direction reflects diffusely, with what layers leave of it."""
-    return _albedo(scene, bsdf, DIFFUSE, wo)
+    """What Lambertian and broad lobes reflect in all, seen from a local direction, with what layers leave of it."""
+    return _albedo(scene, bsdf, _DIFFUSE_LOBES, wo)
+
+
+@part
+def broad_albedo(scene, bsdf, wo, lobes):
+    """What some broad lobes reflect that are not Lambertian."""
+    return _albedo(scene, bsdf, lobes & BROAD_LOBES, wo)
 
 
 @part
 def translucent_albedo(scene, bsdf, wo):
     """What a surface seen from a local direction transmits diffusely, with what layers leave of it."""
-    return _albedo(scene, bsdf, TRANSLUCENT, wo)
+    return _albedo(scene, bsdf, 1 << TRANSLUCENT, wo)
 
 
 @part
 def glossy_albedo(scene, bsdf, wo):
     """What the glossy lobes of a surface seen from a local direction reflect in all."""
-    return _albedo(scene, bsdf, GLOSSY, wo)
+    return _albedo(scene, bsdf, _GLOSSY_LOBES, wo)
 
 
 @part
@@ -268,7 +318,7 @@ def base_transmittance(scene, bsdf, wo):
         if scene.materials.closures.kind[k] < GLOSSY:
             closure = closure_at(scene, bsdf, k)
             whole = plus(whole, closure.weight)
-            left = plus(left, times(closure.weight, transmittance_to(scene, bsdf, closure, wo)))
+            left = plus(left, mul(closure.weight, transmittance_to(scene, bsdf, closure, wo)))
     return _ratio(left[0], whole[0]), _ratio(left[1], whole[1]), _ratio(left[2], whole[2])
 
 
@@ -281,7 +331,7 @@ def _ratio(a, b):
 def reflects_highlights(scene, bsdf):
     """Whether a glossy lobe is rough enough for shadow rays to find light by it."""
     for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] == GLOSSY and closure_at(scene, bsdf, k).roughness >= glossy.SMOOTH:
+        if _GLOSSY_LOBES >> scene.materials.closures.kind[k] & 1 and _is_rough(closure_at(scene, bsdf, k)):
             return True
     return False
 
@@ -289,8 +339,12 @@ def reflects_highlights(scene, bsdf):
 @part
 def is_mirror(scene, bsdf):
     """Whether light is scattered by smooth gloss or glass alone."""
+    n = 0
     for k in range(bsdf.first, bsdf.last):
         closure = closure_at(scene, bsdf, k)
-        if closure.kind < GLOSSY or closure.roughness >= glossy.SMOOTH:
+        if closure.kind == _ABSORBING:
+            continue
+        if (closure.kind != GLOSSY and closure.kind != GLASS) or closure.roughness >= glossy.SMOOTH:
             return False
-    return bsdf.last > bsdf.first
+        n += 1
+    return n > 0

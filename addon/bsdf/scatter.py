@@ -5,13 +5,22 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import part
-from ..core.vec3 import BLACK, ONE, ZERO, dot, mean, negative, normalized, plus, times, to_local, to_world
+from ..core.vec3 import BLACK, ONE, ZERO, dot, mean, mul, negative, normalized, plus, times, to_local, to_world
 from ..scene import RayKind
 from ..scene.hit import channel_at, off_surface, shading_normal
 from . import glass
 from .closure import bsdf_at, closure_at, is_nothing
 from .frames import UP, adjoint, bump_shadowing_in, frame_of, into, out_of, own_normal
-from .mixture import GLASS, GLOSSY, choose_closure, sample_bsdf, transmittance_to
+from .mixture import (
+    BROAD_LOBES,
+    BUMPED_LOBES,
+    GLASS,
+    GLOSSY,
+    GLOSSY_TOON,
+    choose_closure,
+    sample_bsdf,
+    transmittance_to,
+)
 
 _DIFFUSE_RAY, _GLOSSY_RAY, _TRANSMITTED_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY), int(RayKind.TRANSMITTED)
 _FACING, _LEAST_COS = np.float32(1e-3), np.float32(1e-6)
@@ -76,13 +85,21 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light):
             if from_light:
                 cosine = max(dot(wo, sample.frame.axis), ZERO)
                 weight = times(weight, min(cosine / max(wo[2], _LEAST_COS), _MAX_CORRECTION))
-        elif from_light:
-            weight = times(weight, adjoint(wo, wi, into(sample.frame, wo), own_wi))
+        else:
+            if from_light:
+                weight = times(weight, adjoint(wo, wi, into(sample.frame, wo), own_wi))
+            if BUMPED_LOBES >> sample.lobe & 1:
+                light = wo if from_light else wi
+                weight = times(weight, bump_shadowing_in(scene, bsdf, sample.frame, light))
     elif sample.lobe < GLOSSY:
         axis = shading_normal(scene, hit)
         if from_light:
             weight = times(weight, shading_normal_correction(axis, hit.normal, direction))
             axis = hit.normal
+    elif from_light and BROAD_LOBES >> sample.lobe & 1:  # by its cosine at the shading normal, and not the facet's
+        left = abs(dot(to_world(wi, axis), hit.normal)) / max(wi[2], _LEAST_COS)
+        correction = shading_normal_correction(axis, hit.normal, direction)
+        weight = times(weight, correction * min(left, _MAX_CORRECTION))
     way = wi, own_wi[2], weight, sample.lobe, sample.specular, sample.rough
     return _gone_on(scene, hit, axis, *way)
 
@@ -101,8 +118,8 @@ def scatter_both_ways(scene, hit, direction, choice, u, v):
     facet = glass.facet_of(closure, own_wo, u, v)
     up, reflected = glass.scatter(closure, own_wo, facet, True, False)
     down, refracted = glass.scatter(closure, own_wo, facet, False, False)
-    factor = transmittance_to(scene, bsdf, closure, wo) * inverse
-    reflected, refracted = times(reflected, factor), times(refracted, factor)
+    factor = times(transmittance_to(scene, bsdf, closure, wo), inverse)
+    reflected, refracted = mul(reflected, factor), mul(refracted, factor)
     return (
         _gone_on(scene, hit, axis, out_of(frame, up), up[2], reflected, np.int32(GLASS), True, False),
         _gone_on(scene, hit, axis, out_of(frame, down), down[2], refracted, np.int32(GLASS), True, False),
@@ -121,7 +138,7 @@ def _gone_on(scene, hit, axis, wi, cos, weight, lobe, specular, rough):
     if not alive:
         weight = BLACK
     kind = _DIFFUSE_RAY
-    if lobe == GLOSSY:
+    if lobe in (GLOSSY, GLOSSY_TOON):
         kind = _GLOSSY_RAY
     elif lobe == GLASS:
         kind = _GLOSSY_RAY if side > ZERO else _TRANSMITTED_RAY  # what glass reflects, objects see as gloss

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..bsdf import Lobe
-from ..bsdf.mixture import ALL_LOBES
+from ..bsdf.mixture import ALL_LOBES, SPECULAR_LOBES
 from ..bsdf.scatter import scatter
 from ..core.compiling import kernel, part
 from ..core.parallel import Workers, slices
@@ -126,7 +126,7 @@ def scattered(scene, rules, bounce, photon, hit):
         mul(photon.power, times(weight, ratio)),
         photon.path_density * survival,
         photon.gained * ratio,
-        specular and on.lobe >= _GLOSSY,
+        specular and SPECULAR_LOBES >> on.lobe & 1 > 0,
         scene.object[hit.triangle],
         photon.path,
         photon.source,

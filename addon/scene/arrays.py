@@ -59,7 +59,8 @@ class MaterialArrays(NamedTuple):
     coverage: ChannelArrays
     tint: ChannelArrays
     matte: np.ndarray
-    glossy_or_glass: np.ndarray
+    directional: np.ndarray
+    broad: np.ndarray
     spreads_light: np.ndarray
     perturbed: np.ndarray
     see_through: np.ndarray

@@ -17,6 +17,22 @@ class Lobe(IntEnum):
     TRANSLUCENT = 1
     GLOSSY = 2
     GLASS = 3
+    ROUGH_DIFFUSE = 4
+    SHEEN = 5
+    VELVET = 6
+    TOON = 7
+    GLOSSY_TOON = 8
+    ABSORBING = 9
+
+
+LAMBERTIAN = (Lobe.DIFFUSE, Lobe.TRANSLUCENT)
+BROAD = (Lobe.ROUGH_DIFFUSE, Lobe.SHEEN, Lobe.VELVET, Lobe.TOON)
+NARROW = (Lobe.GLOSSY, Lobe.GLASS, Lobe.GLOSSY_TOON)
+DIRECTED = (Lobe.SHEEN, Lobe.VELVET, Lobe.TOON)
+"""Kinds by who finds light in them: of Lambertian ones a cache knows the radiance; of broad ones it knows the light
+that comes, and lamps are found by shadow rays; narrow ones are followed by rays. Directed ones are broad, but what they
+reflect depends so much on where the light comes from that rays follow them as well.
+"""
 
 
 class NormalSpace(IntEnum):
@@ -44,13 +60,17 @@ class Closures:
     kind : (c,) int32
         `Lobe`.
     weight : Channel
-        What it is multiplied by. Of Lambertian closures that is the albedo, before what `layer` takes. A rough one's
-        own colour is in f0 and f90, since light that scatters more than once between facets takes it each time.
+        What it is multiplied by. Of Lambertian, rough diffuse, velvet and toon closures that is the albedo, before what
+        `layer` takes. The own colour of others is in f0 and f90: light that scatters more than once between facets
+        takes it each time, and a layer's share of the light is told by it.
     roughness : Channel, scalar in [0, 1]
-        Of a glossy or a glass closure; GGX's α is its square.
+        Of a glossy or a glass closure; GGX's α is its square. Of a rough diffuse closure σ, of sheen and velvet theirs,
+        of toon the size, and of an absorbing one the share of the surface that it covers.
     f0, f90 : Channel
         Of a glossy closure the reflectance at normal and at grazing incidence; between them it follows `ior`. Of a
-        glass closure the colour of what is reflected, and of what is transmitted.
+        glass closure the colour of what is reflected, and of what is transmitted. f0 of a rough diffuse closure is the
+        colour that scattering more than once takes, of sheen its colour and weight, and of an absorbing one the
+        transmittance along the normal; f90 of toon, a scalar, is the width of its edge.
     ior : (c,) float32
         Of a glossy closure the index of refraction whose Fresnel curve takes f0 to f90, 0 for Schlick's. Of a glass
         closure that inside over that outside, in front of the surface.
@@ -60,7 +80,7 @@ class Closures:
     preserves_energy : (c,) bool
         Whether a rough closure gives back what scatters more than once between its facets.
     layer : (c,) int32
-        The glossy closure that lies over this one and takes its albedo from it, −1 for none.
+        The closure that lies over this one, −1 for none: glossy or sheen, which takes its albedo from it, or absorbing.
     normal_space : (c,) int32
         `NormalSpace` of a closure that has a normal of its own, −1 of one that has the interpolated normal.
     normal : Channel
@@ -104,9 +124,9 @@ class Closures:
         """The material of each, (c,) int64."""
         return np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
 
-    def count(self, kind: Lobe) -> np.ndarray:
-        """How many closures of a kind each material has, (m,) int64."""
-        return np.bincount(self.material[self.kind == kind], minlength=len(self.start) - 1)
+    def count(self, *kinds: Lobe) -> np.ndarray:
+        """How many closures of some kinds each material has, (m,) int64."""
+        return np.bincount(self.material[np.isin(self.kind, kinds)], minlength=len(self.start) - 1)
 
     def where(self, chosen: np.ndarray) -> "Closures":
         """Those that a mask (c,) chooses; without a layer where that is not chosen."""

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .closures import Closures, Lobe, closures_of_lobes
+from .closures import BROAD, LAMBERTIAN, NARROW, Closures, Lobe, closures_of_lobes
 from .textures import Channel, Textures
 
 
@@ -42,24 +42,34 @@ class Materials:
     def __len__(self) -> int:
         return len(self.names)
 
-    def has(self, lobe: Lobe) -> np.ndarray:
-        """Which materials have a closure of a kind, (m,) bool."""
-        return self.closures.count(lobe) > 0
+    def has(self, *lobes: Lobe) -> np.ndarray:
+        """Which materials have a closure of one of some kinds, (m,) bool."""
+        return self.closures.count(*lobes) > 0
 
     @cached_property
     def matte(self) -> np.ndarray:
         """Which materials have no closure but diffuse ones, (m,) bool."""
-        return ~(self.has(Lobe.TRANSLUCENT) | self.glossy_or_glass)
+        return ~(self.has(Lobe.TRANSLUCENT) | self.directional)
 
     @cached_property
-    def glossy_or_glass(self) -> np.ndarray:
-        """Which materials have a glossy or a glass closure, (m,) bool."""
-        return self.has(Lobe.GLOSSY) | self.has(Lobe.GLASS)
+    def directional(self) -> np.ndarray:
+        """Which materials have closures that are not Lambertian, (m,) bool."""
+        return self.has(*(lobe for lobe in Lobe if lobe not in LAMBERTIAN))
+
+    @cached_property
+    def narrow(self) -> np.ndarray:
+        """Which materials have a closure that rays follow, glossy or glass, (m,) bool."""
+        return self.has(*NARROW)
+
+    @cached_property
+    def broad(self) -> np.ndarray:
+        """Which materials have a closure that is broad and not Lambertian, (m,) bool."""
+        return self.has(*BROAD)
 
     @cached_property
     def spreads_light(self) -> np.ndarray:
         """Which materials scatter light widely, to either of their sides, (m,) bool: photons are stored on those."""
-        return self.has(Lobe.DIFFUSE) | self.has(Lobe.TRANSLUCENT)
+        return self.has(*LAMBERTIAN, *BROAD)
 
     @cached_property
     def perturbed(self) -> np.ndarray:

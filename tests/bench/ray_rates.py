@@ -124,7 +124,7 @@ def variants(scenes):
     for name, path in scenes.items():
         scene, receivers, _ = load(path)
         yield name, scene, receivers
-        if scene.materials.glossy_or_glass[scene.material_of_triangle].any():
+        if scene.materials.narrow[scene.material_of_triangle].any():
             yield f"{name}, matte", matte(scene), receivers
 
 

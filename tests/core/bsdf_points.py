@@ -121,6 +121,18 @@ def _evaluate_broad(scene, triangle, u, v, back, wo, wi, out):
         put(out, i, mixture.evaluate_broad(scene, bsdf, row(wo, i), row(wi, i)))
 
 
+def evaluate_direct(s, wo, wi):
+    """`mixture.evaluate_direct` of local directions (n, 3), (n, 3)."""
+    return s.asked(_evaluate_direct, wo, wi)
+
+
+@compiled
+def _evaluate_direct(scene, triangle, u, v, back, wo, wi, out):
+    for i in range(len(triangle)):
+        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
+        put(out, i, mixture.evaluate_direct(scene, bsdf, row(wo, i), row(wi, i)))
+
+
 def pdf_glossy(s, wo, wi):
     """`mixture.pdf_glossy` of local directions (n, 3), (n,)."""
     return s.asked(_pdf_glossy, wo, wi, columns=())

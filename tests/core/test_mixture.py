@@ -83,6 +83,9 @@ def test_a_layer_takes_its_albedo_from_what_it_covers(roughness, cos, preserves_
 
 # Photons and paths
 
+UNDER = {"kind": Lobe.DIFFUSE, "weight": 0.5, "layer": 0}
+TINT = {"kind": Lobe.ABSORBING, "f0": [0.9, 0.5, 0.2], "ior": 1.5, "roughness": 0.7}
+
 
 @pytest.mark.parametrize(
     "s",
@@ -94,8 +97,14 @@ def test_a_layer_takes_its_albedo_from_what_it_covers(roughness, cos, preserves_
         surface(glass_reflection=0.9, glass_transmission=0.7, roughness=0.8, glass_ior=1.5),
         surface(glass_reflection=0.9, glass_transmission=0.7, roughness=0.5, glass_ior=1.5, preserves_energy=False),
         surface(glass_transmission=0.7, roughness=0.6, glass_ior=1 / 1.4, glass_fresnel=False),
+        of_closures({"kind": Lobe.ROUGH_DIFFUSE, "weight": 0.8, "f0": 0.8, "roughness": 0.9}),
+        of_closures({"kind": Lobe.SHEEN, "f0": 0.7, "roughness": 0.4}, UNDER),
+        of_closures({"kind": Lobe.VELVET, "weight": 0.8, "roughness": 0.5}),
+        of_closures({"kind": Lobe.TOON, "weight": 0.8, "roughness": 0.5, "f90": 0.2}),
+        of_closures({"kind": Lobe.GLOSSY_TOON, "weight": 0.8, "roughness": 0.4, "f90": 0.1}),
+        of_closures(TINT, UNDER),
     ],
-    ids=["plastic", "rough plastic", "metal", "leaf", "glass", "lossy glass", "refraction"],
+    ids=lambda s: "+".join(Lobe(kind).name for kind in s.scene.materials.closures.kind),
 )
 def test_photons_and_paths_solve_the_same_transport(s):
     """∫∫ light(i) f(o, i) view(o) |cos i| |cos o|, the view above, sampled from either end."""

@@ -214,13 +214,13 @@ def test_emission_texture_without_strength_is_not_read(tmp_path):
 
 
 def test_shader_that_is_not_known_is_diffuse_and_warns_once():
-    material, surface = scenes.add_material("Cartoon", "ShaderNodeBsdfToon")
+    material, surface = scenes.add_material("Door", "ShaderNodeBsdfRayPortal")
     surface.inputs["Color"].default_value = (0.3, 0.2, 0.1, 1)
     scenes.add_cube("A", material=material)
     scenes.add_cube("B", material=material)
     warnings = []
     np.testing.assert_allclose(scenes.albedo_of(extract(warnings).materials), [[0.3, 0.2, 0.1]], atol=1e-6)
-    assert warnings == ["Material 'Cartoon': its Toon BSDF is baked as diffuse."]
+    assert warnings == ["Material 'Door': its Ray Portal BSDF is baked as diffuse."]
 
 
 def test_surface_without_shader_is_black():

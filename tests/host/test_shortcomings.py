@@ -5,9 +5,6 @@ from photon_bake.tests.host import scenes
 from photon_bake.tests.host.shader_trees import expect, read, shader, tree_of
 
 SHORTCOMINGS = {
-    "Diffuse Roughness": "its diffuse roughness is not baked",
-    "Coat Weight": "its coat is not baked",
-    "Sheen Weight": "its sheen is not baked",
     "Subsurface Weight": "its subsurface scattering is baked as diffuse",
     "Anisotropic": "its anisotropy is not baked",
     "Thin Film Thickness": "its thin film is not baked",
@@ -70,12 +67,3 @@ def test_says_that_both_sides_are_alike():
     warnings = []
     expect(read(material, warnings), f0=0)
     assert warnings == ["Material 'Card': its back is baked like its front."]
-
-
-def test_normal_map():
-    material, surface = scenes.add_material("Bumpy")
-    bump = material.node_tree.nodes.new("ShaderNodeBump")
-    material.node_tree.links.new(bump.outputs[0], surface.inputs["Normal"])
-    warnings = []
-    read(material, warnings)
-    assert warnings == ["Material 'Bumpy': its normal map is not baked."]

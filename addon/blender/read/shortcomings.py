@@ -9,10 +9,6 @@ from .materials.expressions import constant
 from .materials.nodes import Place, all_nodes, output_node, source
 
 NOT_BAKED = {
-    ("BSDF_DIFFUSE", "Roughness"): "its diffuse roughness is not baked",
-    ("BSDF_PRINCIPLED", "Diffuse Roughness"): "its diffuse roughness is not baked",
-    ("BSDF_PRINCIPLED", "Coat Weight"): "its coat is not baked",
-    ("BSDF_PRINCIPLED", "Sheen Weight"): "its sheen is not baked",
     ("BSDF_PRINCIPLED", "Subsurface Weight"): "its subsurface scattering is baked as diffuse",
     ("BSDF_PRINCIPLED", "Anisotropic"): "its anisotropy is not baked",
     ("BSDF_PRINCIPLED", "Thin Film Thickness"): "its thin film is not baked",
@@ -57,6 +53,8 @@ def _of_closure(closure: Closure) -> Iterator[str]:
     node = closure.node
     if node.type == "SUBSURFACE_SCATTERING":
         yield "its subsurface scattering is baked as diffuse"
+    elif node.type in {"BSDF_HAIR", "BSDF_HAIR_PRINCIPLED"}:
+        yield f"its {node.bl_label} is baked without highlights, as a diffuse and a translucent surface"
     elif closure.kind not in ADDERS:
         yield f"its {node.bl_label} is baked as diffuse"
     if node.type == "BSDF_PRINCIPLED" and _has_edge_tint(closure):
@@ -67,13 +65,18 @@ def _of_closure(closure: Closure) -> Iterator[str]:
     for one in node.inputs:
         place = Place(one, closure.shader.groups)
         what = NOT_BAKED.get((node.type, one.identifier))
-        if what and _counts(place):
+        if what and _counts(place) and not (one.identifier == "Subsurface Weight" and _is_thin(closure)):
             yield what
 
 
 def _has_edge_tint(closure: Closure) -> bool:
     tint = constant(closure.shader.input("Specular Tint"))
     return _counts(closure.shader.input("Metallic")) and (tint is None or bool((tint != 1).any()))
+
+
+def _is_thin(closure: Closure) -> bool:
+    """Whether a Principled shader (from 5.2) is of a sheet, whose subsurface scattering is diffuse."""
+    return "Thin Wall" in closure.node.inputs and _counts(closure.shader.input("Thin Wall"))
 
 
 def _counts(place: Place) -> bool:

@@ -16,7 +16,7 @@ from . import Cascade
 
 _N_SAMPLES = 8  # directions a pixel: light of two bands is smooth
 _CHUNK = 1 << 14  # pixels
-_GLOSSY_ALONE = 1 << int(Lobe.GLOSSY)
+_GLOSSY_ALONE = 1 << int(Lobe.GLOSSY) | 1 << int(Lobe.GLOSSY_TOON)
 _SHARE = np.float32(1 / _N_SAMPLES)
 
 _SCATTERING = 72  # stream of random numbers
@@ -27,7 +27,7 @@ def glossy_radiance(scene: Scene, seen: SeenSurface, volumes: Cascade, workers: 
 
     L is read once in front of the surface; directions ω are sampled by the lobe.
     """
-    shiny = scene.materials.has(Lobe.GLOSSY)[scene.material_of_triangle[seen.hits.triangle]]
+    shiny = scene.materials.has(Lobe.GLOSSY, Lobe.GLOSSY_TOON)[scene.material_of_triangle[seen.hits.triangle]]
     glossy, radiance = np.flatnonzero(shiny), np.zeros((len(seen), 3), np.float32)
     number = path_key(workers.seed, _SCATTERING)
 

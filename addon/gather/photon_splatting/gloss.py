@@ -85,7 +85,7 @@ def _reflect(scene, triangle, distance, u, v, directions, flown, of_lobe, point,
 
 def _rough(scene: Scene, seen: SeenSurface) -> tuple[np.ndarray, np.ndarray]:
     """Indices (r,) of points that have a rough glossy lobe, and this lobe's albedo as it is seen, (r, 3) float32."""
-    glossy = np.flatnonzero(scene.materials.glossy_or_glass[scene.material_of_triangle[seen.hits.triangle]])
+    glossy = np.flatnonzero(scene.materials.narrow[scene.material_of_triangle[seen.hits.triangle]])
     rough, albedo = [np.zeros(0, np.int64)], [np.zeros((0, 3), np.float32)]
     for chunk in slices(len(glossy), _CHUNK):
         k = glossy[chunk]

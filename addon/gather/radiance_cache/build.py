@@ -25,7 +25,7 @@ from .elements import SurfaceElements
 from .hidden_sides import HiddenSides, is_hidden
 from .importance_pilot import ImportancePilot
 from .lit_sides import lit_sides, point_of_side
-from .photon_radiance import photon_radiance
+from .photon_radiance import photon_incidence, photon_radiance
 from .radiance_cache import RadianceCache
 
 _REFINE = 13  # stream of random numbers
@@ -61,7 +61,10 @@ def build_radiance_cache(
     sides = lit_sides(scene, tracer, direct, elements, pilot.seen, hidden, workers)
     caustic, others = photon_radiance(scene, photons, elements, sides.coverage)
     lit = sides.radiance + others + caustic
-    cache = RadianceCache(elements, lit, caustic)
+    incident = (lit[:0], lit[:0])
+    if scene.materials.broad.any():
+        incident = photon_incidence(scene, photons, elements, sides.coverage)
+    cache = RadianceCache(elements, lit, caustic, *incident)
     if n_rays == 0:
         return cache
 
@@ -71,7 +74,9 @@ def build_radiance_cache(
     gathered = np.zeros_like(lit)
     gathered[k] = gather_at_sides(scene, rays, elements, hidden, k, n_rays, workers)
     lit[k] = (sides.radiance + caustic + sides.gathering(gathered))[k]
-    return RadianceCache(elements, lit, caustic)
+    if scene.materials.broad.any():
+        incident[0][k] = gathered[k] + incident[1][k]
+    return RadianceCache(elements, lit, caustic, *incident)
 
 
 def gather_at_sides(

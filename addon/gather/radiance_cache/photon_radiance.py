@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...bsdf.closure import bsdf_of
-from ...bsdf.mixture import DIFFUSE, TRANSLUCENT, total_weight, weight_received
+from ...bsdf.mixture import BROAD_LOBES, DIFFUSE, TRANSLUCENT, broad_albedo, total_weight, weight_received
 from ...bsdf.scatter import shading_normal_correction
 from ...core.compiling import kernel, part
 from ...core.parallel import slices
@@ -15,6 +15,7 @@ from .elements import SurfaceElements, element_at
 
 _CHUNK = 1 << 17
 _CAUSTIC = int(PathKind.CAUSTIC)
+_VIEW = np.float32(np.sqrt(0.75)), ZERO, np.float32(0.5)  # as any
 
 
 def photon_radiance(
@@ -41,6 +42,22 @@ def photon_radiance(
     return caustic, others
 
 
+def photon_incidence(
+    scene: Scene, photons: Photons, elements: SurfaceElements, coverage: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean radiance of what comes to each side by photons, ΣΦ/(πAc): of all, and of caustics alone.
+
+    Parameters and shapes are those of `photon_radiance`.
+    """
+    sums = np.zeros((2, 2 * len(elements), 3))
+    for chunk in slices(len(photons), _CHUNK):
+        some = photons.where(chunk)
+        at = some.triangle, some.position, some.normal
+        _add_incident(scene.arrays, elements.arrays, *at, some.direction, some.power, some.kind, *sums)
+    caustic, others = (sums / (np.pi * np.repeat(elements.areas, 2) * coverage)[:, None]).astype(np.float32)
+    return caustic + others, caustic
+
+
 def photon_importance(
     scene: Scene, photons: Photons, elements: SurfaceElements, hits_per_area: np.ndarray
 ) -> np.ndarray:
@@ -62,6 +79,26 @@ def _side_at(elements, triangle, u, v, front, normal):
     return 2 * element_at(elements, triangle, u, v) + np.int32(dot(front, normal) < ZERO)
 
 
+@part
+def _arriving(scene, bsdf, power, direction):
+    """Power of a photon on the normal on which the light of its side is measured (`lit_normal`)."""
+    lit = bsdf.normal
+    if not bsdf.perturbed:
+        lit = shading_normal_at(scene, bsdf.triangle, bsdf.u, bsdf.v, bsdf.normal, bsdf.back)
+    return times(power, shading_normal_correction(lit, bsdf.normal, direction))
+
+
+@kernel
+def _add_incident(scene, elements, triangle, position, normal, direction, power, kind, caustic, others):
+    """Add the power of photons to the sums of their sides, (2 e, 3) float64."""
+    for k in range(len(triangle)):
+        t = triangle[k]
+        u, v = barycentrics(scene, t, row(position, k))
+        side = _side_at(elements, t, u, v, row(scene.normals, t), row(normal, k))
+        bsdf = bsdf_of(scene, t, u, v, side % 2 == 1)
+        add(caustic if kind[k] == _CAUSTIC else others, side, _arriving(scene, bsdf, row(power, k), row(direction, k)))
+
+
 @kernel
 def _add_photons(scene, elements, triangle, position, normal, direction, power, kind, caustic, others):
     """Add what photons make of elements, ρΦ, to the sums of both sides, (2 e, 3) float64."""
@@ -70,10 +107,8 @@ def _add_photons(scene, elements, triangle, position, normal, direction, power, 
         u, v = barycentrics(scene, t, row(position, k))
         side = _side_at(elements, t, u, v, front, row(normal, k))
         back = side % 2 == 1
-        met = negative(front) if back else front
         bsdf, flown = bsdf_of(scene, t, u, v, back), row(direction, k)
-        lit = met if bsdf.perturbed else shading_normal_at(scene, t, u, v, met, back)
-        arriving = times(row(power, k), shading_normal_correction(lit, met, flown))
+        arriving = _arriving(scene, bsdf, row(power, k), flown)
         sums, towards = caustic if kind[k] == _CAUSTIC else others, negative(flown)
         add(sums, side, mul(weight_received(scene, bsdf, DIFFUSE, towards), arriving))
         add(sums, side ^ 1, mul(weight_received(scene, bsdf, TRANSLUCENT, towards), arriving))
@@ -89,5 +124,8 @@ def _importance(scene, elements, hits_per_area, triangle, position, normal, powe
         light = abs(light[0]), abs(light[1]), abs(light[2])
         if kind[k] != _CAUSTIC:
             bsdf = bsdf_of(scene, t, u, v, side % 2 == 1)
-            light = mul(plus(total_weight(scene, bsdf, DIFFUSE), total_weight(scene, bsdf, TRANSLUCENT)), light)
+            scattered = plus(total_weight(scene, bsdf, DIFFUSE), total_weight(scene, bsdf, TRANSLUCENT))
+            if scene.materials.broad[scene.material[t]]:
+                scattered = plus(scattered, broad_albedo(scene, bsdf, _VIEW, BROAD_LOBES))
+            light = mul(scattered, light)
         importance[k] = mean(light) * hits_per_area[side]

@@ -1,6 +1,11 @@
-"""The radiance cache: the light that every surface element reflects or transmits diffusely, to either side."""
+"""The radiance cache: the light that every surface element reflects or transmits diffusely, to either side.
 
-from dataclasses import dataclass
+Of lobes that are broad and not Lambertian, what is reflected depends on the direction: for them the cache has the mean
+radiance that comes to the side but for direct light. It is broad as a rule, so that who looks up multiplies it by the
+lobe's albedo as seen from there, and finds direct light by shadow rays.
+"""
+
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -26,6 +31,8 @@ class CacheArrays(NamedTuple):
     elements : ElementArrays
     radiance, caustic : (2 e, 3) float32, W/(m² sr)
         See `RadianceCache`.
+    incident, incident_caustic : (2 e, 3) or (0, 3) float32, W/(m² sr)
+        See `RadianceCache`.
     reach : (e,) float32, m
         Distance from which each element can be looked up.
     """
@@ -33,7 +40,13 @@ class CacheArrays(NamedTuple):
     elements: ElementArrays
     radiance: np.ndarray
     caustic: np.ndarray
+    incident: np.ndarray
+    incident_caustic: np.ndarray
     reach: np.ndarray
+
+
+def _none() -> np.ndarray:
+    return np.zeros((0, 3), np.float32)
 
 
 @dataclass(frozen=True)
@@ -47,17 +60,23 @@ class RadianceCache:
         Element k's front (the side its normal is on) at 2k, its back at 2k + 1. Emission is not in it.
     caustic : (2 e, 3) float32, W/(m² sr)
         The part of it that is light of lamps over mirrors, glass and narrow gloss.
+    incident, incident_caustic : (2 e, 3) float32, W/(m² sr)
+        Mean radiance that comes to each side but for direct light, E/π, and the caustics' part of it; (0, 3) where no
+        material of the scene is `broad`.
     """
 
     elements: SurfaceElements
     radiance: np.ndarray
     caustic: np.ndarray
+    incident: np.ndarray = field(default_factory=_none)
+    incident_caustic: np.ndarray = field(default_factory=_none)
 
     @cached_property
     def arrays(self) -> CacheArrays:
         """The cache as kernels take it."""
         reach = (NEAR * np.sqrt(self.elements.areas)).astype(np.float32)
-        return CacheArrays(self.elements.arrays, self.radiance, self.caustic, reach)
+        light = self.radiance, self.caustic, self.incident, self.incident_caustic
+        return CacheArrays(self.elements.arrays, *light, reach)
 
 
 @part

@@ -43,7 +43,7 @@ def camera_gloss(
         Of its mean over colours.
     """
     radiance, stderr = np.zeros((len(points), 3), np.float32), np.zeros(len(points), np.float32)
-    point = np.flatnonzero(scene.materials.glossy_or_glass[scene.material_of_triangle[points.seen.hits.triangle]])
+    point = np.flatnonzero(scene.materials.narrow[scene.material_of_triangle[points.seen.hits.triangle]])
     if rays is None or len(point) == 0:
         return radiance, stderr
     counts, seen = ray_counts(scene, points, point, n_rays, LEAST_RAYS), points.seen

@@ -51,7 +51,7 @@ def reflected_highlights(
         Of its mean over colours.
     """
     radiance, stderr = np.zeros((len(points), 3), np.float32), np.zeros(len(points), np.float32)
-    narrow = scene.materials.glossy_or_glass[scene.material_of_triangle[points.seen.hits.triangle]]
+    narrow = scene.materials.narrow[scene.material_of_triangle[points.seen.hits.triangle]]
     point = np.flatnonzero(narrow & (points.n_followed > 0))
     if len(point) == 0:
         return radiance, stderr

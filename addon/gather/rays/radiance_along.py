@@ -8,6 +8,10 @@ tracer would find them, by direct light at the point and a further ray for the r
 - What glossy and glass lobes reflect and transmit, which depends on the direction. Rays follow them in proportion to
   their albedo. Light that lamps send over mirrors, glass and narrow gloss is left out: those are caustics, which
   photons find far better. Where there are none, in what a camera sees in gloss, rays may be told to bring it.
+
+Of broad lobes that are not Lambertian direct light is found at the point. The rest is what comes to the surface, by the
+cache, times the albedo of rough diffuse lobes; directed ones, as sheen, are followed as gloss is, and take from there
+caustics alone.
 """
 
 from typing import NamedTuple
@@ -18,11 +22,13 @@ from ...bsdf.closure import bsdf_at
 from ...bsdf.mixture import (
     ALL_LOBES,
     DIFFUSE,
+    DIRECTED_LOBES,
     GLOSSY,
     SPECULAR_LOBES,
     TRANSLUCENT,
     base_transmittance,
-    evaluate_broad,
+    broad_albedo,
+    evaluate_direct,
     glass_albedo,
     glossy_albedo,
     reflects_highlights,
@@ -50,6 +56,7 @@ _LATE_SURVIVAL = np.float32(0.5)  # after the first few hits: a long tail of few
 _FOLLOWED = TWO
 """Rays that follow a narrow lobe, over its albedo: more of them cost time, fewer make noise."""
 
+_FOLLOWED_LOBES = SPECULAR_LOBES | DIRECTED_LOBES
 _NUMBERS_A_STEP = 40  # pairs of a path's numbers
 _DIFFUSE_LIGHT, _GLOSSY_LIGHT = 3, 20  # the first of those that draw lights
 _PER_PI, _INFINITY = np.float32(1 / np.pi), np.float32(np.inf)
@@ -92,15 +99,22 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         else:
             broad = row(cache.radiance, side)
         chance = ONE if near else ZERO  # of going on
-        if scene.materials.glossy_or_glass[scene.material[triangle]]:
-            wo = to_local(negative(direction), axis_at(scene, hit, direction))
+        if scene.materials.directional[scene.material[triangle]]:
+            wo, directed = to_local(negative(direction), axis_at(scene, hit, direction)), BLACK
+            spreads = scene.materials.broad[scene.material[triangle]]
             broad = mul(broad, base_transmittance(scene, bsdf, wo))
+            if spreads:
+                caustic, directed = row(cache.incident_caustic, side), broad_albedo(scene, bsdf, wo, DIRECTED_LOBES)
+                incident = caustic if near else row(cache.incident, side)
+                broad = plus(broad, mul(broad_albedo(scene, bsdf, wo, ~DIRECTED_LOBES), incident))
+                broad = plus(broad, mul(directed, caustic))
             # Highlights are bright, however little gloss there is on average
-            if reflects_highlights(scene, bsdf):
+            if spreads or reflects_highlights(scene, bsdf):
                 seen = light.direct, key, path, i + _GLOSSY_LIGHT, hit, bsdf, direction
                 broad = plus(broad, _highlight(tracing, room, *seen))
             if not near:
                 albedo = largest(glossy_albedo(scene, bsdf, wo)) + largest(glass_albedo(scene, bsdf))
+                albedo += largest(directed)
                 chance = min(_FOLLOWED * albedo * min(largest(throughput), ONE), ONE)
         radiance = plus(radiance, mul(throughput, broad))
 
@@ -112,7 +126,7 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         if follow >= chance:
             break
         a, b = two_numbers(key, path, i + 1)
-        on = scatter(scene, hit, direction, choice, a, b, ALL_LOBES if near else SPECULAR_LOBES, False)
+        on = scatter(scene, hit, direction, choice, a, b, ALL_LOBES if near else _FOLLOWED_LOBES, False)
         throughput = times(mul(throughput, on.weight), ONE / chance)
         fate, _ = two_numbers(key, path, i + 2)
         survival = min(largest(throughput), ONE if step < _MAX_NEAR_HITS else _LATE_SURVIVAL)
@@ -130,9 +144,10 @@ def _only_reflects(scene, bsdf):
     """Whether a surface reflects diffusely, and nothing shines through it: that is lit from its other side, and only
     the cache knows both.
     """
-    return (
-        largest(total_weight(scene, bsdf, DIFFUSE)) > ZERO and largest(total_weight(scene, bsdf, TRANSLUCENT)) <= ZERO
+    reflects = (
+        largest(total_weight(scene, bsdf, DIFFUSE)) > ZERO or scene.materials.broad[scene.material[bsdf.triangle]]
     )
+    return reflects and largest(total_weight(scene, bsdf, TRANSLUCENT)) <= ZERO
 
 
 @part
@@ -152,7 +167,7 @@ def _direct_light_reflected(tracing, room, direct, key, path, i, hit, bsdf):
 
 @part
 def _highlight(tracing, room, direct, key, path, i, hit, bsdf, direction):
-    """Direct light that rough glossy lobes reflect."""
+    """Direct light that rough glossy lobes and broad ones reflect that are not Lambertian."""
     scene = tracing.scene
     origin, object_ = off_surface(scene, hit, ONE), scene.object[hit.triangle]
     normal = axis_at(scene, hit, direction)
@@ -162,7 +177,7 @@ def _highlight(tracing, room, direct, key, path, i, hit, bsdf, direction):
         return BLACK
     towards, _ = direction_to(origin, target)
     wi, wo = to_local(towards, normal), to_local(negative(direction), normal)
-    reflected = mul(evaluate_broad(scene, bsdf, wo, wi), irradiance)
+    reflected = mul(evaluate_direct(scene, bsdf, wo, wi), irradiance)
     if largest(reflected) <= ZERO:
         return BLACK
     return mul(reflected, visible_share(direct, tracing, room, lamp, origin, target))

@@ -1,6 +1,6 @@
 """A material's shader nodes as a weighted sum of closures, and what each of them scatters."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from functools import reduce
 from math import log
@@ -10,9 +10,13 @@ import numpy as np
 
 from ....scene import Lobe
 from .expressions import constant
-from .node_math import dielectric_f0, ior_of_f0, mean_of_pane, saturate
+from .node_math import dielectric_f0, ior_of_f0, saturate
 from .nodes import Factor, Place, Value, output_node
 from .own_normals import NormalOf, interpolated
+from .shaders.broad import add_base, add_diffuse, add_sheen, add_sheet, add_toon
+from .shaders.hair import add_hair, add_principled_hair
+from .shaders.layers import add_layers
+from .shaders.pane import add_pane
 from .sums import ShaderSum, black, white
 
 BECKMANN_AS_GGX = log(2) ** 0.25
@@ -97,12 +101,12 @@ def _is_shadow_trick(factor: Place, shaders: list[Place]) -> bool:
 
 
 @dataclass(frozen=True)
-class _Leaf:
+class Leaf:
     """A closure that is being added to a sum.
 
-    `layer` is the Fresnel factor by which a glossy closure lies over a diffuse one, or shares its light with a
-    refractive one where `in_glass`; it is not part of `weight`. `reflected` is the colour of the glossy closures that
-    share a refractive one's light.
+    `over` names the lowest of the layers that lie over all it adds. `layer` is the Fresnel factor by which a glossy
+    closure lies over a diffuse one, or shares its light with a refractive one where `in_glass`; it is not part of
+    `weight`. `reflected` is the colour of the glossy closures that share a refractive one's light.
     """
 
     closure: Closure
@@ -112,6 +116,7 @@ class _Leaf:
     in_glass: bool
     normal_of: NormalOf
     reflected: np.ndarray | None = None
+    over: Hashable = None
 
     def __getitem__(self, identifier: str) -> np.ndarray:
         return self.value(self.closure.shader.input(identifier))
@@ -161,7 +166,7 @@ class _Leaf:
         covers: "Place | Closure | None" = None,
     ) -> None:
         """Add a glossy closure with the node's facets, by Schlick's curve without `ior`; see `Term`."""
-        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy}
+        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy, "under": self.over}
         total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, **facets, **self.normal())
 
     def add_glass(
@@ -173,7 +178,7 @@ class _Leaf:
         fresnel: bool = True,
     ) -> None:
         """Add a glass closure with the node's facets and index of refraction."""
-        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy, "ior": self.ior}
+        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy, "ior": self.ior, "under": self.over}
         total.add(Lobe.GLASS, weight, f0=reflection, f90=transmission, fresnel=fresnel, **facets, **self.normal())
 
 
@@ -194,7 +199,7 @@ def combine(closures: list[Closure], value: Value, normal_of: NormalOf = interpo
         layer = next((one for one in closure.factors if one.place in layers), None)
         weight = closure.weight(value, layers)
         if (weight > 0).any():
-            leaves.append(_Leaf(closure, value, weight, layer, layer is not None and layer.place in glass, normal_of))
+            leaves.append(Leaf(closure, value, weight, layer, layer is not None and layer.place in glass, normal_of))
     reflected: dict[Place, np.ndarray] = {}
     for leaf in leaves:
         if leaf.layer and leaf.in_glass and leaf.closure.kind == "BSDF_GLOSSY":
@@ -220,29 +225,29 @@ def _is_diffuse(closure: Closure) -> bool:
     return closure.kind not in ADDERS or closure.kind == "BSDF_DIFFUSE"
 
 
-def _add_diffuse(leaf: _Leaf, total: ShaderSum) -> None:
+def _add_diffuse(leaf: Leaf, total: ShaderSum) -> None:
     total.add(Lobe.DIFFUSE, leaf.weighted, under=leaf.layer and leaf.layer.place, **leaf.normal())
 
 
-def _add_translucent(leaf: _Leaf, total: ShaderSum) -> None:
+def _add_translucent(leaf: Leaf, total: ShaderSum) -> None:
     total.add(Lobe.TRANSLUCENT, leaf.weighted, **leaf.normal())
 
 
-def _add_transparent(leaf: _Leaf, total: ShaderSum) -> None:
+def _add_transparent(leaf: Leaf, total: ShaderSum) -> None:
     total.transparent = total.transparent + leaf.weighted
 
 
-def _add_emission(leaf: _Leaf, total: ShaderSum, color: str = "Color", strength: str = "Strength") -> None:
+def _add_emission(leaf: Leaf, total: ShaderSum, color: str = "Color", strength: str = "Strength") -> None:
     radiance = leaf[strength] * leaf.weight  # negative light takes light away
     if radiance.any():
         total.emission = total.emission + radiance * leaf[color]
 
 
-def _add_color(leaf: _Leaf, total: ShaderSum) -> None:
+def _add_color(leaf: Leaf, total: ShaderSum) -> None:
     total.emission = total.emission + leaf.weight * leaf.value(leaf.closure.shader)
 
 
-def _add_glossy(leaf: _Leaf, total: ShaderSum) -> None:
+def _add_glossy(leaf: Leaf, total: ShaderSum) -> None:
     if leaf.layer is None:
         leaf.add_glossy(total, leaf.weight, leaf.color, leaf.color)
     elif not leaf.in_glass:  # what glass reflects is added with what it refracts
@@ -251,7 +256,7 @@ def _add_glossy(leaf: _Leaf, total: ShaderSum) -> None:
         leaf.add_glossy(total, leaf.weighted, f0, white(), ior=ior, covers=leaf.layer.place)
 
 
-def _add_metal(leaf: _Leaf, total: ShaderSum) -> None:
+def _add_metal(leaf: Leaf, total: ShaderSum) -> None:
     if leaf.closure.node.fresnel_type == "F82":
         f0 = saturate(leaf["Base Color"])
     else:
@@ -260,51 +265,48 @@ def _add_metal(leaf: _Leaf, total: ShaderSum) -> None:
     leaf.add_glossy(total, leaf.weight, f0, white())
 
 
-def _add_glass(leaf: _Leaf, total: ShaderSum) -> None:
+def _add_glass(leaf: Leaf, total: ShaderSum) -> None:
     leaf.add_glass(total, leaf.weight, leaf.color, leaf.color)
 
 
-def _add_refraction(leaf: _Leaf, total: ShaderSum) -> None:
+def _add_refraction(leaf: Leaf, total: ShaderSum) -> None:
     reflection = black() if leaf.reflected is None else leaf.reflected / np.maximum(leaf.weight, np.float32(1e-6))
     leaf.add_glass(total, leaf.weight, reflection, leaf.color, fresnel=leaf.in_glass)
 
 
-def _add_principled(leaf: _Leaf, total: ShaderSum) -> None:
-    """Cycles' order: what alpha lets through, emission, metal, glass, and a dielectric layer over diffuse."""
+def _add_principled(leaf: Leaf, total: ShaderSum) -> None:
+    """Cycles' order: what alpha lets through, sheen, coat, emission, metal, glass, a dielectric layer over diffuse."""
     alpha = saturate(leaf["Alpha"])
     total.transparent = total.transparent + leaf.weight * (1 - alpha)
     weight = leaf.weight * alpha
-    _add_emission(replace(leaf, weight=weight), total, "Emission Color", "Emission Strength")
+    over, left = add_layers(replace(leaf, weight=weight), total)
+    leaf = replace(leaf, over=over)
+    _add_emission(replace(leaf, weight=weight * left), total, "Emission Color", "Emission Strength")
     base, metallic = saturate(leaf["Base Color"]), saturate(leaf["Metallic"])
     if metallic.any():
         leaf.add_glossy(total, weight * metallic, base, white())
     weight = weight * (1 - metallic)
     transmission = saturate(leaf["Transmission Weight"]) if weight.any() else np.zeros((1, 1, 1), np.float32)
     if transmission.any():
-        add = _add_pane if leaf.is_thin else _add_principled_glass
-        add(replace(leaf, weight=weight * transmission), total, base)
+        part = replace(leaf, weight=weight * transmission)
+        if leaf.is_thin:
+            add_pane(part, total, base, left)
+        else:
+            _add_principled_glass(part, total, base)
     weight = weight * (1 - transmission)
     if weight.any():
-        _add_dielectric(replace(leaf, weight=weight), total)
-        total.add(Lobe.DIFFUSE, weight * base, under=leaf.closure, **leaf.normal())
+        under = _add_dielectric(replace(leaf, weight=weight), total)
+        if leaf.is_thin:
+            weight = add_sheet(leaf, total, weight, base, under)
+        add_base(leaf, total, weight * base, base, "Diffuse Roughness", under)
 
 
-def _add_principled_glass(leaf: _Leaf, total: ShaderSum, base: np.ndarray) -> None:
+def _add_principled_glass(leaf: Leaf, total: ShaderSum, base: np.ndarray) -> None:
     leaf.add_glass(total, leaf.weight, white(), np.sqrt(base))
 
 
-def _add_pane(leaf: _Leaf, total: ShaderSum, base: np.ndarray) -> None:
-    """Glass with a thin wall: mean reflection, and the rest straight through, or scattered as it is rough."""
-    reflectance, way = mean_of_pane(leaf.ior)
-    # A share, as what passes is the rest
-    leaf.add_glossy(total, leaf.weight * np.float32(reflectance), white(), white())
-    passing = leaf.weight * (1 - reflectance) * base**way
-    total.transparent = total.transparent + passing * (1 - leaf.roughness)
-    total.add(Lobe.TRANSLUCENT, passing * leaf.roughness)
-
-
-def _add_dielectric(leaf: _Leaf, total: ShaderSum) -> None:
-    """The specular layer of Principled."""
+def _add_dielectric(leaf: Leaf, total: ShaderSum) -> Hashable:
+    """The specular layer of Principled; the name of what lies over the base."""
     level = np.maximum(leaf["Specular IOR Level"], 0)
     f0 = saturate(2 * level * dielectric_f0(np.maximum(leaf["IOR"], 1e-5)))
     if f0.any():
@@ -312,11 +314,17 @@ def _add_dielectric(leaf: _Leaf, total: ShaderSum) -> None:
         eta = float(ior_of_f0(f0).mean())
         f90 = white() * (f0 > 0)
         leaf.add_glossy(total, leaf.weight, saturate(f0 * tint), f90, ior=eta, covers=leaf.closure)
+        return leaf.closure
+    return leaf.over
 
 
-ADDERS: dict[str, Callable[[_Leaf, ShaderSum], None]] = {
+ADDERS: dict[str, Callable[[Leaf, ShaderSum], None]] = {
     "BSDF_PRINCIPLED": _add_principled,
-    "BSDF_DIFFUSE": _add_diffuse,
+    "BSDF_DIFFUSE": add_diffuse,
+    "BSDF_SHEEN": add_sheen,
+    "BSDF_TOON": add_toon,
+    "BSDF_HAIR": add_hair,
+    "BSDF_HAIR_PRINCIPLED": add_principled_hair,
     "BSDF_GLOSSY": _add_glossy,
     "BSDF_METALLIC": _add_metal,
     "BSDF_GLASS": _add_glass,

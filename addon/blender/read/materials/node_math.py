@@ -311,7 +311,12 @@ _SIN2 = (np.arange(256) + 0.5) / 256
 
 def _fresnel(ior: float) -> np.ndarray:
     """Fresnel reflectance of a dielectric at the angles of `_SIN2`."""
-    cos, g = np.sqrt(1 - _SIN2), np.sqrt(np.maximum(ior * ior - _SIN2, 0))
+    return dielectric_reflectance(np.sqrt(1 - _SIN2), ior)
+
+
+def dielectric_reflectance(cos: np.ndarray, ior: float) -> np.ndarray:
+    """Fresnel reflectance of a dielectric at cosines."""
+    g = np.sqrt(np.maximum(ior * ior - 1 + cos * cos, 0))
     with np.errstate(divide="ignore", invalid="ignore"):
         a, b = (g - cos) / (g + cos), (cos * (g + cos) - 1) / (cos * (g - cos) + 1)
         return np.nan_to_num(np.where(g > 0, a * a * (1 + b * b) / 2, 1))

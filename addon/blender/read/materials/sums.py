@@ -25,6 +25,10 @@ def rough() -> np.ndarray:
     return np.ones((1, 1, 1), np.float32)
 
 
+_SHEEN = 0.2
+"""What sheen reflects of the light from everywhere, about."""
+
+
 @dataclass(frozen=True)
 class Term:
     """One closure, as `Closures` holds it in a row.
@@ -58,7 +62,7 @@ class Term:
     @property
     def scatters(self) -> bool:
         """Whether it scatters any light."""
-        rough = self.kind in (Lobe.GLOSSY, Lobe.GLASS)
+        rough = self.kind in (Lobe.GLOSSY, Lobe.GLASS, Lobe.SHEEN)
         return bool(self.weight.any()) and (not rough or bool(self.f0.any()) or bool(self.f90.any()))
 
     @property
@@ -68,6 +72,10 @@ class Term:
             return self.weight * (self.f0 * 20 + self.f90) / 21  # Schlick's curve averaged over the hemisphere
         if self.kind == Lobe.GLASS:
             return self.weight * np.maximum(self.f0, self.f90)
+        if self.kind == Lobe.SHEEN:
+            return self.weight * self.f0 * np.float32(_SHEEN)
+        if self.kind == Lobe.ABSORBING:
+            return black()
         return self.weight * np.ones(3, np.float32)
 
     def adds_to(self, other: "Term") -> bool:

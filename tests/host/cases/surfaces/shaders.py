@@ -4,7 +4,7 @@ import bpy
 
 from ..registry import case
 from ..stage import lamp, matte, nodes, probes, quad, room, shader
-from .stage import GROUP, diffuse, divided, mixed, painted_floor, principled, shiny_floor, stripes
+from .stage import GROUP, diffuse, divided, mixed, painted_floor, shiny_floor, stripes
 
 
 def see_through(tree):
@@ -14,22 +14,6 @@ def see_through(tree):
 @case("Diffuse BSDF", GROUP)
 def diffuse_bsdf():
     painted_floor(matte((0.2, 0.5, 0.8)))
-
-
-@case("Diffuse BSDF, roughness 1 (Oren-Nayar)", GROUP, unsupported="Feature")
-def oren_nayar():
-    # The lamp grazes the floor, which throws more light back towards it than a Lambertian one.
-    room(paint={"Floor": shader("BsdfDiffuse", {"Color": (0.8, 0.8, 0.8), "Roughness": 1.0})}, dim=0.4)
-    probes("Left", 90, lambda p: p[2] > -0.95)
-    lamp("AREA", (-1.8, 0, -1.4), (0.5, 0, -2), size=0.5, energy=100)
-
-
-@case("Principled BSDF, diffuse roughness", GROUP, unsupported="Feature", since=(5, 0))
-def principled_diffuse_roughness():
-    floor = principled(Base_Color=(0.8, 0.8, 0.8), Diffuse_Roughness=1.0, Specular_IOR_Level=0.0)
-    room(paint={"Floor": floor}, dim=0.4)
-    probes("Left", 90, lambda p: p[2] > -0.95)
-    lamp("AREA", (-1.8, 0, -1.4), (0.5, 0, -2), size=0.5, energy=100)
 
 
 @case("Mix Shader", GROUP)

@@ -8,22 +8,6 @@ from ..stage import box, lamp, matte, nodes, probes, put, room, shader
 from .stage import GROUP, divided, painted_floor, shiny_floor
 
 
-@case("Principled BSDF, coat", GROUP, unsupported="Coated")
-def coat():
-    inputs = {"Base Color": (0.05, 0.05, 0.05), "Roughness": 1.0, "Specular IOR Level": 0.0}
-    coated = {"Coat Weight": 1.0, "Coat Roughness": 0.1, "Coat IOR": 2.0}
-    shiny_floor(shader("BsdfPrincipled", {**inputs, **coated}, "Coated"))
-
-
-@case("Principled BSDF, sheen", GROUP, unsupported="Velvet")
-def sheen():
-    inputs = {"Base Color": (0.02, 0.02, 0.02), "Roughness": 1.0, "Specular IOR Level": 0.0}
-    velvet = {"Sheen Weight": 1.0, "Sheen Roughness": 0.3}
-    room(paint={"Floor": shader("BsdfPrincipled", {**inputs, **velvet}, "Velvet")}, dim=0.3)
-    probes("Left Right", 48)
-    lamp("AREA", (-1.8, 0, -1.5), (0.5, 0, -2), size=0.5, energy=100)
-
-
 @case("Principled BSDF, subsurface", GROUP, unsupported="Wax")
 def subsurface():
     # A thin slab of wax lets light through.
@@ -50,11 +34,6 @@ def volume():
 @case("Hair Principled BSDF", GROUP, unsupported="Fur")
 def hair_shader():
     painted_floor(shader("BsdfHairPrincipled", name="Fur"))
-
-
-@case("Toon BSDF", GROUP, unsupported="Toon")
-def toon():
-    painted_floor(shader("BsdfToon", {"Color": (0.8, 0.5, 0.3), "Size": 0.3}, "Toon"))
 
 
 @case("Displacement", GROUP, unsupported="Ramp")
