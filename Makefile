@@ -22,7 +22,7 @@ python_of = $(shell $(BIN)/python -c 'import sys; print("%d.%d" % sys.version_in
 # pytest's status 5, no tests, is fine where ARGS choose among them.
 none_chosen = { [ $$? -eq 5 ] && [ -n "$(ARGS)" ]; }
 
-.PHONY: help env bake test test-web test-long lint types test-core test-host bench zip format clean
+.PHONY: help env bake test test-web test-long lint types test-core test-plain test-host bench zip format clean
 help:
 	@echo 'make bake                    bake the demo scene and render it: build/demo.png'
 	@echo 'make bake SCENE=x.blend ARGS="--quality high --save y.blend --report r.json"'
@@ -64,7 +64,7 @@ bake: env
 		BLENDER_USER_RESOURCES="$$resources" '$(baker)' -b '$(SCENE)' -c photon_bake $(ARGS)
 endif
 
-test: lint types test-core test-host
+test: lint types test-core test-plain test-host
 
 # pyproject.toml leaves out the tests that are marked so.
 test-long: override ARGS := -m long $(ARGS)
@@ -91,6 +91,13 @@ types: env
 test-core: env
 	@$(call say,'Core tests: without Blender')
 	@$(BIN)/python -m pytest tests/core $(ARGS) || $(none_chosen)
+
+# A part of what each of these runs by itself: NUMBA_DISABLE_JIT=1 make test-core, NUMBA_BOUNDSCHECK=1 make test-core.
+test-plain: env
+	@$(call say,'Core tests: kernels as plain Python')
+	@NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest tests/core -m 'plain and not minutes' $(ARGS) || $(none_chosen)
+	@$(call say,'Core tests: kernels that check their indices')
+	@NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest tests/core -m 'plain and not minutes' $(ARGS) || $(none_chosen)
 
 ifeq ($(BLENDER),)
 test-host: env

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import bmesh
 import bpy
 
 from ..addon.core.findings import Finding, grouped
@@ -149,6 +150,16 @@ def _flip_normals(context: Any, objects: "list[bpy.types.Object]") -> None:
         mesh.update()
 
 
+def _recalculate_outside(context: Any, objects: "list[bpy.types.Object]") -> None:
+    for mesh in {obj.data for obj in objects if obj.type == "MESH"}:
+        faces = bmesh.new()
+        faces.from_mesh(mesh)
+        bmesh.ops.recalc_face_normals(faces, faces=list(faces.faces))
+        faces.to_mesh(mesh)
+        faces.free()
+        mesh.update()
+
+
 def _refine(context: Any, objects: "list[bpy.types.Object]") -> None:
     bpy.ops.photon_bake.refine("INVOKE_DEFAULT", objects=[{"name": obj.name} for obj in objects])
 
@@ -213,6 +224,7 @@ _DO: dict[str, Callable[[Any, Any], None]] = {
     "convert": _convert,
     "make_local": _make_local,
     "flip_normals": _flip_normals,
+    "recalculate_outside": _recalculate_outside,
     "open_side": _set(open_side=True),
     "refine": _refine,
     "to_lightmaps": _set(targets={"lightmap"}),

@@ -18,7 +18,7 @@ from .closure import Bsdf, bsdf_at, closure_at, is_nothing
 from .frames import UP, Frame, bump_shadowing_in, frame_of, into, out_of, received
 
 DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in list(Lobe)[:4])
-GLOSSY_TOON, _ABSORBING = int(Lobe.GLOSSY_TOON), int(Lobe.ABSORBING)
+GLOSSY_TOON, PANE, _ABSORBING = int(Lobe.GLOSSY_TOON), int(Lobe.PANE), int(Lobe.ABSORBING)
 
 ALL_LOBES = (1 << len(Lobe)) - 1
 SPECULAR_LOBES, BROAD_LOBES, DIRECTED_LOBES = (sum(1 << lobe for lobe in lobes) for lobes in (NARROW, BROAD, DIRECTED))
@@ -128,7 +128,7 @@ def _albedo_of(closure, cos):
     """Directional albedo of a closure that is not glass."""
     if closure.kind < GLOSSY:
         return closure.weight
-    return glossy.albedo(closure, cos) if closure.kind == GLOSSY else others.albedo(closure, cos)
+    return glossy.albedo(closure, cos) if closure.kind in (GLOSSY, PANE) else others.albedo(closure, cos)
 
 
 @part
@@ -138,8 +138,9 @@ def _sample(closure, wo, choice, u, v, from_light):
         return diffuse.sample(closure, u, v)
     if closure.kind == TRANSLUCENT:
         return translucent.sample(closure, u, v)
-    if closure.kind == GLOSSY:
-        return glossy.sample(closure, wo, u, v, from_light)
+    if closure.kind in (GLOSSY, PANE):
+        wi, weight = glossy.sample(closure, wo, u, v, from_light)
+        return ((wi[0], wi[1], -wi[2]) if closure.kind == PANE else wi), weight
     if closure.kind == GLASS:
         return glass.sample(closure, wo, choice, u, v, from_light)
     return others.sample(closure, wo, u, v, from_light)
@@ -147,12 +148,12 @@ def _sample(closure, wo, choice, u, v, from_light):
 
 @part
 def _is_specular(closure, view, light):
-    """Whether lamplight from `light` to `view` over a closure is left to photons: by glass, and by peaks of gloss."""
+    """Whether lamplight from `light` to `view` is left to photons: by glass and panes, and by peaks of gloss."""
     if closure.kind == GLOSSY:
         return glossy.is_specular(closure, view, light)
     if closure.kind == GLOSSY_TOON:
         return largest(others.evaluate(closure, view, light)) >= glossy.PEAK
-    return closure.kind == GLASS
+    return closure.kind in (GLASS, PANE)
 
 
 @part
@@ -299,7 +300,7 @@ def glass_albedo(scene, bsdf):
     """What glass reflects or transmits of a colour, whichever is more."""
     total = BLACK
     for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] == GLASS:
+        if scene.materials.closures.kind[k] in (GLASS, PANE):
             closure = closure_at(scene, bsdf, k)
             more = (
                 max(closure.f0[0], closure.f90[0]),
@@ -344,7 +345,7 @@ def is_mirror(scene, bsdf):
         closure = closure_at(scene, bsdf, k)
         if closure.kind == _ABSORBING:
             continue
-        if (closure.kind != GLOSSY and closure.kind != GLASS) or closure.roughness >= glossy.SMOOTH:
+        if closure.kind not in (GLOSSY, GLASS, PANE) or closure.roughness >= glossy.SMOOTH:
             return False
         n += 1
     return n > 0

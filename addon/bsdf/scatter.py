@@ -17,6 +17,7 @@ from .mixture import (
     GLASS,
     GLOSSY,
     GLOSSY_TOON,
+    PANE,
     choose_closure,
     sample_bsdf,
     transmittance_to,
@@ -140,7 +141,7 @@ def _gone_on(scene, hit, axis, wi, cos, weight, lobe, specular, rough):
     kind = _DIFFUSE_RAY
     if lobe in (GLOSSY, GLOSSY_TOON):
         kind = _GLOSSY_RAY
-    elif lobe == GLASS:
+    elif lobe in (GLASS, PANE):
         kind = _GLOSSY_RAY if side > ZERO else _TRANSMITTED_RAY  # what glass reflects, objects see as gloss
     origin = off_surface(scene, hit, side)
     return Scattered(alive, origin, onward, weight, lobe, np.int32(kind), specular, rough)

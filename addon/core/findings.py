@@ -44,6 +44,7 @@ _KNOWN: tuple[tuple[str, str, tuple[str, ...]], ...] = (
     (r"makes a new mesh that shows no attribute", "new mesh by a modifier", ("bake_copies",)),
     (r"of its surface shows no light", "faces without light", ("bake_copies",)),
     (r"turns its back to the light", "back to the light", ("flip_normals", "open_side")),
+    (r"is inside out", "inside out", ("recalculate_outside", "open_side")),
     (r"ha(?:s|ve) too few vertices", "too few vertices", ("refine",)),
     (r"got no light, since", "changed during the bake", ("bake",)),
     (r"are not finite", "not finite", ()),

@@ -70,6 +70,8 @@ class Lit:
         Names of emissive objects, and of those whose place they share.
     turned_away : list of str
         Names of objects that turn their back to the light.
+    inside_out : list of str
+        Names of objects whose faces look inwards, where it is dark.
     cube_maps : MultiImageTracer or None
         By which photons were traced.
     """
@@ -79,6 +81,7 @@ class Lit:
     dark: bool
     flush_emitters: list[tuple[str, str]]
     turned_away: list[str]
+    inside_out: list[str]
     cube_maps: MultiImageTracer | None
 
 
@@ -114,14 +117,14 @@ def light(
     receivers = Receivers.join([one.receivers for one in samples])
     if settings.normal_maps and receivers.view is None:
         receivers = on_normal_maps(receivers, scene, tracer)
-    backs = OpenBacks.of(receivers, tracer, workers, settings.open_side)
+    backs = OpenBacks.of(scene, receivers, tracer, workers, settings.open_side)
     if settings.open_side:
         receivers = backs.added_to(receivers)
     everywhere = _with_eyes(receivers, samples, settings)
     if len(everywhere) == 0:
         lights = [no_light()] * len(groups)
         return Lit(
-            Irradiance.together(lights), _finished([samples] * len(groups), lights, workers), False, [], [], None
+            Irradiance.together(lights), _finished([samples] * len(groups), lights, workers), False, [], [], [], None
         )
 
     # One solve for all that want light
@@ -136,14 +139,16 @@ def light(
         [one.lit_by(solution, part) for one in samples] for solution, part in zip(solutions, parts, strict=True)
     ]
     lights = irradiances(solutions, workers) if len(receivers) else [no_light()] * len(groups)
-    turned_away: list[str] = []
+    turned_away, inside_out = list[str](), list[str]()
     if len(receivers) and not settings.open_side:
-        turned_away = backs.lit_behind(scene, Photons.join([solution.photons for solution in solutions]))
+        photons = Photons.join([solution.photons for solution in solutions])
+        inside_out = backs.lit_outside(scene, photons)
+        turned_away = [name for name in backs.lit_behind(scene, photons) if name not in inside_out]
     total = Irradiance.together(lights)
     if settings.open_side:
         lights, total = [backs.taken(one, total) for one in lights], backs.taken(total)
     dark, flush = all(solution.dark for solution in solutions), solutions[0].tracer.flush_emitters
-    return Lit(total, _finished(of_groups, lights, workers), dark, flush, turned_away, maps)
+    return Lit(total, _finished(of_groups, lights, workers), dark, flush, turned_away, inside_out, maps)
 
 
 def parts_of(samples: Sequence[Samples], irradiance: Irradiance) -> list[Irradiance]:

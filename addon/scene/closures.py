@@ -23,11 +23,12 @@ class Lobe(IntEnum):
     TOON = 7
     GLOSSY_TOON = 8
     ABSORBING = 9
+    PANE = 10
 
 
 LAMBERTIAN = (Lobe.DIFFUSE, Lobe.TRANSLUCENT)
 BROAD = (Lobe.ROUGH_DIFFUSE, Lobe.SHEEN, Lobe.VELVET, Lobe.TOON)
-NARROW = (Lobe.GLOSSY, Lobe.GLASS, Lobe.GLOSSY_TOON)
+NARROW = (Lobe.GLOSSY, Lobe.GLASS, Lobe.GLOSSY_TOON, Lobe.PANE)
 DIRECTED = (Lobe.SHEEN, Lobe.VELVET, Lobe.TOON)
 """Kinds by who finds light in them: of Lambertian ones a cache knows the radiance; of broad ones it knows the light
 that comes, and lamps are found by shadow rays; narrow ones are followed by rays. Directed ones are broad, but what they
@@ -64,7 +65,8 @@ class Closures:
         `layer` takes. The own colour of others is in f0 and f90: light that scatters more than once between facets
         takes it each time, and a layer's share of the light is told by it.
     roughness : Channel, scalar in [0, 1]
-        Of a glossy or a glass closure; GGX's α is its square. Of a rough diffuse closure σ, of sheen and velvet theirs,
+        Of a glossy, a glass or a pane's closure; GGX's α is its square. What a pane scatters is what a glossy one
+        reflects, mirrored to the other side of the surface. Of a rough diffuse closure σ, of sheen and velvet theirs,
         of toon the size, and of an absorbing one the share of the surface that it covers.
     f0, f90 : Channel
         Of a glossy closure the reflectance at normal and at grazing incidence; between them it follows `ior`. Of a

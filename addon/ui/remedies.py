@@ -9,6 +9,7 @@ REMEDIES: dict[str, tuple[str, str]] = {
     "convert": ("Convert to Mesh", "Make meshes of these objects"),
     "make_local": ("Make Local", "Take these objects and their meshes into this file"),
     "flip_normals": ("Flip Normals", "Turn the faces of these objects over"),
+    "recalculate_outside": ("Recalculate Outside", "Turn the faces of these objects so that they look outwards"),
     "open_side": ("Turn On Open Side", "Where a front sees no light, take that of the back"),
     "refine": ("Refine", "Subdivide faces until they can show the light"),
     "to_lightmaps": ("Bake Lightmaps Instead", "Images show light as fine as their texels, whatever the mesh"),

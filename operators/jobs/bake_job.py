@@ -197,6 +197,7 @@ class BakeJob:
             self.warnings.append(NO_LIGHT)
         self.warnings += [_flush(*names) for names in lit.flush_emitters]
         self.warnings += [_turned_away(name) for name in lit.turned_away]
+        self.warnings += [_inside_out(name) for name in lit.inside_out]
         if lit.cube_maps:
             self.counts.update(cube_maps=len(lit.cube_maps.maps), cube_map_bytes=lit.cube_maps.maps.n_bytes)
 
@@ -259,6 +260,13 @@ def _turned_away(name: str) -> Advice:
     return Advice(
         f"Object '{name}' turns its back to the light, and its front to nothing or to a wall: flip its normals (Mesh > "
         "Normals > Flip), or bake with Open Side."
+    )
+
+
+def _inside_out(name: str) -> Advice:
+    return Advice(
+        f"Object '{name}' is inside out: its normals point inwards, and no light gets there: recalculate them (Mesh > "
+        "Normals > Recalculate Outside), or bake with Open Side."
     )
 
 

@@ -23,6 +23,7 @@ from photon_bake.addon.core.findings import counted, grouped
             "bake_copies",
         ),
         ("Object '{}' turns its back to the light, and its front …", "12 objects: back to the light", "flip_normals"),
+        ("Object '{}' is inside out: its normals point …", "12 objects: inside out", "recalculate_outside"),
         (
             "Object '{}' has too few vertices for its size to show light: subdivide it.",
             "12 objects: too few vertices",

@@ -167,6 +167,28 @@ def test_a_function_without_annotations_is_found():
     assert [name for _, name in without_annotations(ast.parse(source))] == ["bare", "b"]
 
 
+def long_functions(tree):
+    """(line, name) of functions that do not fit on a screen, their docstrings apart."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            doc = node.body[0] if ast.get_docstring(node) is not None else None
+            lines = node.end_lineno - node.lineno + 1 - (doc.end_lineno - doc.lineno + 1 if doc else 0)
+            if lines > 60:
+                yield node.lineno, node.name
+
+
+@pytest.mark.parametrize("path", FILES, ids=str)
+def test_a_function_fits_on_a_screen(path):
+    found = list(long_functions(ast.parse((ROOT / path).read_text(encoding="utf-8"))))
+    assert not found, f"{path}: these have more than 60 lines beside their docstrings, split them by step: {found}"
+
+
+def test_a_long_function_is_found():
+    doc, lines = '    """A\n    B"""\n', "    x = 1\n"
+    source = f"def fits():\n{doc}{59 * lines}\ndef long():\n{doc}{60 * lines}"
+    assert [name for _, name in long_functions(ast.parse(source))] == ["long"]
+
+
 def test_every_file_of_the_zip_serves_the_extension():
     """What only tests and benches use does not ship: each file is reached by imports from the root.
 

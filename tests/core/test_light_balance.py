@@ -90,6 +90,19 @@ def test_lossless_walls_of_two_metals():
     assert result.value.mean() == pytest.approx(POWER / (16 * (1 - RHO)), rel=0.02)
 
 
+def test_lossless_rough_walls():
+    """White rough diffuse walls: shadow rays and the light that comes from elsewhere add up to all."""
+    closures = Closures.of(
+        np.array([0, 1, 2]),
+        np.array([Lobe.DIFFUSE, Lobe.ROUGH_DIFFUSE]),
+        weight=Channel.constant(np.float32([RHO, 1])),
+        f0=Channel.constant(np.ones(2)),
+        roughness=Channel.constant(np.float32([1, 0.8])),
+    )
+    result = room(MIRRORED, Materials.of(2, closures=closures))
+    assert result.value.mean() == pytest.approx(POWER / (16 * (1 - RHO)), rel=0.02)
+
+
 @pytest.mark.parametrize("roughness", [0.0, 0.3])
 def test_lossless_glass_block(roughness):
     block = box(0.3, inwards=False)

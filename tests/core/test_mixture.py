@@ -103,6 +103,7 @@ TINT = {"kind": Lobe.ABSORBING, "f0": [0.9, 0.5, 0.2], "ior": 1.5, "roughness": 
         of_closures({"kind": Lobe.TOON, "weight": 0.8, "roughness": 0.5, "f90": 0.2}),
         of_closures({"kind": Lobe.GLOSSY_TOON, "weight": 0.8, "roughness": 0.4, "f90": 0.1}),
         of_closures(TINT, UNDER),
+        of_closures({"kind": Lobe.PANE, "weight": 0.7, "roughness": 0.5}),
     ],
     ids=lambda s: "+".join(Lobe(kind).name for kind in s.scene.materials.closures.kind),
 )

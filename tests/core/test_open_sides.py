@@ -8,7 +8,7 @@ from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.gather import OpenBacks
 from photon_bake.addon.pipeline.bake import solve
 from photon_bake.addon.receivers import AttributeTarget, Receivers
-from photon_bake.addon.scene import LightKind
+from photon_bake.addon.scene import LightKind, Lights
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.tracing.embree import EmbreeTracer
 
@@ -29,7 +29,7 @@ def on_quad(scene, first=0, n=40):
 
 
 def turned_away(scene, receivers, every=True):
-    return OpenBacks.of(receivers, EmbreeTracer(scene), Workers(0, 1), every)
+    return OpenBacks.of(scene, receivers, EmbreeTracer(scene), Workers(0, 1), every)
 
 
 def warned(scene, receivers):
@@ -78,6 +78,46 @@ def test_the_inside_of_a_solid_is_dark_and_no_open_side():
     assert warned(scene, receivers) == []
 
 
+def room_with_box(inwards, lamp_at):
+    """A room of 2 m, the normals of whose walls look into it, with a closed box of 0.6 m in its middle."""
+    lights = lamp(LightKind.POINT, 10.0, lamp_at)
+    scene = scene_of(*merge(box(0.3, inwards), box(1.0)), albedo=0.5, lights=lights)
+    return of_objects(scene, [0] * 12 + [1] * 12)
+
+
+def test_closed_bodies_that_are_inside_out_take_the_light_around_them():
+    """As much as if their normals looked outwards; without the option a bake names them."""
+    light = []
+    for inwards in (False, True):
+        scene = room_with_box(inwards, lamp_at=(0.6, 0.5, 0.7))
+        receivers = on_quad(scene)
+        backs = turned_away(scene, receivers)
+        assert backs.inside_out == {"Triangle 0"} & {"Triangle 0" if inwards else ""}
+        assert len(backs.receiver) == (len(receivers) if inwards else 0)
+        both = backs.added_to(receivers)
+        light.append(backs.taken(solve(scene, both, DRAFT, EmbreeTracer(scene)).irradiance()).value.mean())
+        solution = solve(scene, receivers, DRAFT, EmbreeTracer(scene))
+        few = turned_away(scene, receivers, every=False)
+        assert few.lit_outside(scene, solution.photons) == ["Triangle 0"] * inwards
+        assert few.lit_behind(scene, solution.photons) == []
+    assert light[1] == pytest.approx(light[0], rel=0.05) and light[0] > 0.1
+
+
+def test_rooms_whose_walls_look_into_them_are_not_inside_out():
+    """Such as one that stands in another: it keeps the light within, though there is more around it."""
+    scene = room_with_box(inwards=True, lamp_at=(0, 0, 0))
+    lights = [lamp(LightKind.POINT, 0.01, (0, 0, 0)), lamp(LightKind.POINT, 10.0, (0.6, 0.5, 0.7))]
+    scene = replace(scene, lights=Lights.join(lights))
+    receivers = on_quad(scene)
+    backs = turned_away(scene, receivers)
+    assert len(backs.receiver) == len(receivers) and backs.only_if_dark.all()
+    fronts = solve(scene, receivers, DRAFT, EmbreeTracer(scene)).irradiance()
+    both = solve(scene, backs.added_to(receivers), DRAFT, EmbreeTracer(scene))
+    light = backs.taken(both.irradiance())
+    assert light.value.mean() == pytest.approx(fronts.value.mean(), rel=0.1)
+    assert backs.lit_outside(scene, both.photons) == []
+
+
 @pytest.mark.parametrize(("gap", "faces_floor", "found"), [(0.01, True, 1), (0.01, False, 0), (0.5, True, 0)])
 def test_a_picture_that_looks_at_its_wall(gap, faces_floor, found):
     vertices, triangles = plane(0.5, gap - 1)
@@ -102,6 +142,6 @@ def on_picture(scene, faces_floor):
 def test_the_answer_is_the_same_for_any_number_of_threads():
     scene = furnace(inwards=False)
     receivers = on_quad(scene, n=5000)
-    one, two = (OpenBacks.of(receivers, EmbreeTracer(scene), Workers(3, n), True) for n in (1, 2))
+    one, two = (OpenBacks.of(scene, receivers, EmbreeTracer(scene), Workers(3, n), True) for n in (1, 2))
     np.testing.assert_array_equal(one.receiver, two.receiver)
     np.testing.assert_array_equal(one.back, two.back)

@@ -98,8 +98,14 @@ def test_without_a_folder_there_is_no_process(compiler, tmp_path, monkeypatch):
     assert not one.running
 
 
+_QUICK = {4, 5}  # of the tiny bakes: the density estimate, and the light volume
+
+
 @pytest.mark.plain
-@pytest.mark.parametrize("number", range(len(tiny_bakes())))
+@pytest.mark.parametrize(
+    "number",
+    [pytest.param(i, marks=() if i in _QUICK else pytest.mark.minutes) for i in range(len(tiny_bakes()))],
+)
 def test_every_stage_bakes(number):
     """As machine code, as plain Python, and with indices checked: see tests/core/conftest.py."""
     tiny_bakes()[number]()

@@ -7,6 +7,7 @@ import bpy
 import photon_bake
 import pytest
 from photon_bake.addon.blender.lightmap import pieces
+from photon_bake.addon.blender.read import scene_contents
 from photon_bake.addon.core.errors import BakeError, Cancelled, kind_of
 from photon_bake.addon.core.inspector import Inspector
 from photon_bake.addon.core.progress import Progress
@@ -36,8 +37,9 @@ def test_reading_can_be_cancelled_at_any_time(room, tmp_path, monkeypatch):
     """Many instances, many meshes, materials: each is a step after which the reading may be told to stop."""
     # Waiting for a thread asks as often as it lasts; on this one each step is asked for once.
     monkeypatch.setattr(pieces, "aside", lambda function, check: function())
+    monkeypatch.setattr(scene_contents, "_ROWS", 16)
     data = bpy.data.objects["Box"].data
-    for i in range(300):
+    for i in range(20):
         bpy.context.scene.collection.objects.link(bpy.data.objects.new(f"Box {i}", data))
     for i in range(5):
         add_plane(f"Plane {i}", material=add_material(f"Material {i}")[0])

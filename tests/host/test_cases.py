@@ -17,7 +17,12 @@ def rows(request):
         terminal.write_line(f"  {'   ' if row.passes else 'NOT'} {row}")
 
 
-@pytest.mark.parametrize("case", CASES.values(), ids=lambda case: case.name)
+def marks(case):
+    """Cases that need much work to be told from noise are long: others have the same features in easier light."""
+    return pytest.mark.long if case.effort > 9 else ()
+
+
+@pytest.mark.parametrize("case", [pytest.param(case, marks=marks(case), id=case.name) for case in CASES.values()])
 def test_case(case, rows):
     assert not lacking(case, load())
     if not case.runs_here:

@@ -3,6 +3,7 @@
 import importlib.util
 import os
 import platform
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -102,8 +103,10 @@ def bare_python(tmp_path):
     for path in Path(sysconfig.get_paths()["purelib"]).iterdir():
         if not path.name.startswith(("embreex", "llvmlite", "numba", "scipy", "OpenEXR", "openexr", "photon_bake")):
             (site / path.name).symlink_to(path)
-    resources = tmp_path / "resources"
-    resources.mkdir()
+    # In one place: Numba finds compiled kernels again by the path of their sources.
+    resources = ROOT / "build" / "installed"
+    shutil.rmtree(resources, ignore_errors=True)
+    resources.mkdir(parents=True)
 
     def run(code, *arguments):
         command = [sys.executable, "-I", "-S", "-c", code, str(site), *map(str, arguments)]

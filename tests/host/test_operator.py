@@ -11,6 +11,7 @@ from photon_bake.addon.core.zips import LIBRARIES
 from photon_bake.addon.settings.bake import CHOICES
 from photon_bake.addon.ui.state import STAGE_SHARES, bake_state, share_done
 from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.remedy import _DO
 from photon_bake.operators.targets.vertices import VertexRequest
 
 from .scenes import add_cube, add_lamp, add_material, add_plane, light_of
@@ -168,6 +169,26 @@ def test_an_object_that_turns_its_back_to_the_light_is_named(room):
     bpy.ops.photon_bake.bake_indirect()
     assert light_of("Room")[:, :3].min() > 0
     assert not any("turns its back" in warning for warning in bake_state.warnings)
+
+
+def test_a_closed_body_that_is_inside_out_is_named_and_mended(room):
+    """Its inside is dark, as in Cycles' bake; Open Side bakes what is seen, and the remedy turns its normals."""
+    box = bpy.data.objects["Box"]
+    bpy.ops.photon_bake.bake_indirect()
+    outside = light_of("Box")[:, :3].mean()
+    box.data.flip_normals()
+    bpy.ops.photon_bake.bake_indirect()
+    assert light_of("Box")[:, :3].max() == 0
+    (warning,) = (one for one in bake_state.warnings if "inside out" in one)
+    assert "'Box'" in warning and "Recalculate Outside" in warning and kind_of(warning) == "advice"
+    room.open_side = True
+    bpy.ops.photon_bake.bake_indirect()
+    assert light_of("Box")[:, :3].mean() == pytest.approx(outside, rel=0.1)
+    room.open_side = False
+    _DO["recalculate_outside"](bpy.context, [box])
+    bpy.ops.photon_bake.bake_indirect()
+    assert light_of("Box")[:, :3].mean() == pytest.approx(outside, rel=0.1)
+    assert not any("inside out" in warning for warning in bake_state.warnings)
 
 
 @pytest.mark.parametrize("apart, n", [(0.0, 1), (1e-3, 0)])

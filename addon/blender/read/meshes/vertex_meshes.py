@@ -85,20 +85,17 @@ def receiver_meshes(
         except BakeError as error:
             if flawed is not None and isinstance(error, NotShownError):
                 flawed.append(obj)
-                continue
-            if all_of_them:
+            elif all_of_them:
                 raise
-            refusals.append(str(error))
+            else:
+                refusals.append(str(error))
             continue
         share = _share_without_light(list(parts.values()))
         if flawed is not None and (share > UNREACHED or _repeats_light(obj, parts[obj], depsgraph)):
             flawed.append(obj)
             continue
         if share > UNREACHED:
-            warn.add(
-                f"Object '{obj.name}': {_percent(share)} of its surface shows no light, as its modifier "
-                f"'{_culprit(obj, depsgraph)}' makes faces that show no attribute: turn on Bake Copies."
-            )
+            warn.add(_unlit(obj, share, depsgraph))
         meshes[obj] = parts.pop(obj)
         for cutter, part in parts.items():
             cut.setdefault(cutter, []).append(part)
@@ -109,6 +106,13 @@ def receiver_meshes(
     if flawed is None:
         _warn_of_repeated_light(meshes, depsgraph, warn)
     return [*meshes.values(), *(joined(parts) for cutter, parts in cut.items() if cutter not in meshes)]
+
+
+def _unlit(obj: "bpy.types.Object", share: float, depsgraph: "bpy.types.Depsgraph") -> str:
+    return (
+        f"Object '{obj.name}': {_percent(share)} of its surface shows no light, as its modifier "
+        f"'{_culprit(obj, depsgraph)}' makes faces that show no attribute: turn on Bake Copies."
+    )
 
 
 def _receiver_parts(

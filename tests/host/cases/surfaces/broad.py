@@ -66,6 +66,17 @@ def sheen_under_sky():
     world((0.8, 0.9, 1.0), 2.0)
 
 
+@case("Rough diffuse under an even sky", GROUP, effort=8)
+def rough_under_sky():
+    room(
+        without=("Ceiling",),
+        paint={"Floor": shader("BsdfDiffuse", {"Color": (0.8, 0.6, 0.4), "Roughness": 1.0})},
+        dim=0.3,
+    )
+    probes("Left Right Front Back", 40)
+    world((0.8, 0.9, 1.0), 2.0)
+
+
 @case("Sheen BSDF, microfibres", GROUP)
 def sheen_bsdf():
     grazed_floor(shader("BsdfSheen", {"Color": (0.9, 0.6, 0.3), "Roughness": 0.6}))

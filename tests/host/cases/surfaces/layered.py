@@ -69,3 +69,10 @@ def coat_textured():
     inputs = {"Base Color": (0.3, 0.15, 0.05), "Specular IOR Level": 0.0, "Coat Weight": checker}
     coated = {"Coat Roughness": 0.3, "Coat IOR": 2.0, "Coat Tint": (0.9, 0.6, 0.4)}
     shiny_floor(tree.done(tree.add("BsdfPrincipled", {**inputs, **coated})))
+
+
+@case("Subsurface scattering with a thin wall", GROUP, since=(5, 2))
+def thin_sheet():
+    # A leaf: more goes through than comes back.
+    inputs = {"Base_Color": (0.5, 0.8, 0.3), "Roughness": 0.5, "Thin_Wall": True}
+    divided(principled(Subsurface_Weight=0.8, Subsurface_Anisotropy=0.4, **inputs))

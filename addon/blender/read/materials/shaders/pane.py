@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .....scene import Lobe
-from ..node_math import mean_of_pane
+from ..node_math import mean_of_pane, saturate
 from ..sums import ShaderSum, white
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def add_pane(leaf: "Leaf", total: ShaderSum, base: np.ndarray, left: np.ndarray) -> None:
-    """Glass with a thin wall: mean reflection, and the rest straight through, or scattered as it is rough.
+    """Glass with a thin wall: mean reflection, and the rest straight through, or around that as it is rough.
 
     `left` is the share that layers leave to it.
     """
@@ -21,5 +21,14 @@ def add_pane(leaf: "Leaf", total: ShaderSum, base: np.ndarray, left: np.ndarray)
     # A share, as what passes is the rest
     leaf.add_glossy(total, leaf.weight * np.float32(reflectance), white(), white())
     passing = leaf.weight * (1 - reflectance) * base**way
-    total.transparent = total.transparent + passing * left * (1 - leaf.roughness)
-    total.add(Lobe.TRANSLUCENT, passing * leaf.roughness, under=leaf.over)
+    roughness = _roughness_of_two_surfaces(leaf.roughness, leaf.ior)
+    if (roughness > 0).any():
+        total.add(Lobe.PANE, passing, f0=white(), f90=white(), roughness=roughness, under=leaf.over, **leaf.normal())
+    else:
+        total.transparent = total.transparent + passing * left
+
+
+def _roughness_of_two_surfaces(roughness: np.ndarray, ior: float) -> np.ndarray:
+    """Of what two refractions do: α is times √(3.4 (η − 1)(η − ½)²/η³) (Kulla and Conty 2017)."""
+    share = 3.4 * max(ior - 1, 0) * (ior - 0.5) ** 2 / ior**3
+    return np.sqrt(saturate(roughness**2 * np.float32(share**0.5))).astype(np.float32)
