@@ -10,7 +10,7 @@ from photon_bake.addon.blender.read.lamps.light_links import link_lights
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.gather import DirectLight
-from photon_bake.addon.scene import LightKind, PatternDomain, SceneObjects
+from photon_bake.addon.scene import LightKind, PatternDomain, RayKind, SceneObjects
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.host import scenes
@@ -276,9 +276,13 @@ def test_sun_at_an_angle():
     assert scenes.cycles_bake(floor, "DIRECT", 4).mean() == pytest.approx(expected, rel=1e-3)
 
 
-def test_what_diffuse_surfaces_do_not_see():
-    scenes.add_lamp("POINT").visible_diffuse = False
+def test_what_surfaces_do_not_see():
+    unseen = scenes.add_lamp("POINT")
+    unseen.visible_diffuse = False
     scenes.add_lamp("AREA").data.cycles.is_portal = True
+    lights = scenes.extracted().lights
+    assert not lights.seen_by(RayKind.DIFFUSE)[0] and lights.seen_by(RayKind.GLOSSY).tolist() == [True]
+    unseen.visible_glossy = unseen.visible_transmission = False
     assert len(scenes.extracted().lights) == 0
 
 
@@ -309,7 +313,8 @@ def test_an_ies_profile_gives_what_cycles_has_of_it():
     lamp = scenes.add_lamp("POINT", location=(0.4, 0.2, 2), energy=100)
     profile = scenes.bpy.data.texts.new("Profile")
     profile.write("IESNA:LM-63-1995\nTILT=NONE\n1 1000 1 5 5 1 2 0 0 0\n1 1 1\n0 30 60 90 180\n0 90 180 270 360\n")
-    profile.write("100 100 90 50 0\n200 400 900 300 0\n100 50 20 10 0\n200 20 10 0 0\n100 100 90 50 0\n")
+    profile.write("200 180 150 120 100\n200 200 180 150 100\n200 160 120 90 100\n200 170 140 110 100\n")
+    profile.write("200 180 150 120 100\n")
     with_strength(lamp.data, "ShaderNodeTexIES").ies = profile
     assert compare_at_places().lights.patterns[0].angle == pytest.approx(pi)
 
