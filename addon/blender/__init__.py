@@ -9,6 +9,7 @@ meshes, baked light in materials and in the compositor.
 from .read.bake_objects import bake_objects
 from .read.camera import read_camera
 from .read.materials.materials import READING
+from .read.meshes.displacement import displace
 from .read.meshes.vertex_meshes import receiver_meshes
 from .read.render_graph import in_render_graph
 from .read.scene import SceneReading, read_scene
@@ -19,6 +20,7 @@ __all__ = [
     "SceneReading",
     "bake_objects",
     "check_color_attribute",
+    "displace",
     "in_render_graph",
     "read_camera",
     "read_scene",

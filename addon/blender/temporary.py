@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 
 from .read.materials.expressions import constant
-from .read.materials.nodes import SHOWN, Place
+from .read.materials.nodes import FROM_FRONT, SHOWN, Place, View
 from .read.meshes.object_values import Values, of_scene
 
 
@@ -65,7 +65,7 @@ READ_VALUES = {"ATTRIBUTE", "OBJECT_INFO"}
 
 
 def frozen_copy(
-    block: "bpy.types.ID", kinds: set[str], temporary: Temporary, values: Values = of_scene
+    block: "bpy.types.ID", kinds: set[str], temporary: Temporary, values: Values = of_scene, view: View = FROM_FRONT
 ) -> "bpy.types.ID":
     """A copy of a material or world with groups of its own, in which some nodes' outputs are constants.
 
@@ -77,28 +77,29 @@ def frozen_copy(
     temporary : Temporary
     values : Values
         What is known of the object and its scene.
+    view : View
     """
     copy = temporary.copy(block)
-    _freeze_tree(copy.node_tree, (), kinds | READ_VALUES, temporary, values)
+    _freeze_tree(copy.node_tree, (), kinds | READ_VALUES, temporary, (values, view))
     return copy
 
 
 def _freeze_tree(
-    tree: "bpy.types.NodeTree", groups: tuple, kinds: set[str], temporary: Temporary, values: Values
+    tree: "bpy.types.NodeTree", groups: tuple, kinds: set[str], temporary: Temporary, known: tuple[Values, View]
 ) -> None:
     for node in list(tree.nodes):
         if SHOWN in node:
             continue
         if node.type == "GROUP" and node.node_tree:
             node.node_tree = temporary.copy(node.node_tree)
-            _freeze_tree(node.node_tree, (*groups, node), kinds, temporary, values)
+            _freeze_tree(node.node_tree, (*groups, node), kinds, temporary, known)
         elif node.type in kinds:
-            _freeze_node(tree, node, groups, values)
+            _freeze_node(tree, node, groups, known)
 
 
-def _freeze_node(tree: "bpy.types.NodeTree", node: "bpy.types.Node", groups: tuple, values: Values) -> None:
+def _freeze_node(tree: "bpy.types.NodeTree", node: "bpy.types.Node", groups: tuple, known: tuple[Values, View]) -> None:
     for output in node.outputs:
-        fixed = constant(Place(output, groups), values) if output.is_linked else None
+        fixed = constant(Place(output, groups), *known) if output.is_linked else None
         if fixed is not None:
             value = _constant_output(tree, output.type, fixed)
             for link in list(output.links):

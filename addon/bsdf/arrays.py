@@ -1,4 +1,4 @@
-"""The mixture's functions for many points at a time: loops over its parts."""
+"""The mixture's functions for many points at a time that a camera sees: loops over its parts."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +12,7 @@ from ..scene import Scene
 from ..scene.arrays import SceneArrays
 from ..scene.hit import hit_at
 from . import mixture
-from .closure import bsdf_of
+from .closure import seen_by_camera
 from .scatter import lambertian_normal
 
 
@@ -113,35 +113,35 @@ def _seen_at(cos):
 @kernel
 def _evaluate_glossy(scene, triangle, u, v, back, wo, wi, out):
     for i in range(len(triangle)):
-        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
+        bsdf = seen_by_camera(scene, triangle[i], u[i], v[i], back[i])
         put(out, i, mixture.evaluate_glossy(scene, bsdf, row(wo, i), row(wi, i)))
 
 
 @kernel
 def _diffuse_albedo(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
-        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
+        bsdf = seen_by_camera(scene, triangle[i], u[i], v[i], back[i])
         put(out, i, mixture.diffuse_albedo(scene, bsdf, _seen_at(cos[i])))
 
 
 @kernel
 def _translucent_albedo(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
-        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
+        bsdf = seen_by_camera(scene, triangle[i], u[i], v[i], back[i])
         put(out, i, mixture.translucent_albedo(scene, bsdf, _seen_at(cos[i])))
 
 
 @kernel
 def _glossy_albedo(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
-        bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
+        bsdf = seen_by_camera(scene, triangle[i], u[i], v[i], back[i])
         put(out, i, mixture.glossy_albedo(scene, bsdf, _seen_at(cos[i])))
 
 
 @kernel
 def _reflects_highlights(scene, triangle, u, v, back, out):
     for i in range(len(triangle)):
-        out[i] = mixture.reflects_highlights(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]))
+        out[i] = mixture.reflects_highlights(scene, seen_by_camera(scene, triangle[i], u[i], v[i], back[i]))
 
 
 @kernel

@@ -6,6 +6,7 @@ Transmitted directions have wi.z < 0. Closures with normals of their own have fr
 Paths and photons follow the same f(view, light), the one from the view, the other from the light. All of f is
 reciprocal but for the factors that belong to the viewing side: what layers leave to what they cover, the scale of
 multiple scattering, and how refraction changes radiance. A photon views from where it goes, so they are taken there.
+Where a material differs by side or by kind of ray, its closures are those that the view sees, too.
 """
 
 from typing import NamedTuple
@@ -14,10 +15,15 @@ import numpy as np
 
 from ..core.compiling import part
 from ..core.vec3 import BLACK, ONE, ZERO, negative, row
-from ..scene.closures import Lobe
-from ..scene.hit import channel_at
+from ..scene import RayKind
+from ..scene.closures import N_ANGLES, Lobe
+from ..scene.hit import channel_at, material_seen
 
 GLOSSY, GLASS = int(Lobe.GLOSSY), int(Lobe.GLASS)
+TRANSMITTING_LOBES = 1 << int(Lobe.TRANSLUCENT) | 1 << GLASS | 1 << int(Lobe.PANE)
+"""Lobes that send light through the surface, as bits."""
+_LAST_ANGLE = np.float32(N_ANGLES - 1)
+_DIFFUSE_RAY, _CAMERA_RAY = int(RayKind.DIFFUSE), int(RayKind.CAMERA)
 
 
 class Bsdf(NamedTuple):
@@ -49,23 +55,58 @@ class Closure(NamedTuple):
     fresnel: bool
     preserves_energy: bool
     layer: np.int32
+    curve: np.int32
 
 
 @part
-def bsdf_at(scene, hit):
-    """The scattering where a ray met a surface."""
-    return bsdf_of(scene, hit.triangle, hit.u, hit.v, hit.back)
+def bsdf_at(scene, hit, kind):
+    """The scattering where a ray met a surface, as rays of a `RayKind` see it."""
+    return _bsdf(scene, hit.triangle, hit.u, hit.v, hit.back, hit.back, kind)
 
 
 @part
 def bsdf_of(scene, triangle, u, v, back):
-    """The scattering at a point of a triangle, of light that comes to its back or else its front."""
-    material, start = scene.material[triangle], scene.materials.closures.start
+    """The scattering at a point of a triangle, of light that comes to its back or else its front, for diffuse rays."""
+    return _bsdf(scene, triangle, u, v, back, back, _DIFFUSE_RAY)
+
+
+@part
+def seen_by_camera(scene, triangle, u, v, back):
+    """The same for a camera."""
+    return _bsdf(scene, triangle, u, v, back, back, _CAMERA_RAY)
+
+
+@part
+def seen_otherwise(scene, hit, kind):
+    """Whether rays of a kind see other closures where they met a surface than diffuse rays do."""
+    seen = material_seen(scene, hit.triangle, hit.back, np.int64(kind))
+    return seen != material_seen(scene, hit.triangle, hit.back, _DIFFUSE_RAY)
+
+
+@part
+def seen_from_behind(scene, bsdf, kind):
+    """What the same point does to the same light as rays of a kind see it that come from the other side."""
+    return _bsdf(scene, bsdf.triangle, bsdf.u, bsdf.v, bsdf.back, not bsdf.back, kind)
+
+
+@part
+def _bsdf(scene, triangle, u, v, back, seen_from_back, kind):
+    """The scattering of light that comes to one side by the closures that are seen from a side."""
+    material, start = material_seen(scene, triangle, seen_from_back, np.int64(kind)), scene.materials.closures.start
     normal = row(scene.normals, triangle)
     if back:
         normal = negative(normal)
-    perturbed = scene.materials.perturbed[material]
+    perturbed = scene.materials.perturbed[scene.material[triangle]]
     return Bsdf(start[material], start[material + 1], triangle, u, v, back, normal, perturbed)
+
+
+@part
+def has_lobes(scene, bsdf, lobes):
+    """Whether a point has a closure of a set of lobes."""
+    found = False
+    for k in range(bsdf.first, bsdf.last):
+        found |= bool(lobes >> scene.materials.closures.kind[k] & 1)
+    return found
 
 
 @part
@@ -80,7 +121,19 @@ def closure_at(scene, bsdf, k):
     if kind == GLASS and bsdf.back:
         ior = ONE / ior
     fresnel, preserves_energy = closures.fresnel[k], closures.preserves_energy[k]
-    return Closure(kind, weight, roughness, f0, f90, ior, fresnel, preserves_energy, closures.layer[k])
+    layer, curve = closures.layer[k], closures.curve[k]
+    return Closure(kind, weight, roughness, f0, f90, ior, fresnel, preserves_energy, layer, curve)
+
+
+@part
+def seen_at(scene, closure, cos):
+    """What a closure's weight is multiplied by where it is seen at a cosine to the normal."""
+    if closure.curve < 0:
+        return ONE
+    at = np.sqrt(max(cos, ZERO)) * _LAST_ANGLE
+    k = np.int64(min(at, _LAST_ANGLE - ONE))
+    share, curves = at - np.float32(k), scene.materials.closures.curves
+    return curves[closure.curve, k] * (ONE - share) + curves[closure.curve, k + 1] * share
 
 
 @part

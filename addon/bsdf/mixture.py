@@ -14,7 +14,7 @@ from ..scene.hit import channel_at, weight_of_kind
 from . import diffuse, glass, glossy, translucent
 from .broad import lobes as others
 from .broad import toon
-from .closure import Bsdf, bsdf_at, closure_at, is_nothing
+from .closure import Bsdf, bsdf_at, closure_at, is_nothing, seen_at
 from .frames import UP, Frame, bump_shadowing_in, frame_of, into, out_of, received
 
 DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in list(Lobe)[:4])
@@ -23,8 +23,7 @@ GLOSSY_TOON, PANE, _ABSORBING = int(Lobe.GLOSSY_TOON), int(Lobe.PANE), int(Lobe.
 ALL_LOBES = (1 << len(Lobe)) - 1
 SPECULAR_LOBES, BROAD_LOBES, DIRECTED_LOBES = (sum(1 << lobe for lobe in lobes) for lobes in (NARROW, BROAD, DIRECTED))
 """Sets of lobes as bits: those that a radiance cache, which knows no directions, does not answer for; those of which it
-knows the light that comes; and those among them that it does not answer for but for caustics.
-"""
+knows the light that comes; and those among them that it does not answer for but for caustics."""
 _GLOSSY_LOBES = 1 << GLOSSY | 1 << GLOSSY_TOON
 _DIFFUSE_LOBES = 1 << DIFFUSE | BROAD_LOBES
 BUMPED_LOBES = BROAD_LOBES & ~(1 << int(Lobe.VELVET))
@@ -164,8 +163,8 @@ def _is_rough(closure):
 
 @part
 def transmittance_to(scene, bsdf, closure, view):
-    """Share of the light that the layers over a closure leave to it, seen from a local direction on either side."""
-    left, layer = WHITE, closure.layer
+    """Share of light that a closure's layers and its curve leave to it, seen from a local direction on either side."""
+    left, layer = times(WHITE, seen_at(scene, closure, abs(view[2]))), closure.layer
     while layer >= 0:
         over, cos = closure_at(scene, bsdf, layer), abs(into(frame_of(scene, bsdf, layer, view), view)[2])
         if over.kind == GLOSSY:
@@ -239,7 +238,7 @@ def pdf_glossy(scene, bsdf, wo, wi):
 @part
 def total_weight(scene, bsdf, kind):
     """Sum of the weights of closures of one kind: albedo or transmission, before what layers take."""
-    return weight_of_kind(scene, kind, bsdf.triangle, bsdf.u, bsdf.v)
+    return weight_of_kind(scene, kind, bsdf.first, bsdf.last, bsdf.triangle, bsdf.u, bsdf.v)
 
 
 @part

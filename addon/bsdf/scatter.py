@@ -9,7 +9,7 @@ from ..core.vec3 import BLACK, ONE, ZERO, dot, mean, mul, negative, normalized, 
 from ..scene import RayKind
 from ..scene.hit import channel_at, off_surface, shading_normal
 from . import glass
-from .closure import bsdf_at, closure_at, is_nothing
+from .closure import TRANSMITTING_LOBES, bsdf_at, closure_at, has_lobes, is_nothing, seen_from_behind
 from .frames import UP, adjoint, bump_shadowing_in, frame_of, into, out_of, own_normal
 from .mixture import (
     BROAD_LOBES,
@@ -18,12 +18,15 @@ from .mixture import (
     GLOSSY,
     GLOSSY_TOON,
     PANE,
+    TRANSLUCENT,
     choose_closure,
     sample_bsdf,
     transmittance_to,
 )
 
 _DIFFUSE_RAY, _GLOSSY_RAY, _TRANSMITTED_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY), int(RayKind.TRANSMITTED)
+_REFLECTING = ~(1 << TRANSLUCENT | 1 << PANE)
+_HALF, _TWO = np.float32(0.5), np.float32(2)
 _FACING, _LEAST_COS = np.float32(1e-3), np.float32(1e-6)
 _MAX_CORRECTION = np.float32(16)
 """Beyond it light grazes the facet, where very few photons meet it."""
@@ -61,7 +64,7 @@ class Scattered(NamedTuple):
 
 
 @part
-def scatter(scene, hit, direction, choice, u, v, lobes, from_light):
+def scatter(scene, hit, direction, choice, u, v, lobes, from_light, seen):
     """One new direction for a ray that met a surface, by what its material does.
 
     Parameters
@@ -73,11 +76,18 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light):
         Those that may be chosen, as `ALL_LOBES`.
     from_light : bool
         Whether the ray is a photon; otherwise it comes from where light is wanted.
+    seen : int
+        `RayKind` of those who see the surface: of the ray itself, or of one that looks back along the photon's way on.
     """
     axis = axis_at(scene, hit, direction)
-    bsdf, wo = bsdf_at(scene, hit), to_local(negative(direction), axis)
+    bsdf, wo = bsdf_at(scene, hit, seen), to_local(negative(direction), axis)
+    way, inverse = ZERO, ONE
+    if from_light and scene.materials.two_faced[scene.material[hit.triangle]]:
+        way, bsdf, choice, lobes, inverse = _way_of_photon(scene, bsdf, choice, lobes, seen)
     sample = sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light)
-    weight, wi, own_wi = sample.weight, sample.wi, into(sample.frame, sample.wi)
+    weight, wi, own_wi = times(sample.weight, inverse), sample.wi, into(sample.frame, sample.wi)
+    if way * wi[2] < ZERO:
+        weight = BLACK
     if bsdf.perturbed:
         if sample.lobe < GLOSSY:
             own_wi = wi if from_light else own_wi
@@ -101,15 +111,36 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light):
         left = abs(dot(to_world(wi, axis), hit.normal)) / max(wi[2], _LEAST_COS)
         correction = shading_normal_correction(axis, hit.normal, direction)
         weight = times(weight, correction * min(left, _MAX_CORRECTION))
-    way = wi, own_wi[2], weight, sample.lobe, sample.specular, sample.rough
-    return _gone_on(scene, hit, axis, *way)
+    onward = wi, own_wi[2], weight, sample.lobe, sample.specular, sample.rough
+    return _gone_on(scene, hit, axis, *onward)
 
 
 @part
-def scatter_both_ways(scene, hit, direction, choice, u, v):
+def _way_of_photon(scene, bsdf, choice, lobes, seen):
+    """Whether a photon goes back or through where the closures that send it back are not those that send it through.
+
+    Returns
+    -------
+    way : float32
+        1 back, −1 through.
+    bsdf, choice, lobes
+        The closures that are seen there, the choice fresh again, and the lobes that may send it there.
+    inverse : float32
+        1 over the chance of the way.
+    """
+    behind = seen_from_behind(scene, bsdf, seen)
+    if not has_lobes(scene, behind, lobes & TRANSMITTING_LOBES):
+        return ONE, bsdf, choice, lobes & _REFLECTING, ONE
+    if choice < _HALF:
+        return ONE, bsdf, _TWO * choice, lobes & _REFLECTING, _TWO
+    return -ONE, behind, _TWO * choice - ONE, lobes & TRANSMITTING_LOBES, _TWO
+
+
+@part
+def scatter_both_ways(scene, hit, direction, choice, u, v, seen):
     """What glass reflects of a path from a view, and what it lets through: a `Scattered` each."""
     axis = axis_at(scene, hit, direction)
-    bsdf, wo = bsdf_at(scene, hit), to_local(negative(direction), axis)
+    bsdf, wo = bsdf_at(scene, hit, seen), to_local(negative(direction), axis)
     chosen, inverse, _ = choose_closure(scene, bsdf, wo, choice, 1 << GLASS, False)
     if chosen < 0:
         nothing = _gone_on(scene, hit, axis, UP, ONE, BLACK, np.int32(GLASS), True, False)
@@ -166,7 +197,7 @@ def lit_normal(scene, hit):
 @part
 def lambertian_normal(scene, hit):
     """The mean of the normals of a point's Lambertian closures by their weights, a unit vector."""
-    bsdf, shading = bsdf_at(scene, hit), shading_normal(scene, hit)
+    bsdf, shading = bsdf_at(scene, hit, _DIFFUSE_RAY), shading_normal(scene, hit)
     if not bsdf.perturbed:
         return shading
     total, closures = BLACK, scene.materials.closures

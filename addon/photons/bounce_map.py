@@ -136,7 +136,8 @@ def bounce_map(tracer: TransparencyTracer, source: Source, n_photons: int, seed:
     """The bounce map of a source with at least so many pixels."""
     view = view_of(source)
     rays = view.emit(view.points(n_photons, seed, 0))
-    return BounceMap(view, view.side(n_photons), rays, tracer.closest_hit(rays.origins, rays.directions))
+    hits = tracer.closest_hit(rays.origins, rays.directions, photons_to=np.zeros(len(rays.origins), np.uint8))
+    return BounceMap(view, view.side(n_photons), rays, hits)
 
 
 def picture_rays(sources: Sequence[Source], counts: list[int], seed: int) -> list[Rays]:

@@ -92,7 +92,7 @@ def emission_segment(
     of the photons stop and half go on, with twice the power. Objects that block it without being illuminated take the
     photons' power. What see-through surfaces leave of it is in the power, too.
     """
-    hits = tracer.closest_hit(front.origin, front.direction)
+    hits = tracer.closest_hit(front.origin, front.direction, photons_to=front.kind)
     if hits.tint is not None:
         np.multiply(front.power, hits.tint, out=front.power)
     if not linking.stops_all:
@@ -121,7 +121,7 @@ def _past_unlinked(
         flying = flying[~(blocks | (lit & half))]
         if len(flying) == 0:
             return hits
-        beyond = tracer.beyond(rows(front.direction, flying), hits.where(flying))
+        beyond = tracer.beyond(rows(front.direction, flying), front.kind[flying], hits.where(flying))
         power[flying] = beyond.tinted(power[flying])
         hits.put(flying, beyond)
         flying = flying[beyond.hit]

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..core.compiling import part
 from ..core.vec3 import put, row
+from ..scene import RayKind
 
 
 class Photon(NamedTuple):
@@ -23,6 +24,8 @@ class Photon(NamedTuple):
     came_from : int32
         The object that it left last, −1 for lamps and the world.
     path, source : int32
+    kind : uint8
+        `RayKind` of those who are going to see where it comes from (`viewers`).
     """
 
     origin: tuple
@@ -34,6 +37,7 @@ class Photon(NamedTuple):
     came_from: int
     path: int
     source: int
+    kind: np.uint8
 
 
 class Front(NamedTuple):
@@ -48,6 +52,7 @@ class Front(NamedTuple):
     came_from: np.ndarray
     path: np.ndarray
     source: np.ndarray
+    kind: np.ndarray
 
 
 def new_front(n: int) -> Front:
@@ -55,7 +60,9 @@ def new_front(n: int) -> Front:
     f, i = np.float32, np.int32
     origin, direction, power = (np.empty((n, 3), f) for _ in range(3))
     one = np.ones(n, f), np.ones(n, f)
-    return Front(origin, direction, power, *one, np.zeros(n, bool), np.full(n, -1, i), np.empty(n, i), np.empty(n, i))
+    came_from, path, source = np.full(n, -1, i), np.empty(n, i), np.empty(n, i)
+    kind = np.full(n, RayKind.DIFFUSE, np.uint8)
+    return Front(origin, direction, power, *one, np.zeros(n, bool), came_from, path, source, kind)
 
 
 @part
@@ -71,6 +78,7 @@ def photon_at(front, k):
         front.came_from[k],
         front.path[k],
         front.source[k],
+        front.kind[k],
     )
 
 
@@ -82,3 +90,4 @@ def put_photon(front, k, photon):
     put(front.power, k, photon.power)
     front.path_density[k], front.gained[k], front.specular[k] = photon.path_density, photon.gained, photon.specular
     front.came_from[k], front.path[k], front.source[k] = photon.came_from, photon.path, photon.source
+    front.kind[k] = photon.kind

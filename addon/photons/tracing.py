@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..bsdf import Lobe
-from ..bsdf.mixture import ALL_LOBES, SPECULAR_LOBES
+from ..bsdf.mixture import SPECULAR_LOBES
 from ..bsdf.scatter import scatter
 from ..core.compiling import kernel, part
 from ..core.parallel import Workers, slices
@@ -25,6 +25,7 @@ from .front import Photon, new_front, photon_at, put_photon
 from .photons import Photons
 from .region_directed import TargetRegion, directed, is_directed, target_region
 from .store import PhotonStore, store
+from .viewers import Viewers, choose_first_viewers, is_way_of_lamplight, next_viewer, reflects_to, viewers_of
 
 CHUNK = 1 << 15
 """Photons that fly together: enough to hide Python's cost a call, few enough to stay in the processor's cache."""
@@ -52,6 +53,7 @@ class Rules(NamedTuple):
     last_bounce : (s,) int32
         Where their photons end.
     region : TargetRegion
+    viewers : Viewers
     """
 
     key: np.uint64
@@ -61,6 +63,7 @@ class Rules(NamedTuple):
     sampled_directly: np.ndarray
     last_bounce: np.ndarray
     region: TargetRegion
+    viewers: Viewers
 
 
 class HitArrays(NamedTuple):
@@ -85,6 +88,7 @@ def meet_surfaces(scene, rules, bounce, front, n, hits, rows, n_stored):
             continue
         hit = hit_at(scene, photon.direction, hits.triangle[k], hits.distance[k], hits.u[k], hits.v[k])
         on_purpose = bounce > 0 or not rules.sampled_directly[photon.source]
+        on_purpose &= reflects_to(rules.viewers, photon.kind)
         if on_purpose and (photon.specular or rules.keeps[scene.material[hit.triangle]]):
             store(rows, n_stored, hit, photon, bounce)
             n_stored += 1
@@ -102,7 +106,12 @@ def scattered(scene, rules, bounce, photon, hit):
     i = _PAIRS * bounce
     choice, u = two_numbers(rules.key, photon.path, i)
     v, fate = two_numbers(rules.key, photon.path, i + 1)
-    on = scatter(scene, hit, photon.direction, choice, u, v, ALL_LOBES, True)
+    seen, chance = next_viewer(rules.viewers, photon.kind, two_numbers(rules.key, photon.path, i + 3)[1])
+    lobes = rules.viewers.lobes[photon.kind]
+    on = scatter(scene, hit, photon.direction, choice, u, v, lobes, True, seen)
+    lit_by_points = bounce == 0 and rules.sampled_directly[photon.source]
+    if lit_by_points and not is_way_of_lamplight(rules.viewers, photon.kind, on.specular):
+        return False, photon
 
     # Russian roulette, so that no photon gains power. Seen from the receivers, a lobe is where a ray of its kind starts
     # that has to see where the photon came from
@@ -111,7 +120,7 @@ def scattered(scene, rules, bounce, photon, hit):
     seen = rules.seen[on.kind, photon.came_from] if by_object else rules.source_seen[on.kind, photon.source]
     if not on.alive or fate >= survival or not seen:
         return False, photon
-    direction, ratio, weight = on.direction, ONE, times(on.weight, ONE / survival)
+    direction, ratio, weight = on.direction, ONE, times(on.weight, ONE / (survival * chance))
     if on.lobe < _GLOSSY and is_directed(rules.region, photon.gained, hit.position):
         up = hit.normal if dot(direction, hit.normal) > ZERO else negative(hit.normal)
         choice, u = two_numbers(rules.key, photon.path, i + 2)
@@ -130,6 +139,7 @@ def scattered(scene, rules, bounce, photon, hit):
         scene.object[hit.triangle],
         photon.path,
         photon.source,
+        np.uint8(seen),
     )
 
 
@@ -158,9 +168,11 @@ class _Tracing:
             origin, direction, power = front.origin[:n], front.direction[:n], front.power[:n]
             if bounce == 0:
                 numbers = PathNumbers(self.seed, self.of.value[1], _LINKING)
+                if self.rules.viewers.in_shadow:
+                    choose_first_viewers(self.rules.viewers, self.rules.key, self.rules.sampled_directly, front, n)
                 hits = emission_segment(self.scene, self.tracer, self.linking, front, numbers)
             else:
-                hits = self.tracer.closest_hit(origin, direction)
+                hits = self.tracer.closest_hit(origin, direction, photons_to=front.kind[:n])
                 if self.log is not None:
                     self.log.take(paths.start, Flights(origin, direction, hits.distance, power, front.specular[:n]))
                 if hits.tint is not None:
@@ -244,6 +256,7 @@ def _rules(
         sampled_directly=np.array([source.sampled_directly for source in sources]),
         last_bounce=np.array(last, np.int32),
         region=target_region(region),
+        viewers=viewers_of(scene.materials),
     )
 
 

@@ -1,9 +1,9 @@
 """What is lit: meshes, materials, lights and world as NumPy arrays in world space (metres, scene-linear Rec.709)."""
 
-from .closures import Closures, Lobe, NormalSpace
+from .closures import N_ANGLES, AngleCurves, Closures, Lobe, NormalSpace, angle_cosines
 from .light_groups import OTHER, LightGroups
 from .lights import ALL_BOUNCES, LightKind, LightPattern, Lights, PatternDomain
-from .materials import Channel, Materials
+from .materials import N_VIEWS, Channel, Materials
 from .ray_kinds import RayKind, seen_by
 from .scene import EmitterLinks, Scene, SceneObjects, ShadingFrames
 from .textures import Textures
@@ -11,7 +11,10 @@ from .world import World
 
 __all__ = [
     "ALL_BOUNCES",
+    "N_ANGLES",
+    "N_VIEWS",
     "OTHER",
+    "AngleCurves",
     "Channel",
     "Closures",
     "EmitterLinks",
@@ -29,5 +32,6 @@ __all__ = [
     "ShadingFrames",
     "Textures",
     "World",
+    "angle_cosines",
     "seen_by",
 ]

@@ -35,7 +35,7 @@ class TextureArrays(NamedTuple):
 
 
 class ClosureArrays(NamedTuple):
-    """`Closures`: those of material m are rows `start[m]` to `start[m + 1]`."""
+    """`Closures`: those of material m are rows `start[m]` to `start[m + 1]`; `curve` and `curves` are `AngleCurves`."""
 
     start: np.ndarray
     kind: np.ndarray
@@ -49,21 +49,28 @@ class ClosureArrays(NamedTuple):
     layer: np.ndarray
     normal_space: np.ndarray
     normal: ChannelArrays
+    curve: np.ndarray
+    curves: np.ndarray
 
 
 class MaterialArrays(NamedTuple):
-    """`Materials`: closures and channels, and what is known of them (m,) bool."""
+    """`Materials`: closures and channels, and which rows stand for others (m, 10) int32.
+
+    Those from `matte` on, (m,) bool, are known of a triangle's material, whichever row stands for it.
+    """
 
     closures: ClosureArrays
     emission: ChannelArrays
     coverage: ChannelArrays
     tint: ChannelArrays
+    seen_as: np.ndarray
     matte: np.ndarray
     directional: np.ndarray
     broad: np.ndarray
     spreads_light: np.ndarray
     perturbed: np.ndarray
     see_through: np.ndarray
+    two_faced: np.ndarray
 
 
 class SceneArrays(NamedTuple):
@@ -144,7 +151,10 @@ def channel_arrays(channel: Channel) -> ChannelArrays:
 
 
 def _material_arrays(materials: Materials) -> MaterialArrays:
-    closures = {name: _column(getattr(materials.closures, name)) for name in ClosureArrays._fields}
+    angles = materials.closures.angles
+    curves = {"curve": kernel_array(angles.of_closure, np.int32), "curves": kernel_array(angles.curves, np.float32)}
+    others = [name for name in ClosureArrays._fields if name not in curves]
+    closures = {name: _column(getattr(materials.closures, name)) for name in others} | curves
     columns = {name: _column(getattr(materials, name)) for name in MaterialArrays._fields if name != "closures"}
     return MaterialArrays(closures=ClosureArrays(**closures), **columns)
 

@@ -51,6 +51,35 @@ class NormalSpace(IntEnum):
     HEIGHT = 3
 
 
+N_ANGLES = 33
+"""Points of a curve over the viewing angle: cosines (k / 32)², which lie close where Fresnel's curves are steep."""
+
+
+@dataclass(frozen=True)
+class AngleCurves:
+    """What the weights of c closures are multiplied by where they are seen at an angle.
+
+    Attributes
+    ----------
+    of_closure : (c,) int32
+        Which curve, −1 for none.
+    curves : (k, N_ANGLES) float32
+        In [0, 1], by the cosine to the normal on the viewing side.
+    """
+
+    of_closure: np.ndarray
+    curves: np.ndarray
+
+    @staticmethod
+    def none(n: int) -> "AngleCurves":
+        return AngleCurves(np.full(n, -1, np.int32), np.zeros((0, N_ANGLES), np.float32))
+
+
+def angle_cosines() -> np.ndarray:
+    """The cosines at which curves are known, (N_ANGLES,)."""
+    return (np.arange(N_ANGLES) / (N_ANGLES - 1)) ** 2
+
+
 @dataclass(frozen=True)
 class Closures:
     """The c closures of m materials, those of material i in rows `start[i]` to `start[i + 1]`; they add up.
@@ -87,6 +116,8 @@ class Closures:
         `NormalSpace` of a closure that has a normal of its own, −1 of one that has the interpolated normal.
     normal : Channel
         That normal.
+    by_angle : AngleCurves, optional
+        None where no weight depends on the angle.
     """
 
     start: np.ndarray
@@ -101,6 +132,7 @@ class Closures:
     layer: np.ndarray
     normal_space: np.ndarray
     normal: Channel
+    by_angle: AngleCurves | None = None
 
     @staticmethod
     def of(start: np.ndarray, kind: np.ndarray, **columns: Any) -> "Closures":
@@ -126,6 +158,11 @@ class Closures:
         """The material of each, (c,) int64."""
         return np.repeat(np.arange(len(self.start) - 1), np.diff(self.start))
 
+    @property
+    def angles(self) -> AngleCurves:
+        """`by_angle`, of no closure where there is none."""
+        return self.by_angle or AngleCurves.none(len(self))
+
     def count(self, *kinds: Lobe) -> np.ndarray:
         """How many closures of some kinds each material has, (m,) int64."""
         return np.bincount(self.material[np.isin(self.kind, kinds)], minlength=len(self.start) - 1)
@@ -135,13 +172,16 @@ class Closures:
         index = np.append(np.where(chosen, np.cumsum(chosen) - 1, -1), -1)
         ends = np.concatenate([[0], np.cumsum(chosen)])
         columns: dict[str, Any] = {
-            f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("start", "layer")
+            f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("start", "layer", "by_angle")
         }
         taken: dict[str, Any] = {
             name: one.where(chosen) if isinstance(one, Channel) else one[chosen] for name, one in columns.items()
         }
         return Closures(
-            start=ends[self.start].astype(np.int32), layer=index[self.layer[chosen]].astype(np.int32), **taken
+            start=ends[self.start].astype(np.int32),
+            layer=index[self.layer[chosen]].astype(np.int32),
+            by_angle=AngleCurves(self.angles.of_closure[chosen], self.angles.curves),
+            **taken,
         )
 
 

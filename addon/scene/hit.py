@@ -9,9 +9,12 @@ import numpy as np
 
 from ..core.compiling import kernel, part
 from ..core.vec3 import ONE, ZERO, dot, largest, length, minus, mul, negative, plus, put, row, times, wide
+from .closures import Lobe
+from .ray_kinds import RayKind
 
 _LEAST_COORDINATE = np.float32(0.01)  # m, that rounding is taken from: the origin is no better known than what is near
 _PER_COORDINATE = np.float32(2.0**-18)  # 64 roundings
+_DIFFUSE, _DIFFUSE_RAY = int(Lobe.DIFFUSE), int(RayKind.DIFFUSE)
 _SHORTEST_NORMAL = np.float32(1e-3)
 _TINY, _TINIEST = np.float32(1e-20), 1e-300
 
@@ -150,9 +153,21 @@ def off_surface(scene, hit, side):
 
 
 @part
-def look_up(scene, channel, triangle, u, v):
-    """A channel of the materials (`ChannelArrays`) at a point of a triangle."""
-    return channel_at(scene, channel, scene.material[triangle], triangle, u, v)
+def is_back(scene, triangle, direction):
+    """Whether a ray that flies along a direction comes to a triangle's back."""
+    return dot(row(scene.normals, triangle), direction) > ZERO
+
+
+@part
+def material_seen(scene, triangle, back, kind):
+    """The row of the materials that stands for a triangle's where rays of a kind see its back or else its front."""
+    return scene.materials.seen_as[scene.material[triangle], 2 * kind + (1 if back else 0)]
+
+
+@part
+def look_up(scene, channel, triangle, u, v, back, kind):
+    """A channel of the materials (`ChannelArrays`) at a point of a triangle, as `material_seen` has it."""
+    return channel_at(scene, channel, material_seen(scene, triangle, back, kind), triangle, u, v)
 
 
 @part
@@ -166,11 +181,12 @@ def channel_at(scene, channel, k, triangle, u, v):
 
 
 @part
-def weight_of_kind(scene, kind, triangle, u, v):
-    """Sum of the weights of closures of a kind (`Lobe`): of Lambertian ones the albedo, before what layers take."""
-    closures, material = scene.materials.closures, scene.material[triangle]
-    total = ZERO, ZERO, ZERO
-    for k in range(closures.start[material], closures.start[material + 1]):
+def weight_of_kind(scene, kind, first, last, triangle, u, v):
+    """Sum of the weights of closures `first` to `last` of a kind (`Lobe`): of Lambertian ones the albedo, before what
+    layers take.
+    """
+    closures, total = scene.materials.closures, (ZERO, ZERO, ZERO)
+    for k in range(first, last):
         if closures.kind[k] == kind:
             total = plus(total, channel_at(scene, closures.weight, k, triangle, u, v))
     return total
@@ -191,11 +207,11 @@ def texel(textures, image, x, y):
 
 
 @part
-def emitted(scene, triangle, u, v):
-    """Radiance that a point of a triangle emits where rays end on it."""
+def emitted(scene, triangle, u, v, back, kind):
+    """Radiance that a point of a triangle emits, to its back or else its front, where rays of a kind end on it."""
     if not scene.emits[scene.object[triangle]]:
         return ZERO, ZERO, ZERO
-    return look_up(scene, scene.materials.emission, triangle, u, v)
+    return look_up(scene, scene.materials.emission, triangle, u, v, back, kind)
 
 
 @kernel
@@ -236,14 +252,17 @@ def ray_offsets_of(scene, triangle, positions, out):
 
 
 @kernel
-def look_up_of(scene, channel, triangle, u, v, out):
+def look_up_of(scene, channel, triangle, u, v, back, out):
     """`look_up` of many."""
     for i in range(len(triangle)):
-        put(out, i, look_up(scene, channel, triangle[i], u[i], v[i]))
+        put(out, i, look_up(scene, channel, triangle[i], u[i], v[i], back[i], _DIFFUSE_RAY))
 
 
 @kernel
-def weights_of_kind(scene, kind, triangle, u, v, out):
-    """`weight_of_kind` of many."""
+def albedos_of(scene, triangle, u, v, back, kind, out):
+    """Diffuse albedos of many points that rays of a kind see, before what layers take."""
+    start = scene.materials.closures.start
     for i in range(len(triangle)):
-        put(out, i, weight_of_kind(scene, kind, triangle[i], u[i], v[i]))
+        material = material_seen(scene, triangle[i], back[i], kind)
+        of = start[material], start[material + 1]
+        put(out, i, weight_of_kind(scene, _DIFFUSE, *of, triangle[i], u[i], v[i]))

@@ -7,12 +7,20 @@ from typing import Any
 import numpy as np
 
 from .closures import BROAD, LAMBERTIAN, NARROW, Closures, Lobe, closures_of_lobes
+from .ray_kinds import RayKind
 from .textures import Channel, Textures
+
+N_VIEWS = 2 * len(RayKind)
+"""Kinds of rays, each from both sides."""
 
 
 @dataclass(frozen=True)
 class Materials:
-    """The m materials of a scene; all surfaces are two-sided.
+    """The m materials of a scene; all surfaces have two sides.
+
+    A material that differs by side, or by the kind of ray that sees it, has further rows. Triangles have the number of
+    the one that diffuse rays see from the front, and `seen_as` says which row stands for it; what is known of a
+    triangle's material (`has`, `matte` and so on) is of all of them.
 
     Light that meets a material passes straight through with the probability 1 − `coverage`, tinted; emission and
     closures are of the light that does not.
@@ -24,12 +32,14 @@ class Materials:
     closures : Closures
         What scatters light; they add up.
     emission : Channel, W/(m² sr)
-        Emitted radiance, the same in every direction on both sides; below 0 where light is taken away.
+        Emitted radiance, the same in every direction; below 0 where light is taken away.
     coverage : Channel, scalar in [0, 1]
         Share of the light that does not pass straight through.
     tint : Channel
         Colour of the light that passes straight through.
     textures : Textures
+    seen_as : (m, 10) int32
+        The row that stands for each where rays of kind k (`RayKind`) see its front, column 2 k, and its back, 2 k + 1.
     """
 
     names: tuple[str, ...]
@@ -38,23 +48,55 @@ class Materials:
     coverage: Channel
     tint: Channel
     textures: Textures
+    seen_as: np.ndarray
 
     def __len__(self) -> int:
         return len(self.names)
 
     def has(self, *lobes: Lobe) -> np.ndarray:
         """Which materials have a closure of one of some kinds, (m,) bool."""
-        return self.closures.count(*lobes) > 0
+        return self.of_any_view(self.closures.count(*lobes) > 0)
+
+    def of_any_view(self, rows: np.ndarray) -> np.ndarray:
+        """What is true of one of the rows that stand for a material, (m,) bool."""
+        return rows[self.seen_as].any(axis=1)
+
+    @cached_property
+    def emits(self) -> np.ndarray:
+        """Which materials emit light that diffuse rays see, (m,) bool."""
+        return self.emission.nonzero[self.seen_as[:, :2]].any(axis=1)
+
+    @cached_property
+    def two_faced(self) -> np.ndarray:
+        """Which materials differ by side, (m,) bool."""
+        return (self.seen_as[:, ::2] != self.seen_as[:, 1::2]).any(axis=1)
+
+    @cached_property
+    def differs_in_shadow(self) -> bool:
+        """Whether shadow rays see any material otherwise than diffuse rays do."""
+        return self._differs(RayKind.SHADOW)
+
+    @cached_property
+    def differs_by_lobe(self) -> bool:
+        """Whether rays that one lobe sends see any material otherwise than those of another lobe."""
+        return self._differs(RayKind.GLOSSY) or self._differs(RayKind.TRANSMITTED)
+
+    def _differs(self, kind: RayKind) -> bool:
+        """Whether rays of a kind see any material otherwise than diffuse rays do."""
+        sides = self.seen_as.reshape(len(self), -1, 2)
+        return bool((sides[:, kind] != sides[:, RayKind.DIFFUSE]).any())
 
     @cached_property
     def matte(self) -> np.ndarray:
-        """Which materials have no closure but diffuse ones, (m,) bool."""
+        """Which materials have no closure but diffuse ones that look the same from all angles, (m,) bool."""
         return ~(self.has(Lobe.TRANSLUCENT) | self.directional)
 
     @cached_property
     def directional(self) -> np.ndarray:
-        """Which materials have closures that are not Lambertian, (m,) bool."""
-        return self.has(*(lobe for lobe in Lobe if lobe not in LAMBERTIAN))
+        """Which materials look otherwise from other angles, (m,) bool: not Lambertian, or weighed by the angle."""
+        closures = self.closures
+        curved = np.bincount(closures.material[closures.angles.of_closure >= 0], minlength=len(self)) > 0
+        return self.has(*(lobe for lobe in Lobe if lobe not in LAMBERTIAN)) | self.of_any_view(curved)
 
     @cached_property
     def narrow(self) -> np.ndarray:
@@ -75,12 +117,12 @@ class Materials:
     def perturbed(self) -> np.ndarray:
         """Which materials have a closure with a normal of its own, (m,) bool."""
         of = self.closures.material[self.closures.normal_space >= 0]
-        return np.bincount(of, minlength=len(self)) > 0
+        return self.of_any_view(np.bincount(of, minlength=len(self)) > 0)
 
     @cached_property
     def see_through(self) -> np.ndarray:
         """Which materials let light pass straight through somewhere, (m,) bool."""
-        return (self.coverage.texture >= 0) | (self.coverage.value[:, 0] < 1)
+        return self.of_any_view((self.coverage.texture >= 0) | (self.coverage.value[:, 0] < 1))
 
     @staticmethod
     def of(m: int, textures: Textures | None = None, closures: Closures | None = None, **columns: Any) -> "Materials":
@@ -97,6 +139,7 @@ class Materials:
             "emission": Channel.constant(np.zeros(m)),
             "coverage": Channel.constant(ones),
             "tint": Channel.constant(ones),
+            "seen_as": np.repeat(np.arange(m, dtype=np.int32)[:, None], N_VIEWS, axis=1),
         }
         own = {name: columns.pop(name, value) for name, value in default.items()}
         closures = closures or closures_of_lobes(m, **columns)

@@ -12,9 +12,9 @@ from ..core.sampling.octahedral import encode_octahedral
 from ..core.sampling.vectors import dot, rows
 from . import hit
 from .arrays import SceneArrays, channel_arrays, scene_arrays
-from .closures import Lobe
 from .lights import Lights
 from .materials import Channel, Materials
+from .ray_kinds import RayKind
 from .world import World
 
 _CHUNK = 1 << 16  # triangles
@@ -184,7 +184,7 @@ class Scene:
     def shines(self) -> np.ndarray:
         """Which triangles emit light that diffuse rays see, (t,) bool."""
         of_object = self.objects.scatters & self.objects.emits
-        return self.materials.emission.nonzero[self.material_of_triangle] & of_object[self.object_of_triangle]
+        return self.materials.emits[self.material_of_triangle] & of_object[self.object_of_triangle]
 
     @property
     def areas(self) -> np.ndarray:
@@ -244,24 +244,34 @@ class Scene:
         hit.shading_normals_of(self.arrays, *_places(triangle, u, v), kernel_array(normals, np.float32), out)
         return out
 
-    def look_up(self, channel: Channel, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """A channel of the materials at points on triangles, (n, 3) float32."""
+    def look_up(
+        self, channel: Channel, triangle: np.ndarray, u: np.ndarray, v: np.ndarray, back: np.ndarray | None = None
+    ) -> np.ndarray:
+        """A channel of the materials at points on triangles, (n, 3) float32.
+
+        Parameters
+        ----------
+        back : (n,) bool, optional
+            Which of them are seen from the back; none without it.
+        """
         out = np.empty((len(triangle), 3), np.float32)
-        hit.look_up_of(self.arrays, channel_arrays(channel), *_places(triangle, u, v), out)
+        hit.look_up_of(self.arrays, channel_arrays(channel), *_places(triangle, u, v), _sides(triangle, back), out)
         return out
 
-    def albedo(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Diffuse albedo of points on triangles, before what layers take of it, (n, 3) float32."""
-        return self._weight(Lobe.DIFFUSE, triangle, u, v)
+    def albedo(
+        self,
+        triangle: np.ndarray,
+        u: np.ndarray,
+        v: np.ndarray,
+        back: np.ndarray | None = None,
+        kind: RayKind = RayKind.DIFFUSE,
+    ) -> np.ndarray:
+        """Diffuse albedo of points on triangles that rays of a kind see, before what layers take of it, (n, 3) float32.
 
-    def translucence(self, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """What points on triangles transmit diffusely, (n, 3) float32."""
-        return self._weight(Lobe.TRANSLUCENT, triangle, u, v)
-
-    def _weight(self, lobe: Lobe, triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        out = np.zeros((len(triangle), 3), np.float32)
-        if self.materials.has(lobe).any():  # most scenes lack most lobes
-            hit.weights_of_kind(self.arrays, int(lobe), *_places(triangle, u, v), out)
+        `back` as above.
+        """
+        out = np.empty((len(triangle), 3), np.float32)
+        hit.albedos_of(self.arrays, *_places(triangle, u, v), _sides(triangle, back), int(kind), out)
         return out
 
     def ray_offset(self, triangle: np.ndarray, positions: np.ndarray) -> np.ndarray:
@@ -319,6 +329,11 @@ def interpolate(corners: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray
 def _places(triangle: np.ndarray, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points on triangles as kernels take them."""
     return kernel_array(triangle, np.int32), kernel_array(u, np.float32), kernel_array(v, np.float32)
+
+
+def _sides(triangle: np.ndarray, back: np.ndarray | None) -> np.ndarray:
+    """Which points are seen from the back as kernels take it."""
+    return np.zeros(len(triangle), np.bool_) if back is None else kernel_array(back, np.bool_)
 
 
 def _positions(triangle: np.ndarray, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

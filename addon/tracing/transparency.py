@@ -19,15 +19,23 @@ from ..scene import RayKind, Scene
 from ..scene.arrays import SceneArrays
 from ..scene.hit import barycentrics, hit_at, look_up, point_at
 from .coincident import CoincidentSurfaces
-from .coplanar import CoincidentArrays, brought_forward, coplanar_occluded, following, left_by_coincident, let_through
+from .coplanar import (
+    CoincidentArrays,
+    brought_forward,
+    coplanar_occluded,
+    following,
+    left_by_coincident,
+    let_through,
+    shares,
+    viewed_from_back,
+)
 from .embree import INFINITY, SHORT_OF_TARGET, EmbreeTracer, intersect, new_ray, occluded
 from .onward import onward
 from .protocol import Hits, Tracer
+from .ray_hash import hashed
 
 _MAX_SURFACES = 64  # see-through surfaces along one ray
 _SHADOW, _DIFFUSE = int(RayKind.SHADOW), int(RayKind.DIFFUSE)
-_MIX_1, _MIX_2, _LOW = np.uint64(0x7FEB352D), np.uint64(0x846CA68B), np.uint64(0xFFFFFFFF)
-_STEP, _8, _15, _16 = np.uint64(0x9E3779B9), np.uint64(8), np.uint64(15), np.uint64(16)
 _TINY = np.float32(1e-30)
 
 
@@ -60,38 +68,50 @@ def closest_hit(tracing, room, origin, direction, kind):
     Surfaces are passed with the probability that they let light through; the tint is what they leave of it, and what
     surfaces do that lie in the place of the hit.
     """
-    triangle, distance, u, v = intersect(tracing.trees[kind], room, origin, direction, INFINITY)
-    return stopped(tracing, room, origin, direction, kind, triangle, distance, u, v)
+    first = intersect(tracing.trees[kind], room, origin, direction, INFINITY)
+    return stopped(tracing, room, origin, direction, kind, kind, False, first)
 
 
 @part
-def stopped(tracing, room, origin, direction, kind, triangle, distance, u, v):
-    """Where a ray is stopped whose first hit is known; see `closest_hit`."""
+def stopped(tracing, room, origin, direction, kind, seen, from_light, first):
+    """Where a ray is stopped whose first hit (triangle, distance, u, v) is known; see `closest_hit`.
+
+    Parameters
+    ----------
+    kind, seen : int
+        `RayKind` of the objects that it meets, and of its view of surfaces: of a photon, that of those it flies to.
+    from_light : bool
+        Whether it is a photon.
+    """
     tint, scene, materials = WHITE, tracing.scene, tracing.scene.materials
-    kind = np.int64(kind)  # for other types all parts would be compiled anew
+    kind, seen = np.int64(kind), np.int64(seen)  # for other types all parts would be compiled anew
+    triangle, distance, u, v = first
     if tracing.see_through:
-        first = triangle
+        met_first = triangle
         for step in range(_MAX_SURFACES):
             if triangle < 0 or not materials.see_through[scene.material[triangle]]:
                 break
-            coverage = look_up(scene, materials.coverage, triangle, u, v)[0]
-            if _hashed(origin, direction, step) < coverage:
+            stops, passes = shares(scene, triangle, u, v, direction, seen, from_light)
+            if from_light:
+                tint = times(tint, stops + passes)
+            if hashed(origin, direction, step) * (stops + passes) < stops:
                 break
-            tint = mul(tint, look_up(scene, materials.tint, triangle, u, v))
+            back = viewed_from_back(scene, triangle, direction, from_light)
+            tint = mul(tint, look_up(scene, materials.tint, triangle, u, v, back, seen))
             met = triangle, distance, u, v
-            triangle, distance, u, v, first = _after(tracing, room, direction, INFINITY, kind, met, first)
+            triangle, distance, u, v, met_first = _after(tracing, room, direction, INFINITY, kind, met, met_first)
     if tracing.coincident.any and triangle >= 0 and tracing.coincident.shares[triangle]:
         triangle, u, v = brought_forward(tracing, kind, triangle, u, v)
-        tint = mul(tint, left_by_coincident(tracing, triangle, u, v))
+        tint = mul(tint, left_by_coincident(tracing, triangle, u, v, direction, seen, from_light))
     return triangle, distance, u, v, tint
 
 
 @part
-def beyond(tracing, room, direction, kind, passed):
-    """Where a ray is stopped after it passed a surface (triangle, distance, u, v) that stops others."""
+def beyond(tracing, room, direction, kind, seen, passed):
+    """Where a photon is stopped after it passed a surface (triangle, distance, u, v) that stops others."""
     origin = point_at(tracing.scene, passed[0], passed[2], passed[3])
     first = onward(tracing.scene, tracing.trees[kind], room, direction, INFINITY, passed, passed[0])
-    return stopped(tracing, room, origin, direction, kind, *first)
+    return stopped(tracing, room, origin, direction, kind, seen, True, first)
 
 
 @part
@@ -104,12 +124,12 @@ def visibility(tracing, room, origin, target):
         return WHITE
     if not tracing.see_through:
         return BLACK
-    return transmittance(tracing, room, origin, direction, far, tracing.all_objects)
+    return transmittance(tracing, room, origin, direction, far, tracing.all_objects, _SHADOW, False)
 
 
 @part
-def transmittance(tracing, room, origin, direction, far, blocks):
-    """What surfaces that cast shadows leave of the light along a ray as far as `far`; of objects (o,) that block."""
+def transmittance(tracing, room, origin, direction, far, blocks, seen, from_light):
+    """What surfaces that cast shadows leave of light as far as `far`, of objects (o,) that block; see `let_through`."""
     scene, passes = tracing.scene, WHITE
     triangle, distance, u, v = intersect(tracing.trees[_SHADOW], room, origin, direction, far)
     first = triangle
@@ -117,7 +137,7 @@ def transmittance(tracing, room, origin, direction, far, blocks):
         if triangle < 0:
             return passes
         if blocks[scene.object[triangle]]:
-            passes = mul(passes, let_through(scene, triangle, u, v))
+            passes = mul(passes, let_through(scene, triangle, u, v, direction, seen, from_light))
             if largest(passes) <= 0:
                 return BLACK
         met = triangle, distance, u, v
@@ -145,26 +165,6 @@ def _after(tracing, room, direction, far, kind, passed, first):
 
 
 @part
-def _hashed(origin, direction, step):
-    """A number in [0, 1) of a ray and a step, by the mixing of Wellons' "Hash Function Prospector"."""
-    mixed = (np.uint64(step + 1) * _STEP) & _LOW
-    for value in origin:
-        mixed = _mixed(mixed, value)
-    for value in direction:
-        mixed = _mixed(mixed, value)
-    return np.float32(mixed >> _8) * np.float32(2**-24)
-
-
-@part
-def _mixed(mixed, value):
-    """The low 32 bits of a number, mixed with those of a float32."""
-    mixed ^= np.uint64(np.float32(value).view(np.uint32))
-    mixed = ((mixed ^ (mixed >> _16)) * _MIX_1) & _LOW
-    mixed = ((mixed ^ (mixed >> _15)) * _MIX_2) & _LOW
-    return mixed ^ (mixed >> _16)
-
-
-@part
 def _write(tracing, hits, i, stop):
     """Write where a ray is stopped (`closest_hit`) into the i-th of `Hits`."""
     triangle, distance, u, v, normal, tint = hits
@@ -176,25 +176,27 @@ def _write(tracing, hits, i, stop):
 
 
 @kernel
-def _closest_hits(tracing, room, origins, directions, kind, hits):
+def _closest_hits(tracing, room, origins, directions, kind, seen, from_light, hits):
     for i in range(len(origins)):
-        stop = closest_hit(tracing, room, row(origins, i), row(directions, i), kind[i])
+        origin, direction = row(origins, i), row(directions, i)
+        first = intersect(tracing.trees[kind[i]], room, origin, direction, INFINITY)
+        stop = stopped(tracing, room, origin, direction, kind[i], seen[i], from_light, first)
         _write(tracing, hits, i, stop)
 
 
 @kernel
-def _stops(tracing, room, origins, directions, kind, hits):
+def _stops(tracing, room, origins, directions, kind, seen, from_light, hits):
     for i in range(len(origins)):
         first = hits[0][i], hits[1][i], hits[2][i], hits[3][i]
-        stop = stopped(tracing, room, row(origins, i), row(directions, i), kind[i], *first)
+        stop = stopped(tracing, room, row(origins, i), row(directions, i), kind[i], seen[i], from_light, first)
         _write(tracing, hits, i, stop)
 
 
 @kernel
-def _beyond(tracing, room, directions, hits):
+def _beyond(tracing, room, directions, seen, hits):
     for i in range(len(directions)):
         passed = hits[0][i], hits[1][i], hits[2][i], hits[3][i]
-        _write(tracing, hits, i, beyond(tracing, room, row(directions, i), _DIFFUSE, passed))
+        _write(tracing, hits, i, beyond(tracing, room, row(directions, i), _DIFFUSE, seen[i], passed))
 
 
 @kernel
@@ -206,7 +208,7 @@ def _visibilities(tracing, room, origins, targets, passes):
 @kernel
 def _transmittances(tracing, room, origins, directions, far, blocks, passes):
     for i in range(len(origins)):
-        share = transmittance(tracing, room, row(origins, i), row(directions, i), far[i], blocks)
+        share = transmittance(tracing, room, row(origins, i), row(directions, i), far[i], blocks, _SHADOW, True)
         put(passes, i, share)
 
 
@@ -262,26 +264,38 @@ class TransparencyTracer:
         return Tracing(scene, self.surfaces.handles, see_through, self._coincident.arrays, all_objects)
 
     def closest_hit(
-        self, origins: np.ndarray, directions: np.ndarray, kind: np.ndarray | RayKind = RayKind.DIFFUSE
+        self,
+        origins: np.ndarray,
+        directions: np.ndarray,
+        kind: np.ndarray | RayKind = RayKind.DIFFUSE,
+        photons_to: np.ndarray | None = None,
     ) -> Hits:
-        """Where each ray (n, 3) is stopped; `kind` is one for all or (n,) of `RayKind`."""
-        kinds = np.full(len(origins), kind, np.uint8)
+        """Where each ray (n, 3) is stopped.
+
+        Parameters
+        ----------
+        kind : RayKind or (n,) of it
+        photons_to : (n,) uint8, optional
+            Of photons: the `RayKind` of those who see what they meet.
+        """
+        kinds, from_light = np.full(len(origins), kind, np.uint8), photons_to is not None
+        seen = kinds if photons_to is None else photons_to
         rays = kernel_array(origins, np.float32), kernel_array(directions, np.float32), kinds
         hits = self._empty_hits(len(origins))
         if self._first_hits is None:
-            _closest_hits(self.arrays, new_ray(), *rays, _columns(hits))
+            _closest_hits(self.arrays, new_ray(), *rays, seen, from_light, _columns(hits))
         else:
             for one in np.unique(kinds):
                 k = np.flatnonzero(kinds == one)
                 hits.put(k, self._first_hits.closest_hit(origins[k], directions[k], kind=RayKind(one)))
-            _stops(self.arrays, new_ray(), *rays, _columns(hits))
+            _stops(self.arrays, new_ray(), *rays, seen, from_light, _columns(hits))
         return hits
 
-    def beyond(self, directions: np.ndarray, passed: Hits) -> Hits:
-        """Where diffuse rays are stopped after they passed surfaces that stop others, with the whole distance."""
+    def beyond(self, directions: np.ndarray, photons_to: np.ndarray, passed: Hits) -> Hits:
+        """Where photons are stopped after they passed surfaces that stop others, with the whole distance."""
         hits = self._empty_hits(len(directions))
         hits.put(np.arange(len(directions)), replace(passed, tint=None))
-        _beyond(self.arrays, new_ray(), kernel_array(directions, np.float32), _columns(hits))
+        _beyond(self.arrays, new_ray(), kernel_array(directions, np.float32), photons_to, _columns(hits))
         return hits
 
     def _empty_hits(self, n: int) -> Hits:
@@ -314,7 +328,7 @@ class TransparencyTracer:
     def transmittance(
         self, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray, blocks: np.ndarray | None = None
     ) -> np.ndarray:
-        """What surfaces that cast shadows leave of the light along each ray as far as `t_max` (n,), (n, 3) float32.
+        """What surfaces that cast shadows leave of each photon as far as `t_max` (n,), (n, 3) float32.
 
         Parameters
         ----------

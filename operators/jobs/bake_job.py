@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import bpy
 
-from ...addon.blender import READING, SceneReading, in_render_graph, read_scene
+from ...addon.blender import READING, SceneReading, displace, in_render_graph, read_scene
 from ...addon.blender.read.as_read import Placement, edit_mode_left, named
 from ...addon.blender.write.baked_copies import complete_copies, originals_shown
 from ...addon.core.errors import Advice, BakeError, Cancelled, refuse_differences
@@ -109,6 +109,7 @@ class BakeJob:
         asked = context.scene  # what is read has its names from a copy
 
         def read(depsgraph: Any) -> tuple[list[Target], SceneReading]:
+            displace(depsgraph, warnings)
             targets = [one.read(depsgraph, asked, names, progress, warnings) for one in requests]
             for_camera = any(isinstance(target, CameraTarget) for target in targets)
             return targets, read_scene(depsgraph, warnings, light_group, for_camera, progress)

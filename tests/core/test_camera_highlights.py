@@ -12,7 +12,7 @@ from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.emitters.mesh import radiance_of
 from photon_bake.addon.gather import DirectLight, reflected_highlights
 from photon_bake.addon.receivers import Camera, PixelFilter, camera_points
-from photon_bake.addon.scene import Channel, LightKind, Lights, Materials
+from photon_bake.addon.scene import Channel, LightKind, Lights, Materials, RayKind
 from photon_bake.addon.scene.hit import hit_at
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
@@ -21,6 +21,7 @@ from photon_bake.tests.core.scenes import lamp, merge, plane, scene_of
 from photon_bake.tests.core.test_camera import AXES
 from photon_bake.tests.core.world_loops import radiance_along
 
+CAMERA_RAY = int(RayKind.CAMERA)
 BALL = lamp(LightKind.POINT, 5, position=(0, 0.3, 0.5), radius=0.3, sphere=True)
 AREA = lamp(LightKind.RECTANGLE, 20, position=(0, -0.2, -0.5), direction=(-1, 0, 0), size=(0.4, 0.4))
 SUN = lamp(LightKind.SUN, 1, direction=(-1, 0.9, 0.9), angle=0.5)
@@ -56,7 +57,7 @@ def reflect(scene, triangle, distance, u, v, directions, random, origins, out, w
     for i in range(len(triangle)):
         direction, (x, y, z) = row(directions, i), row(random, i)
         hit = hit_at(scene, direction, triangle[i], distance[i], u[i], v[i])
-        on = scatter(scene, hit, direction, x, y, z, SPECULAR_LOBES, False)
+        on = scatter(scene, hit, direction, x, y, z, SPECULAR_LOBES, False, CAMERA_RAY)
         put(origins, i, on.origin)
         put(out, i, on.direction)
         put(weight, i, on.weight)

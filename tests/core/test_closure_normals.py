@@ -11,11 +11,12 @@ from photon_bake.addon.bsdf.frames import bump_shadowing, own_normal
 from photon_bake.addon.bsdf.mixture import ALL_LOBES
 from photon_bake.addon.bsdf.scatter import scatter
 from photon_bake.addon.core.vec3 import ONE, put, row
-from photon_bake.addon.scene import Channel, Closures, Materials, NormalSpace, ShadingFrames
+from photon_bake.addon.scene import Channel, Closures, Materials, NormalSpace, RayKind, ShadingFrames
 from photon_bake.addon.scene.hit import hit_at
 from photon_bake.tests.core.scenes import plane, scene_of
 
 N = 1 << 17
+DIFFUSE_RAY = int(RayKind.DIFFUSE)
 compiled = numba.njit(error_model="numpy", _nrt=False)
 
 
@@ -99,7 +100,7 @@ def _scatter(scene, directions, numbers, from_light, onward, weight):
     for i in range(len(directions)):
         hit = hit_at(scene, row(directions, i), np.int32(0), ONE, np.float32(0.2), np.float32(0.3))
         a, b, c = row(numbers, i)
-        on = scatter(scene, hit, row(directions, i), a, b, c, ALL_LOBES, from_light)
+        on = scatter(scene, hit, row(directions, i), a, b, c, ALL_LOBES, from_light, DIFFUSE_RAY)
         put(onward, i, on.direction)
         put(weight, i, on.weight)
 

@@ -69,6 +69,25 @@ def test_emissive_mesh_shines_from_both_sides():
     assert (rays.directions[:, 2] > 0).mean() == pytest.approx(0.5, abs=1e-3)
 
 
+@pytest.mark.parametrize("front, back", [(3.0, 0.0), (0.0, 3.0), (3.0, 1.0)])
+@pytest.mark.parametrize("region", [WHOLE, Sphere(np.array([0, 0, 30], np.float32), 1.0)])
+def test_emissive_mesh_whose_sides_differ(front, back, region):
+    """Power π L A of each side, and photons that make the irradiance of direct light before each."""
+    scene = scene_of(*plane(0.5), albedo=[0, 0], emission=[front, back])
+    materials = replace(scene.materials, seen_as=np.int32([[0, 1] * 5, [1] * 10]))
+    scene = replace(scene, materials=materials)
+    (source,) = light_sources(scene, region)
+    assert source.power.mean() == pytest.approx(np.pi * (front + back))
+    rays, up = emitted(source), np.tile(np.float32([0, 0, 1]), (N // 4, 1))
+    direct = DirectLight(scene, TransparencyTracer(scene, EmbreeTracer(scene)), [source])
+    upwards = rays.directions[:, 2] > 0
+    for side, radiance, goes in ((1, front, upwards), (-1, back, ~upwards)):
+        assert (rays.flux.mean(axis=1) * goes).mean() == pytest.approx(np.pi * radiance, rel=0.02)
+        light = direct.irradiance(side * up, -side * up, None, stream(2)).mean()
+        half = 0.5 / np.hypot(1, 0.5) * np.arctan(0.5 / np.hypot(1, 0.5))
+        assert light == pytest.approx(radiance * 4 * half, rel=0.02)
+
+
 def test_emissive_triangles_share_by_power():
     """But for a tenth, which goes evenly to all objects."""
     mesh = merge(plane(1.0), plane(0.5, z=1))

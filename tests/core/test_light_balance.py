@@ -7,7 +7,7 @@ walls, with E the direct and indirect light together.
 import numpy as np
 import pytest
 from photon_bake.addon.pipeline.bake import bake
-from photon_bake.addon.scene import Channel, Closures, LightKind, Lobe, Materials
+from photon_bake.addon.scene import N_VIEWS, Channel, Closures, LightKind, Lobe, Materials, RayKind
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, plane, receivers_at, scene_of
@@ -121,6 +121,20 @@ def test_see_through_screen(share):
     """Half a screen's light goes straight through, the rest is scattered by a lossless surface."""
     result = room([0] * 12 + [1] * 2, materials(diffuse=WHITE, coverage=share), plane(0.9))
     assert result.value.mean() == pytest.approx(POWER / (24 * (1 - RHO)), rel=0.02)
+
+
+@pytest.mark.parametrize("hidden, share", [(RayKind.SHADOW, 1), (RayKind.DIFFUSE, 0)])
+def test_white_box_that_some_rays_do_not_see(hidden, share):
+    """Lossless, it takes none of a lamp's light that passes it, and none gets out that only the box would scatter."""
+    made_of = Materials.of(
+        3,
+        diffuse=Channel.constant(np.float32([RHO, 1, 0])),
+        coverage=Channel.constant(np.float32([1, 1, 0])),
+        seen_as=np.repeat(np.arange(3, dtype=np.int32)[:, None], N_VIEWS, axis=1),
+    )
+    made_of.seen_as[1, 2 * hidden : 2 * hidden + 2] = 2
+    result = room([0] * 12 + [1] * 12, made_of, box(0.5, inwards=False))
+    assert result.value.mean() == pytest.approx(share * POWER / (24 * (1 - RHO)), rel=0.02)
 
 
 def test_layered_walls_lose_nothing_between_the_layers():

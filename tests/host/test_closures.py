@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from photon_bake.addon.blender.read.materials.closures import BECKMANN_AS_GGX
 from photon_bake.addon.blender.read.materials.node_math import mean_fresnel
-from photon_bake.addon.scene import Lobe
+from photon_bake.addon.scene import Lobe, RayKind
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.shader_trees import F0, expect, mixed, read, shader, tree_of
 
@@ -208,14 +208,39 @@ def test_light_path(output, sees_first):
     expect(read(material), diffuse=0.1 if sees_first else 0.9)
 
 
-def test_what_lets_the_light_of_lamps_through_lets_all_through():
+def test_sides_are_rows_of_their_own():
+    material, tree, show = tree_of()
+    front, back = shader(tree, "BsdfDiffuse", Color=(0.1,) * 3), shader(tree, "Emission", Strength=3.0)
+    geometry = tree.nodes.new("ShaderNodeNewGeometry")
+    show(mixed(tree, front, back, geometry.outputs["Backfacing"]))
+    warnings = []
+    materials = read(material, warnings)
+    assert materials.seen_as.tolist() == [[0, 1] * 5, [1] * 10] and warnings == []
+    np.testing.assert_allclose(scenes.albedo_of(materials), [[0.1] * 3, [0] * 3], atol=1e-6)
+    np.testing.assert_allclose(materials.emission.value, [[0] * 3, [3] * 3], atol=1e-6)
+
+
+def test_what_shadow_rays_see_is_a_row_of_its_own():
     material, tree, show = tree_of()
     path = tree.nodes.new("ShaderNodeLightPath")
     glass, nothing = tree.nodes.new("ShaderNodeBsdfGlass"), tree.nodes.new("ShaderNodeBsdfTransparent")
     show(mixed(tree, glass, nothing, path.outputs["Is Shadow Ray"]))
     warnings = []
-    expect(read(material, warnings), coverage=0, tint=1, glass_transmission=0)
-    assert warnings == ["Material 'Material': what only shadow rays see of it is baked for all rays."]
+    materials = read(material, warnings)
+    expect(materials, coverage=1, glass_transmission=1)
+    in_shadow = int(materials.seen_as[0, 2 * RayKind.SHADOW])
+    assert set(materials.seen_as[0]) == {0, in_shadow} and materials.differs_in_shadow and warnings == []
+    assert materials.coverage.value[in_shadow, 0] == 0 and not materials.differs_by_lobe
+
+
+def test_says_that_rays_lengths_are_not_known():
+    material, tree, show = tree_of()
+    path, emission = tree.nodes.new("ShaderNodeLightPath"), shader(tree, "Emission")
+    tree.links.new(path.outputs["Ray Length"], emission.inputs["Strength"])
+    show(emission)
+    warnings = []
+    read(material, warnings)
+    assert len(warnings) == 1 and "rays' lengths" in warnings[0]
 
 
 def test_two_roughnesses_stay_two_closures():

@@ -2,7 +2,7 @@
 
 import pytest
 from photon_bake.tests.host import scenes
-from photon_bake.tests.host.shader_trees import expect, read, shader, tree_of
+from photon_bake.tests.host.shader_trees import read, shader, tree_of
 
 SHORTCOMINGS = {
     "Subsurface Weight": "its subsurface scattering is baked as diffuse",
@@ -31,20 +31,13 @@ def test_says_that_other_distributions_are_baked_as_ggx(kind, roughness, n):
     assert warnings == ["Material 'Material': its Beckmann distribution is baked as GGX."] * n
 
 
-def test_says_that_displacement_and_edge_tint_are_not_baked():
+def test_says_that_edge_tint_is_not_baked():
     material, surface = scenes.add_material("Rock")
     surface.inputs["Metallic"].default_value = 1
     surface.inputs["Specular Tint"].default_value = (1, 0.5, 0.5, 1)
-    tree = material.node_tree
-    displacement = tree.nodes.new("ShaderNodeDisplacement")
-    tree.links.new(displacement.outputs[0], tree.get_output_node("CYCLES").inputs["Displacement"])
-    material.displacement_method = "DISPLACEMENT"
     warnings = []
     read(material, warnings)
-    assert warnings == [
-        "Material 'Rock': its displacement is not baked.",
-        "Material 'Rock': its edge tint is not baked.",
-    ]
+    assert warnings == ["Material 'Rock': its edge tint is not baked."]
 
 
 @pytest.mark.parametrize("kind", ["ParticleInfo", "UVMap"])
@@ -58,12 +51,3 @@ def test_says_that_instancers_are_not_asked(kind):
     warnings = []
     read(material, warnings)
     assert [one for one in warnings if "baked as zero" in one]
-
-
-def test_says_that_both_sides_are_alike():
-    material, surface = scenes.add_material("Card")
-    geometry = material.node_tree.nodes.new("ShaderNodeNewGeometry")
-    material.node_tree.links.new(geometry.outputs["Backfacing"], surface.inputs["Metallic"])
-    warnings = []
-    expect(read(material, warnings), f0=0)
-    assert warnings == ["Material 'Card': its back is baked like its front."]

@@ -91,7 +91,7 @@ def read_scene(
     """
     warn, progress = Warnings(warnings), progress or Progress()
     _check_light_group(depsgraph.view_layer, light_group)
-    materials = MaterialTable(warn)
+    materials = MaterialTable(warn, for_camera)
     found = SceneContents(depsgraph, materials, light_group, for_camera, warn)
     found.walk(progress.part(0, _WALKED))
     warn_of_hair(found.hairy, warn)

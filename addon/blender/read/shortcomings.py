@@ -6,7 +6,7 @@ import bpy
 
 from .materials.closures import ADDERS, Closure
 from .materials.expressions import constant
-from .materials.nodes import Place, all_nodes, output_node, source
+from .materials.nodes import TAKEN_FOR_ONE, Place, all_nodes, is_used, output_node, source
 
 NOT_BAKED = {
     ("BSDF_PRINCIPLED", "Subsurface Weight"): "its subsurface scattering is baked as diffuse",
@@ -28,25 +28,14 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Ite
     output = output_node(material)
     if output and source(output.inputs["Volume"]):
         yield "its volume is not baked"
-    if output and source(output.inputs["Displacement"]) and material.displacement_method != "BUMP":
-        yield "its displacement is not baked"
-    if _uses(material.node_tree, "NEW_GEOMETRY", "Backfacing"):
-        yield "its back is baked like its front"
-    if _uses(material.node_tree, "LAYER_WEIGHT", "Facing"):
-        yield "what it mixes by how much it faces the viewer is baked as the mean over all angles"
     if any(node.type == "PARTICLE_INFO" for node in all_nodes(material.node_tree)):
         yield "what it reads of particles is baked as zero"
     if any(getattr(node, "from_instancer", False) for node in all_nodes(material.node_tree)):
         yield "its texture coordinates from instancers are baked as zero"
-    if any(closure.for_shadows for closure in closures):
-        yield "what only shadow rays see of it is baked for all rays"
+    if any(is_used(material.node_tree, "LIGHT_PATH", output) for output in TAKEN_FOR_ONE):
+        yield "what it mixes by rays' lengths and depths is baked as of rays of 1 m that left one surface before"
     for closure in closures:
         yield from _of_closure(closure)
-
-
-def _uses(tree: "bpy.types.NodeTree", kind: str, output: str) -> bool:
-    """Whether an output of a kind of node is linked to anything, groups included."""
-    return any(node.type == kind and node.outputs[output].is_linked for node in all_nodes(tree))
 
 
 def _of_closure(closure: Closure) -> Iterator[str]:

@@ -44,7 +44,7 @@ def _focuses(scene: Scene) -> np.ndarray:
     peaks = (reflectance >= _LEAST_REFLECTANCE) & (reflectance >= PEAK * 4 * np.pi * alpha**2)
     focuses = np.zeros(len(scene.materials), bool)
     focuses[closures.material[(closures.kind == Lobe.GLASS) | ((closures.kind == Lobe.GLOSSY) & peaks)]] = True
-    return focuses
+    return scene.materials.of_any_view(focuses)
 
 
 def _balls(corners: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

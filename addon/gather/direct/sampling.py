@@ -21,7 +21,7 @@ from ...emitters.lamps import LampArrays, lights_object, sample_lamp
 from ...emitters.mesh import MeshArrays, lights_up, mesh_density, sample_mesh
 from ...emitters.world import WorldArrays, sample_world, world_pdf, world_seen
 from ...scene import RayKind
-from ...scene.hit import emitted
+from ...scene.hit import emitted, is_back
 from .lamp_choice import LampGrid, cell_of, choose_lamp
 
 MAX_CANDIDATES = 4
@@ -165,7 +165,7 @@ def met_radiance(direct, scene, triangle, distance, u, v, direction, normal, obj
     if cosine * _PER_PI <= direct.mesh_chance * mesh_density(direct.mesh, triangle, distance, facing):
         return BLACK
     # Rays stop in proportion to the coverage, so that it must not weigh what they meet
-    return emitted(scene, triangle, u, v)
+    return emitted(scene, triangle, u, v, is_back(scene, triangle, direction), DIFFUSE_RAY)
 
 
 @part

@@ -4,12 +4,15 @@ from ...core.compiling import part
 from ...core.sampling.path_numbers import two_numbers
 from ...core.sampling.warps import PI, cosine_hemisphere
 from ...core.vec3 import BLACK, direction_to, minus, mul, plus, times, to_world
+from ...scene import RayKind
 from ...tracing.embree import SHORT_OF_TARGET
 from ...tracing.transparency import closest_hit, transmittance, visibility
 from .sampling import DIFFUSE_RAY, N_PAIRS, met_radiance, sample_emitters, unsampled_sky
 
 N_PAIRS_OF_LIGHT = N_PAIRS + 1
 """Pairs of a path's numbers that `direct_light` uses up."""
+
+_SHADOW = int(RayKind.SHADOW)
 
 
 @part
@@ -18,7 +21,9 @@ def visible_share(direct, tracing, room, lamp, position, target):
     if lamp >= len(direct.has_blockers) or not direct.has_blockers[lamp]:
         return visibility(tracing, room, position, target)
     way, distance = direction_to(position, target)
-    return transmittance(tracing, room, position, way, distance * SHORT_OF_TARGET, direct.blockers[lamp])
+    return transmittance(
+        tracing, room, position, way, distance * SHORT_OF_TARGET, direct.blockers[lamp], _SHADOW, False
+    )
 
 
 @part

@@ -10,13 +10,14 @@ from ...core.sampling.path_numbers import path_key, two_numbers
 from ...core.sampling.spherical_harmonics import Y0, Y1
 from ...core.vec3 import BLACK, dot, mul, plus, put, row, times
 from ...receivers import SeenSurface
-from ...scene import Scene
+from ...scene import RayKind, Scene
 from ...scene.hit import hit_at
 from . import Cascade
 
 _N_SAMPLES = 8  # directions a pixel: light of two bands is smooth
 _CHUNK = 1 << 14  # pixels
 _GLOSSY_ALONE = 1 << int(Lobe.GLOSSY) | 1 << int(Lobe.GLOSSY_TOON)
+_CAMERA = int(RayKind.CAMERA)
 _SHARE = np.float32(1 / _N_SAMPLES)
 
 _SCATTERING = 72  # stream of random numbers
@@ -53,7 +54,7 @@ def _reflect(scene, number, pixel, triangle, distance, u, v, directions, light, 
         for k in range(_N_SAMPLES):
             choice, x = two_numbers(number, pixel[i], 2 * k)
             y, _ = two_numbers(number, pixel[i], 2 * k + 1)
-            on = scatter(scene, hit, direction, choice, x, y, _GLOSSY_ALONE, False)
+            on = scatter(scene, hit, direction, choice, x, y, _GLOSSY_ALONE, False, _CAMERA)
             incoming = _along(light[i, 0], on), _along(light[i, 1], on), _along(light[i, 2], on)
             total = plus(total, mul(on.weight, incoming))
         put(out, i, times(total, _SHARE))

@@ -74,10 +74,12 @@ def lit_sides(
 
     def look(points: SurfacePoints) -> Sides:
         points = points.where(np.flatnonzero(holds_photons[points.triangle]))
-        area = np.full(len(points.triangle), points.area, np.float32)
+        area = np.full((2, len(points.triangle)), points.area, np.float32)
         if materials.see_through.any():
             place = scene.barycentrics(points.triangle, points.position)
-            area *= scene.look_up(materials.coverage, points.triangle, *place)[:, 0]
+            for side in (0, 1):
+                back = np.full(len(points.triangle), side == 1)
+                area[side] *= scene.look_up(materials.coverage, points.triangle, *place, back)[:, 0]
         front = scene.normals[points.triangle]
         position, normal = np.tile(points.position, (2, 1)), np.concatenate([front, -front])
         cell, centres = _cells_in_front(grid, position, normal)
@@ -85,7 +87,7 @@ def lit_sides(
         hits = tracer.surfaces.closest_hit(centres, ways / np.sqrt(dot(ways, ways))[:, None])
         seen = (hits.triangle == np.tile(points.triangle, 2)) & ~tracer.coplanar_occluded(hits.triangle, hits.u, hits.v)
         seen &= cell >= 0
-        return Sides(position[seen], normal[seen], hits.triangle[seen], np.tile(area, 2)[seen], cell[seen], cell[~seen])
+        return Sides(position[seen], normal[seen], hits.triangle[seen], area.ravel()[seen], cell[seen], cell[~seen])
 
     workers.progress.update("Measuring surfaces", 0.0)
     for sides in workers.map(look, surface_points(scene, grid.box, grid.length / np.sqrt(n_points_a_cell))):

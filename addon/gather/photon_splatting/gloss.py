@@ -13,7 +13,7 @@ from ...core.vec3 import negative, put, row, to_local
 from ...photons import Photons
 from ...receivers import Camera, SeenSurface
 from ...receivers.camera.camera import LEAST_COSINE
-from ...scene import Scene
+from ...scene import RayKind, Scene
 from ...scene.hit import hit_at
 from ...tracing import Tracer
 from .photon_splatting import splat_light
@@ -21,6 +21,7 @@ from .radius import OF_SCATTERED
 from .splat import Response
 
 _LEAST_ALBEDO = np.float32(1e-6)  # to divide by
+_CAMERA = int(RayKind.CAMERA)
 _CHUNK = 1 << 16  # points
 
 
@@ -79,7 +80,7 @@ def _reflect(scene, triangle, distance, u, v, directions, flown, of_lobe, point,
         hit = hit_at(scene, direction, triangle[k], distance[k], u[k], v[k])
         axis = axis_at(scene, hit, direction)
         wo, wi = to_local(negative(direction), axis), to_local(negative(row(flown, photon[i])), axis)
-        f, albedo = evaluate_glossy(scene, bsdf_at(scene, hit), wo, wi), row(of_lobe, k)
+        f, albedo = evaluate_glossy(scene, bsdf_at(scene, hit, _CAMERA), wo, wi), row(of_lobe, k)
         put(out, i, (f[0] / albedo[0], f[1] / albedo[1], f[2] / albedo[2]))
 
 

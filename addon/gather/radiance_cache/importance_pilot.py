@@ -139,7 +139,7 @@ def _fly(tracing, room, positions, normals, start, key, first, triangle, u, v, b
             triangle[k, step], u[k, step], v[k, step], back[k, step] = met, a, b, hit.back
             x, y = two_numbers(key, path, 1)
             choice, _ = two_numbers(key, path, 2)
-            on = scatter(scene, hit, direction, choice, x, y, ALL_LOBES, False)
+            on = scatter(scene, hit, direction, choice, x, y, ALL_LOBES, False, np.int64(kind))
             if not on.alive:
                 break
             origin, direction, kind = on.origin, on.direction, on.kind

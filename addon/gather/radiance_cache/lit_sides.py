@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...bsdf.closure import bsdf_at
+from ...bsdf.closure import bsdf_at, seen_from_behind
 from ...bsdf.mixture import DIFFUSE, TRANSLUCENT, total_weight, weight_received
 from ...bsdf.scatter import lit_normal
 from ...core.compiling import kernel, part
@@ -108,8 +108,8 @@ def _sums_over_points(
 ) -> np.ndarray:
     """Sums over `counts` (2 e,) random points of each side, (2 e, 14) float64.
 
-    Columns: ρE/π, τE/π, ρ and τ in colours, each times the coverage, the coverage, and the square of the sum of the
-    first three.
+    Columns: ρE/π, τE/π as seen from behind, ρ and τ in colours, each times the coverage, the coverage, and the square
+    of the sum of the first three.
     """
     first = np.concatenate([[0], np.cumsum(counts)])
     sums, seed = np.zeros((len(counts), _N_COLUMNS)), path_key(workers.seed, *key)
@@ -145,9 +145,9 @@ def _light_points(tracing, direct, elements, hidden, room, key, start, end, firs
     for side in range(start, end):
         for path in range(first[side], first[side + 1]):
             hit = point_of_side(scene, elements, side, key, path, 0)
-            bsdf, origin = bsdf_at(scene, hit), off_surface(scene, hit, ONE)
+            bsdf, origin = bsdf_at(scene, hit, _DIFFUSE), off_surface(scene, hit, ONE)
             albedo, through = total_weight(scene, bsdf, DIFFUSE), total_weight(scene, bsdf, TRANSLUCENT)
-            coverage = look_up(scene, scene.materials.coverage, hit.triangle, hit.u, hit.v)[0]
+            coverage = look_up(scene, scene.materials.coverage, hit.triangle, hit.u, hit.v, hit.back, _DIFFUSE)[0]
             inside = _is_inside(tracing, room, hidden, origin, hit.normal, key, path)
             if inside or coplanar_occluded(tracing, hit):
                 coverage = ZERO
@@ -155,8 +155,9 @@ def _light_points(tracing, direct, elements, hidden, room, key, start, end, firs
             at = origin, lit_normal(scene, hit), scene.object[hit.triangle]
             arrived = arriving(direct, tracing, room, *at, key, path, 3, False)
             reflected = _taken(scene, bsdf, DIFFUSE, arrived, _PER_PI * coverage)
+            behind = seen_from_behind(scene, bsdf, _DIFFUSE)
             _add_columns(sums, side, 0, reflected)
-            _add_columns(sums, side, 3, _taken(scene, bsdf, TRANSLUCENT, arrived, _PER_PI * coverage))
+            _add_columns(sums, side, 3, _taken(scene, behind, TRANSLUCENT, arrived, _PER_PI * coverage))
             _add_columns(sums, side, 6, times(albedo, coverage))
             _add_columns(sums, side, 9, times(through, coverage))
             sums[side, 12] += coverage

@@ -2,19 +2,19 @@
 
 import numpy as np
 
-from ...bsdf.closure import bsdf_of
+from ...bsdf.closure import bsdf_of, seen_from_behind
 from ...bsdf.mixture import BROAD_LOBES, DIFFUSE, TRANSLUCENT, broad_albedo, total_weight, weight_received
 from ...bsdf.scatter import shading_normal_correction
 from ...core.compiling import kernel, part
 from ...core.parallel import slices
 from ...core.vec3 import ZERO, add, dot, mean, mul, negative, plus, row, times
 from ...photons import PathKind, Photons
-from ...scene import Scene
+from ...scene import RayKind, Scene
 from ...scene.hit import barycentrics, shading_normal_at
 from .elements import SurfaceElements, element_at
 
 _CHUNK = 1 << 17
-_CAUSTIC = int(PathKind.CAUSTIC)
+_CAUSTIC, _DIFFUSE_RAY = int(PathKind.CAUSTIC), int(RayKind.DIFFUSE)
 _VIEW = np.float32(np.sqrt(0.75)), ZERO, np.float32(0.5)  # as any
 
 
@@ -110,8 +110,9 @@ def _add_photons(scene, elements, triangle, position, normal, direction, power, 
         bsdf, flown = bsdf_of(scene, t, u, v, back), row(direction, k)
         arriving = _arriving(scene, bsdf, row(power, k), flown)
         sums, towards = caustic if kind[k] == _CAUSTIC else others, negative(flown)
+        behind = seen_from_behind(scene, bsdf, _DIFFUSE_RAY)
         add(sums, side, mul(weight_received(scene, bsdf, DIFFUSE, towards), arriving))
-        add(sums, side ^ 1, mul(weight_received(scene, bsdf, TRANSLUCENT, towards), arriving))
+        add(sums, side ^ 1, mul(weight_received(scene, behind, TRANSLUCENT, towards), arriving))
 
 
 @kernel
@@ -124,7 +125,8 @@ def _importance(scene, elements, hits_per_area, triangle, position, normal, powe
         light = abs(light[0]), abs(light[1]), abs(light[2])
         if kind[k] != _CAUSTIC:
             bsdf = bsdf_of(scene, t, u, v, side % 2 == 1)
-            scattered = plus(total_weight(scene, bsdf, DIFFUSE), total_weight(scene, bsdf, TRANSLUCENT))
+            through = total_weight(scene, seen_from_behind(scene, bsdf, _DIFFUSE_RAY), TRANSLUCENT)
+            scattered = plus(total_weight(scene, bsdf, DIFFUSE), through)
             if scene.materials.broad[scene.material[t]]:
                 scattered = plus(scattered, broad_albedo(scene, bsdf, _VIEW, BROAD_LOBES))
             light = mul(scattered, light)

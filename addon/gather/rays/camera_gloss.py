@@ -9,7 +9,7 @@ from ...core.parallel import Workers
 from ...core.sampling.path_numbers import path_key, two_numbers
 from ...core.vec3 import BLACK, ZERO, put, row
 from ...receivers import CameraPoints
-from ...scene import Scene
+from ...scene import RayKind, Scene
 from ...scene.hit import hit_at
 from ..direct.direct_light import DirectLight
 from .gather_rays import GatherRays
@@ -18,6 +18,7 @@ from .lobe_rays import LEAST_RAYS, mean_over_rays, ray_counts
 N_DIRECT = 8
 """Estimates of direct light at a point that is seen in a mirror."""
 
+_CAMERA = int(RayKind.CAMERA)
 _CHUNK = 1 << 16  # estimates
 _GLOSS, _DIRECT = 74, 75  # streams of random numbers
 _LEAVING = 1 << 15  # of a path's pairs of numbers, the first for the lobe that it leaves by
@@ -68,7 +69,7 @@ def _leave(scene, triangle, u, v, direction, point, key, first, origins, directi
         hit = hit_at(scene, row(direction, k), triangle[k], ZERO, u[k], v[k])
         choice, _ = two_numbers(key, path, _LEAVING)
         a, b = two_numbers(key, path, _LEAVING + 1)
-        on = scatter(scene, hit, row(direction, k), choice, a, b, SPECULAR_LOBES, False)
+        on = scatter(scene, hit, row(direction, k), choice, a, b, SPECULAR_LOBES, False, _CAMERA)
         put(origins, ray, on.origin)
         put(directions, ray, on.direction)
         put(weights, ray, on.weight if on.alive else BLACK)

@@ -18,8 +18,8 @@ from ...emitters.lamps import meet_lamp, radiance_of_lamps
 from ...emitters.mesh import lights_up
 from ...emitters.world import world_seen
 from ...receivers import CameraPoints
-from ...scene import Scene
-from ...scene.hit import emitted, hit_at, off_surface
+from ...scene import RayKind, Scene
+from ...scene.hit import emitted, hit_at, is_back, off_surface
 from ...tracing import TransparencyTracer
 from ...tracing.embree import new_ray
 from ...tracing.transparency import closest_hit
@@ -30,6 +30,7 @@ from .lobe_rays import mean_over_rays, ray_counts
 
 _LEAST_RAYS = 8  # of a point: highlights are bright however little gloss there is
 _HIGHLIGHTS = 76  # stream of random numbers
+_CAMERA = int(RayKind.CAMERA)
 _INFINITY = np.float32(np.inf)
 
 
@@ -89,7 +90,7 @@ def _by_points_of_lights(tracing, room, direct, hit, direction, key, path):
     if not lit:
         return BLACK
     towards, _ = direction_to(origin, target)
-    bsdf, wo, wi = bsdf_at(scene, hit), to_local(negative(direction), normal), to_local(towards, normal)
+    bsdf, wo, wi = bsdf_at(scene, hit, _CAMERA), to_local(negative(direction), normal), to_local(towards, normal)
     if lamp < len(direct.lamps.kind):
         _, _, density = meet_lamp(direct.lamps, lamp, origin, towards)
         f = evaluate_glossy(scene, bsdf, wo, wi) if pdf_glossy(scene, bsdf, wo, wi) <= density else BLACK
@@ -106,19 +107,19 @@ def _by_rays(tracing, room, direct, hit, direction, key, path):
     scene = tracing.scene
     choice, _ = two_numbers(key, path, 0)
     a, b = two_numbers(key, path, 1)
-    on = scatter(scene, hit, direction, choice, a, b, SPECULAR_LOBES, False)
+    on = scatter(scene, hit, direction, choice, a, b, SPECULAR_LOBES, False, _CAMERA)
     if not on.alive:
         return BLACK
     least_density = _INFINITY
     if on.rough:
         normal = axis_at(scene, hit, direction)
         wo, wi = to_local(negative(direction), normal), to_local(on.direction, normal)
-        least_density = pdf_glossy(scene, bsdf_at(scene, hit), wo, wi)
+        least_density = pdf_glossy(scene, bsdf_at(scene, hit, _CAMERA), wo, wi)
     triangle, distance, u, v, tint = closest_hit(tracing, room, on.origin, on.direction, on.kind)
     object_ = scene.object[hit.triangle]
     met = radiance_of_lamps(direct.lamps, on.origin, on.direction, distance, on.kind, object_, least_density)
     if triangle < 0 and (on.specular or direct.world.height == 0):
         met = plus(met, world_seen(direct.world, on.direction, on.kind))
     elif triangle >= 0 and on.specular and lights_up(scene, scene.object[triangle], object_):
-        met = plus(met, emitted(scene, triangle, u, v))
+        met = plus(met, emitted(scene, triangle, u, v, is_back(scene, triangle, on.direction), on.kind))
     return mul(mul(on.weight, tint), met)

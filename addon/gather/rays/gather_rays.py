@@ -99,7 +99,8 @@ class GatherRays:
         hits = self._tracer.closest_hit(origins, directions, kind)
         radiance = np.zeros((self.n_lights, len(origins), 3), np.float32)
         left = np.ones((len(origins), 3), np.float32) if hits.tint is None else hits.tint
-        met = kernel_array(directions, np.float32), hits.triangle, hits.distance, hits.u, hits.v, left
+        kinds = np.full(len(origins), kind, np.uint8)
+        met = kernel_array(directions, np.float32), kinds, hits.triangle, hits.distance, hits.u, hits.v, left
         for steps, of_light in zip(self._lights, radiance, strict=True):
             rays = tuple(of.copy() for of in met) if len(steps) > 1 else met
             for light, first_step, last_step in steps:
@@ -114,12 +115,12 @@ def _follow(tracing, room, light, key, first, first_step, last_step, rays, specu
     """Follow n rays over some steps: add what they bring to `radiance`, and unless these are all leave the rays where
     they have come to.
     """
-    direction, triangle, distance, u, v, throughput = rays
+    direction, kind, triangle, distance, u, v, throughput = rays
     for k in range(len(triangle)):
-        ray = row(direction, k), triangle[k], distance[k], u[k], v[k], row(throughput, k)
+        ray = row(direction, k), np.int64(kind[k]), triangle[k], distance[k], u[k], v[k], row(throughput, k)
         light_met, ray = radiance_along(tracing, room, light, key, first + k, first_step, last_step, ray, specular)
         add(radiance, k, light_met)
         if last_step < MAX_STEPS:
             put(direction, k, ray[0])
-            triangle[k], distance[k], u[k], v[k] = ray[1], ray[2], ray[3], ray[4]
-            put(throughput, k, ray[5])
+            kind[k], triangle[k], distance[k], u[k], v[k] = ray[1], ray[2], ray[3], ray[4], ray[5]
+            put(throughput, k, ray[6])

@@ -12,12 +12,13 @@ from ...core.parallel import Workers, slices
 from ...core.sampling.path_numbers import path_key
 from ...core.vec3 import ONE, ZERO, largest, negative, row, to_local
 from ...receivers import CameraPoints
-from ...scene import Scene
+from ...scene import RayKind, Scene
 from ...scene.hit import hit_at
 
 LEAST_RAYS = 2
 """Of a point: with fewer the error could not be told."""
 
+_CAMERA = int(RayKind.CAMERA)
 _CHUNK = 1 << 15  # rays
 _COUNTED = 1 << 17  # points
 _RAY_BYTES = 150  # a ray takes, with what it meets
@@ -39,7 +40,7 @@ def _count(scene, triangle, u, v, direction, tint, point, n_rays, least, counts)
         k = point[i]
         flown = row(direction, k)
         hit = hit_at(scene, flown, triangle[k], ZERO, u[k], v[k])
-        bsdf, wo = bsdf_at(scene, hit), to_local(negative(flown), axis_at(scene, hit, flown))
+        bsdf, wo = bsdf_at(scene, hit, _CAMERA), to_local(negative(flown), axis_at(scene, hit, flown))
         albedo = largest(glossy_albedo(scene, bsdf, wo)) + largest(glass_albedo(scene, bsdf))
         counts[i] = max(np.int64(np.ceil(np.float32(n_rays) * min(albedo, ONE) * largest(row(tint, k)))), least)
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...bsdf.closure import bsdf_at
+from ...bsdf.closure import bsdf_at, seen_otherwise
 from ...bsdf.mixture import (
     ALL_LOBES,
     DIFFUSE,
@@ -42,7 +42,7 @@ from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, largest, mul, nega
 from ...emitters.lamps import radiance_of_lamps
 from ...emitters.mesh import lights_up
 from ...emitters.world import world_seen
-from ...scene.hit import emitted, hit_at, off_surface
+from ...scene.hit import emitted, hit_at, is_back, off_surface
 from ...tracing.transparency import closest_hit
 from ..direct.sampling import DIFFUSE_RAY, GLOSSY_RAY, DirectArrays, met_radiance, sample_emitters, unsampled_sky
 from ..direct.visible import visible_share
@@ -78,21 +78,22 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
     light : RayLight
     first_step, last_step : int
         Surfaces that the ray has met before, and at most meets.
-    ray : (direction, triangle, distance, u, v, throughput)
+    ray : (direction, kind, triangle, distance, u, v, throughput)
         The next surface that it meets, as `closest_hit` has it, and what is left of the light on its way back.
     specular : bool
         Bring also what mirrors, glass and narrow gloss show of lamps, emission and worlds.
     """
-    direction, triangle, distance, u, v, throughput = ray
+    direction, kind, triangle, distance, u, v, throughput = ray
     scene, cache, radiance = tracing.scene, light.cache, BLACK
     for step in range(first_step, last_step):
         if triangle < 0 or largest(throughput) <= ZERO:
             break
         i, hit = step * _NUMBERS_A_STEP, hit_at(scene, direction, triangle, distance, u, v)
-        bsdf, side = bsdf_at(scene, hit), side_at(cache, hit)
+        bsdf, side = bsdf_at(scene, hit, kind), side_at(cache, hit)
 
-        # What broad lobes reflect the cache says, but not to those who are too near
-        near = step < _MAX_NEAR_HITS and distance < cache.reach[side >> 1] and _only_reflects(scene, bsdf)
+        # What broad lobes reflect the cache says, but not to those who are too near, or see another surface
+        near = distance < cache.reach[side >> 1] or seen_otherwise(scene, hit, kind)
+        near = step < _MAX_NEAR_HITS and near and _only_reflects(scene, bsdf)
         if near:
             at = light.direct, key, path, i + _DIFFUSE_LIGHT, hit, bsdf
             broad = plus(_direct_light_reflected(tracing, room, *at), row(cache.caustic, side))
@@ -126,17 +127,18 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         if follow >= chance:
             break
         a, b = two_numbers(key, path, i + 1)
-        on = scatter(scene, hit, direction, choice, a, b, ALL_LOBES if near else _FOLLOWED_LOBES, False)
+        on = scatter(scene, hit, direction, choice, a, b, ALL_LOBES if near else _FOLLOWED_LOBES, False, kind)
         throughput = times(mul(throughput, on.weight), ONE / chance)
         fate, _ = two_numbers(key, path, i + 2)
         survival = min(largest(throughput), ONE if step < _MAX_NEAR_HITS else _LATE_SURVIVAL)
         if not on.alive or fate >= survival:
             break
+        kind = np.int64(on.kind)
         triangle, distance, u, v, tint = closest_hit(tracing, room, on.origin, on.direction, on.kind)
         direction, throughput = on.direction, times(mul(throughput, tint), ONE / survival)
         shining = _emission_met(scene, light.direct, hit, on, triangle, distance, u, v, specular)
         radiance = plus(radiance, mul(throughput, shining))
-    return radiance, (direction, triangle, distance, u, v, throughput)
+    return radiance, (direction, kind, triangle, distance, u, v, throughput)
 
 
 @part
@@ -204,4 +206,6 @@ def _seen(scene, direct, triangle, u, v, on, object_):
     """What a ray from an object sees of a triangle's emission, or of the world."""
     if triangle < 0:
         return world_seen(direct.world, on.direction, on.kind)
-    return emitted(scene, triangle, u, v) if lights_up(scene, scene.object[triangle], object_) else BLACK
+    if not lights_up(scene, scene.object[triangle], object_):
+        return BLACK
+    return emitted(scene, triangle, u, v, is_back(scene, triangle, on.direction), on.kind)

@@ -15,7 +15,7 @@ from ...emitters.lamps import lamp_arrays, radiance_of_lamps
 from ...emitters.mesh import lights_up
 from ...emitters.world import world_arrays, world_seen
 from ...scene import RayKind, Scene
-from ...scene.hit import emitted, hit_at
+from ...scene.hit import emitted, hit_at, is_back
 from ...tracing import Hits, TransparencyTracer
 from ...tracing.embree import new_ray
 from ...tracing.transparency import closest_hit
@@ -27,7 +27,7 @@ _MOST_SPLIT = 2
 """Surfaces of glass, the first ones, at which a sample goes both ways: through one body, and what it mirrors inside."""
 
 _N_BRANCHES = 1 << _MOST_SPLIT
-_GLOSSY_RAY, _TRANSMITTED_RAY = int(RayKind.GLOSSY), int(RayKind.TRANSMITTED)
+_GLOSSY_RAY, _TRANSMITTED_RAY, _CAMERA_RAY = int(RayKind.GLOSSY), int(RayKind.TRANSMITTED), int(RayKind.CAMERA)
 _TINY, _INFINITY = np.float32(1e-20), np.float32(np.inf)
 
 
@@ -123,12 +123,12 @@ def _branch(tracing, room, lamps, world, key, path, branch, direction, met, thro
     n_splits : int
     """
     scene, (triangle, way, u, v) = tracing.scene, met
-    share, light, n_splits, n_followed = ONE, BLACK, 0, 0
+    share, light, n_splits, n_followed, kind = ONE, BLACK, 0, 0, _CAMERA_RAY
     for step in range(_MOST_FOLLOWED + 1):
         if triangle < 0:
             break
         hit = hit_at(scene, direction, triangle, way, u, v)
-        bsdf = bsdf_at(scene, hit)
+        bsdf = bsdf_at(scene, hit, kind)
         if not is_mirror(scene, bsdf):
             break
         # The numbers are those of other branches as long as the way is theirs
@@ -136,13 +136,13 @@ def _branch(tracing, room, lamps, world, key, path, branch, direction, met, thro
         choice, _ = two_numbers(key, path, i)
         a, b = two_numbers(key, path, i + 1)
         if step < _MOST_SPLIT and _is_glass(scene, bsdf):
-            on, other = scatter_both_ways(scene, hit, direction, choice, a, b)
+            on, other = scatter_both_ways(scene, hit, direction, choice, a, b, kind)
             if branch >> n_splits & 1 == 0:
                 on, other = other, on
             share *= mean(on.weight) / max(mean(on.weight) + mean(other.weight), _TINY)
             n_splits += 1
         else:
-            on = scatter(scene, hit, direction, choice, a, b, SPECULAR_LOBES, False)
+            on = scatter(scene, hit, direction, choice, a, b, SPECULAR_LOBES, False, kind)
         if step == _MOST_FOLLOWED or not on.alive:
             triangle, throughput = np.int32(-1), BLACK
             break
@@ -161,7 +161,7 @@ def _branch(tracing, room, lamps, world, key, path, branch, direction, met, thro
             shining = world_seen(world, direction, kind)
         else:
             lit = lights_up(scene, scene.object[triangle], scene.object[hit.triangle])
-            shining = emitted(scene, triangle, u, v) if lit else BLACK
+            shining = emitted(scene, triangle, u, v, is_back(scene, triangle, direction), kind) if lit else BLACK
         light = plus(light, mul(throughput, shining))
     return (triangle, u, v, direction, throughput, share, way, n_followed), light, n_splits
 

@@ -7,7 +7,7 @@ import numpy as np
 from ...bsdf import diffuse_albedo, surface_at, translucent_albedo
 from ...core.parallel import Workers
 from ...core.sampling.vectors import dot, rows
-from ...scene import Scene
+from ...scene import RayKind, Scene
 from ...tracing import TransparencyTracer
 from ..receivers import Receivers, View
 from .camera import Camera, SeenSurface
@@ -223,7 +223,7 @@ def _leaders(scene: Scene, samples: CameraSamples) -> np.ndarray:
 def diffuse_colors(scene: Scene, seen: SeenSurface) -> tuple[np.ndarray, np.ndarray]:
     """Albedo of the diffuse lobe, as far as gloss over it lets it be seen, and of the translucent lobe, (n, 3) each."""
     hits = seen.hits
-    diffuse = scene.albedo(hits.triangle, hits.u, hits.v)
+    diffuse = scene.albedo(hits.triangle, hits.u, hits.v, hits.back(seen.direction), RayKind.CAMERA)
     translucent = np.zeros_like(diffuse)
     k = np.flatnonzero(~scene.materials.matte[scene.material_of_triangle[hits.triangle]])
     if len(k):

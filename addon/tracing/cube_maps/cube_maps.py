@@ -72,8 +72,9 @@ class CubeMaps:
 
         def look(centre: np.ndarray) -> tuple[np.ndarray, ...]:
             hits = tracer.closest_hit(np.tile(centre, (len(ways), 1)), ways, kind=kind)
-            normal = np.where(hits.back(ways)[:, None], -hits.normal, hits.normal)
-            albedo = scene.albedo(hits.triangle, hits.u, hits.v) if scene.n_triangles else np.zeros_like(ways)
+            back = hits.back(ways)
+            normal = np.where(back[:, None], -hits.normal, hits.normal)
+            albedo = scene.albedo(hits.triangle, hits.u, hits.v, back) if scene.n_triangles else np.zeros_like(ways)
             normal[~hits.hit], albedo[~hits.hit] = -ways[~hits.hit], 0
             packed = encode_octahedral(normal)
             depths = _depth_ranges(hits.distance, decode_octahedral(packed), directions)

@@ -84,7 +84,7 @@ def emissive_added():
     probes()
 
 
-@case("Emission on one side (Backfacing)", GROUP, unsupported="Feature")
+@case("Emission on one side (Backfacing)", GROUP)
 def emissive_one_side():
     # Upright in the middle, it shines at the red wall alone.
     tree = nodes()

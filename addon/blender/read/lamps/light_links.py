@@ -36,7 +36,7 @@ def link_lights(scene: Scene, lamps: "list[bpy.types.Object]", objects: list[Pla
 
 def _links_of_emitters(scene: Scene, objects: list[Placed]) -> EmitterLinks | None:
     """What the emissive objects of a scene light; None where all light all."""
-    glows = scene.materials.emission.nonzero[scene.material_of_triangle]
+    glows = scene.materials.emits[scene.material_of_triangle]
     of_pair: dict[tuple, int] = {}
     group = np.full(len(objects), -1, np.int32)
     for index in np.unique(scene.object_of_triangle[glows]):

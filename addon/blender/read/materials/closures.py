@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ....scene import Lobe
+from .angles import ValueAt, curve_of
 from .expressions import constant
 from .node_math import dielectric_f0, ior_of_f0, saturate
 from .nodes import Factor, Place, Value, output_node
@@ -36,13 +37,10 @@ class Closure:
     shader : Place
         Its output, or the colour that stands in its place.
     factors : tuple of Factor
-    for_shadows : bool
-        Whether in Cycles only shadow rays see it.
     """
 
     shader: Place
     factors: tuple[Factor, ...] = ()
-    for_shadows: bool = False
 
     @property
     def node(self) -> "bpy.types.Node":
@@ -80,24 +78,12 @@ def _closures(place: Place, factors: tuple[Factor, ...]) -> list[Closure]:
     if node.type == "ADD_SHADER":
         return [closure for shader in shaders for closure in _closures(shader, factors)]
     factor = origin.input("Fac")
-    if _is_shadow_trick(factor, shaders):
-        return [replace(closure, for_shadows=True) for closure in _closures(shaders[1], factors)]
-    fixed = constant(factor)
+    fixed = constant(factor, view=None)
     found = []
     for shader, inverted in zip(shaders, (True, False), strict=True):
         if fixed is None or Factor(factor, inverted).weight(lambda _: fixed) > 0:
             found += _closures(shader, (*factors, Factor(factor, inverted)))
     return found
-
-
-def _is_shadow_trick(factor: Place, shaders: list[Place]) -> bool:
-    """Whether a material lets light of lamps through and blocks the rest, or the other way round.
-
-    What lamps' light meets counts then for all light: it is most of it.
-    """
-    origin = factor.origin.socket
-    asks = origin.is_output and origin.node.type == "LIGHT_PATH" and origin.identifier == "Is Shadow Ray"
-    return asks and any(shader.origin.socket.node.type == "BSDF_TRANSPARENT" for shader in shaders)
 
 
 @dataclass(frozen=True)
@@ -182,33 +168,51 @@ class Leaf:
         total.add(Lobe.GLASS, weight, f0=reflection, f90=transmission, fresnel=fresnel, **facets, **self.normal())
 
 
-def combine(closures: list[Closure], value: Value, normal_of: NormalOf = interpolated) -> ShaderSum:
+def combine(
+    closures: list[Closure], value: Value, normal_of: NormalOf = interpolated, value_at: ValueAt = lambda *_: None
+) -> ShaderSum:
     """The sum of closures.
 
     A mix of a diffuse with a glossy shader by Fresnel's curve, as materials were built before Principled, is read as
-    what it means, a glossy layer over a diffuse base; one of refraction and gloss is glass. Any other shader that is
-    mixed by the angle gets the factor's mean over the hemisphere.
+    what it means, a glossy layer over a diffuse base; one of refraction and gloss is glass. Any other closure that is
+    mixed by the angle gets the factor's curve, by `value_at`. Emission, and what is mixed with transparency by the
+    angle, get its mean over the hemisphere.
     """
     over = _layers([one for one in closures if one.kind == "BSDF_GLOSSY"], inverted=False)
     coated = over & _layers([one for one in closures if _is_diffuse(one)], inverted=True)
     glass = over & _layers([one for one in closures if one.kind == "BSDF_REFRACTION"], inverted=True) - coated
-    leaves = []
+    leaves, curves, averaged = [], [], _averaged(closures, value_at)
     for closure in closures:
         layers = {"BSDF_GLOSSY": coated | glass, "BSDF_REFRACTION": glass}.get(closure.kind, set())
         layers = coated if _is_diffuse(closure) else layers
         layer = next((one for one in closure.factors if one.place in layers), None)
-        weight = closure.weight(value, layers)
+        turned, curve = curve_of(closure.factors, value_at, layers | averaged)
+        weight = closure.weight(value, layers | set(turned))
         if (weight > 0).any():
+            curves.append(curve)
             leaves.append(Leaf(closure, value, weight, layer, layer is not None and layer.place in glass, normal_of))
     reflected: dict[Place, np.ndarray] = {}
     for leaf in leaves:
         if leaf.layer and leaf.in_glass and leaf.closure.kind == "BSDF_GLOSSY":
             reflected[leaf.layer.place] = reflected.get(leaf.layer.place, black()) + leaf.weighted
     total = ShaderSum()
-    for leaf in leaves:
+    for leaf, total.by_angle in zip(leaves, curves, strict=True):
         leaf = replace(leaf, reflected=reflected.get(leaf.layer.place) if leaf.layer else None)
         ADDERS.get(leaf.closure.kind, _add_diffuse)(leaf, total)
     return total
+
+
+def _averaged(closures: list[Closure], value_at: ValueAt) -> set[Place]:
+    """The sockets of factors whose mean over the angle counts.
+
+    They are those of emission and of what light passes straight, and all where light is both reflected and transmitted
+    broadly: a cache knows the sum of the two.
+    """
+    passing = [one for one in closures if one.kind in {"BSDF_TRANSPARENT", "EMISSION", "BACKGROUND", "COLOR"}]
+    kinds = {one.kind for one in closures}
+    if "BSDF_TRANSLUCENT" in kinds and ("BSDF_PRINCIPLED" in kinds or any(map(_is_diffuse, closures))):
+        passing = closures
+    return {place for closure in passing for place in curve_of(closure.factors, value_at, set())[0]}
 
 
 def _layers(closures: list[Closure], inverted: bool) -> set[Place]:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....scene import Channel, Closures, Materials, Textures
+from ....scene import N_ANGLES, N_VIEWS, AngleCurves, Channel, Closures, Materials, Textures
 from .pictures.images import ImageTable
 from .sums import ShaderSum, Term
 from .texture_grid import Coordinates
@@ -76,13 +76,41 @@ def _varies(picture: np.ndarray) -> bool:
     return any((np.abs(part - picture[:1, :1]) > 1e-6).any() for part in (picture[::step], picture))
 
 
-def materials_of(rows: list[Surface], textures: Textures) -> Materials:
-    """All materials, in columns."""
+@dataclass(frozen=True)
+class Seen:
+    """One material as it is seen from each side and by each kind of rays.
+
+    Attributes
+    ----------
+    rows : list of Surface
+        The first is that of the front for diffuse rays.
+    as_seen : tuple of int
+        Which of them each of `VIEWS` sees.
+    """
+
+    rows: list[Surface]
+    as_seen: tuple[int, ...]
+
+    @property
+    def coordinates(self) -> Coordinates | None:
+        """Where its textures take their coordinates from; None where it has none."""
+        return next((row.coordinates for row in self.rows if row.textured), None)
+
+
+def materials_of(seen: list[Seen], textures: Textures) -> Materials:
+    """All materials, in columns; rows that the first ones do not tell come after those of all."""
+    rows, seen_as = [one.rows[0] for one in seen], np.zeros((len(seen), N_VIEWS), np.int32)
+    for k, one in enumerate(seen):
+        number = [k, *range(len(rows), len(rows) + len(one.rows) - 1)]
+        rows += one.rows[1:]
+        seen_as[k] = [number[i] for i in one.as_seen]
+    others = np.repeat(np.arange(len(seen), len(rows), dtype=np.int32)[:, None], N_VIEWS, axis=1)
     return Materials.of(
         len(rows),
         names=tuple(row.name for row in rows),
         closures=_closures(rows),
         textures=textures,
+        seen_as=np.concatenate([seen_as, others]),
         **{name: _channel([row.channels for row in rows], name) for name in CHANNELS},
     )
 
@@ -102,8 +130,17 @@ def _closures(rows: list[Surface]) -> Closures:
         preserves_energy=np.array([term.keeps_energy for term in terms], bool),
         normal_space=np.array([term.normal_space for term in terms], np.int32),
         layer=np.where(np.array(layer, int) >= 0, first + np.array(layer, int), -1).astype(np.int32),
+        by_angle=_angle_curves([term.by_angle for term in terms]),
         **{name: _channel(values, name) for name in OF_CLOSURES},
     )
+
+
+def _angle_curves(by_angle: list[tuple[float, ...]]) -> AngleCurves:
+    """The curves of closures, alike ones once."""
+    different = list(dict.fromkeys(curve for curve in by_angle if curve))
+    index = {curve: i for i, curve in enumerate(different)} | {(): -1}
+    curves = np.array(different, np.float32).reshape(-1, N_ANGLES)
+    return AngleCurves(np.array([index[curve] for curve in by_angle], np.int32), curves)
 
 
 def _channel(rows: list[ChannelValues], name: str) -> Channel:

@@ -15,7 +15,7 @@ from ...lightmap.atlas import Atlas
 from ...temporary import CyclesError, Temporary, cycles_scene, frozen_copy
 from ..content_key import mesh_key, scene_key, tree_key
 from ..meshes.object_values import Reading
-from .nodes import Place, all_nodes, output_node, socket, source
+from .nodes import FROM_FRONT, Place, View, all_nodes, output_node, socket, source
 
 N_SAMPLES = 1
 """A texel holds the value at one point in it: many look-ups average them, as light does."""
@@ -50,6 +50,7 @@ class BakeRequest:
     atlas : Atlas
     values : dict of Reading to (4,) float32
         What the material reads of the object.
+    view : View
     """
 
     material: "bpy.types.Material"
@@ -59,6 +60,7 @@ class BakeRequest:
     matrix: np.ndarray
     atlas: Atlas
     values: dict[Reading, np.ndarray]
+    view: View = FROM_FRONT
 
     def key(self) -> tuple:
         """Equal for requests that give equal pictures."""
@@ -69,7 +71,7 @@ class BakeRequest:
         tree = tree_key(self.material.node_tree)
         frame = scene_key(self.material, bpy.context.scene)
         read = tuple((reading, value.tobytes()) for reading, value in sorted(self.values.items()))
-        return tree, frame, mesh_key(self.mesh), self.atlas.uvs.tobytes(), names, where, read
+        return tree, frame, mesh_key(self.mesh), self.atlas.uvs.tobytes(), names, where, read, self.view
 
 
 _baked: OrderedDict[tuple, list[np.ndarray]] = OrderedDict()
@@ -93,6 +95,49 @@ def bake_values(request: BakeRequest) -> list[np.ndarray]:
     return _baked[key]
 
 
+def bake_at_corners(
+    material: "bpy.types.Material", places: list[Place], mesh: "bpy.types.Mesh", obj: "bpy.types.Object"
+) -> dict[Place, np.ndarray]:
+    """The values of sockets at the corners of a mesh, (c, 1 or 3) float32.
+
+    Parameters
+    ----------
+    material : bpy.types.Material
+        Original.
+    mesh : bpy.types.Mesh
+        Evaluated.
+    obj : bpy.types.Object
+        Original, whose mesh it is.
+
+    Raises
+    ------
+    CyclesError
+    """
+    values: dict[Place, np.ndarray] = {}
+    if not places:
+        return values
+    with Temporary() as temporary:
+        copy = frozen_copy(material, VIEW_DEPENDENT, temporary)
+        sources = {place: _exposed(copy.node_tree, place) for place in places}
+        corners = temporary.copy(mesh)
+        corners.materials.clear()
+        corners.materials.append(copy)
+        colors = corners.color_attributes.new("Photon Bake", "FLOAT_COLOR", "CORNER")
+        corners.color_attributes.active_color = colors
+        stand_in = temporary.add(bpy.data.objects.new(obj.name, corners))
+        stand_in.matrix_world = obj.matrix_world
+        emission, scene = _shown_as_light(copy), _scene(stand_in, temporary)
+        for some in _passes(places):
+            _show(copy.node_tree, emission, [sources[place] for place in some])
+            _run(scene, stand_in, target="VERTEX_COLORS")
+            found = np.empty((len(mesh.loops), 4), np.float32)
+            corners.color_attributes["Photon Bake"].data.foreach_get("color", found.reshape(-1))
+            found = np.nan_to_num(found, posinf=0.0, neginf=0.0)
+            columns = [found[:, :3]] if _is_color(some[0]) else [found[:, i : i + 1] for i in range(3)]
+            values |= dict(zip(some, columns, strict=False))
+    return values
+
+
 def sees_object(tree: "bpy.types.NodeTree") -> bool:
     """Whether a material may look different on two objects with the same mesh, where it reads the same of both."""
     return any(node.type in OF_THE_OBJECT for node in all_nodes(tree))
@@ -106,7 +151,7 @@ def _names(place: Place) -> tuple[str, ...]:
 def _bake(request: BakeRequest) -> list[np.ndarray]:
     passes = _passes(request.places)
     with Temporary() as temporary:
-        material = frozen_copy(request.material, VIEW_DEPENDENT, temporary, request.values.get)
+        material = frozen_copy(request.material, VIEW_DEPENDENT, temporary, request.values.get, request.view)
         sources = {place: _exposed(material.node_tree, place) for place in request.places}
         stage = _Stage.build(request, material, temporary)
         pictures: dict[Place, np.ndarray] = {}
@@ -189,51 +234,58 @@ class _Stage:
         temporary.add(image)
         obj = temporary.add(bpy.data.objects.new(request.obj.name, mesh))
         obj.matrix_world = request.matrix.T.tolist()
-        target, emission = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeEmission")
+        target = tree.nodes.new("ShaderNodeTexImage")
         target.image = image
         tree.nodes.active = target
-        output = output_node(material)
-        assert output is not None  # closures hang on it
-        for one in output.inputs:
-            for link in list(one.links):
-                tree.links.remove(link)
-        tree.links.new(emission.outputs[0], output.inputs["Surface"])
+        emission = _shown_as_light(material)
         return _Stage(_scene(obj, temporary), obj, image, material, emission, mesh.uv_layers[-1].name)
 
     def show(self, values: "list[bpy.types.NodeSocket]") -> None:
         """Wire values to the emission: one colour, or up to three numbers."""
-        tree = self.material.node_tree
-        if len(values) > 1:
-            combined = tree.nodes.new("ShaderNodeCombineColor")
-            for value, channel in zip(values, combined.inputs, strict=False):
-                tree.links.new(value, channel)
-            values = [combined.outputs[0]]
-        tree.links.new(values[0], self.emission.inputs["Color"])
+        _show(self.material.node_tree, self.emission, values)
 
     def bake(self) -> np.ndarray:
         """The picture, (side, side, 3) float32; where no face is it has the mean of the rest."""
-        layer, obj = self.scene.view_layers[0], self.obj
-        active = {"active_object": obj, "object": obj, "selected_objects": [obj], "selected_editable_objects": [obj]}
-        try:
-            with bpy.context.temp_override(scene=self.scene, view_layer=layer, **active):
-                bpy.ops.object.bake(
-                    type="EMIT",
-                    target="IMAGE_TEXTURES",
-                    save_mode="INTERNAL",
-                    use_selected_to_active=False,
-                    use_clear=True,
-                    margin=2,
-                    margin_type="EXTEND",
-                    uv_layer=self.uv_map,
-                )
-        except RuntimeError as error:
-            raise CyclesError(str(error).strip()) from error
+        image = {"save_mode": "INTERNAL", "margin": 2, "margin_type": "EXTEND", "uv_layer": self.uv_map}
+        _run(self.scene, self.obj, target="IMAGE_TEXTURES", **image)
         pixels = np.empty(prod(self.image.size) * self.image.channels, np.float32)
         self.image.pixels.foreach_get(pixels)
         pixels = np.nan_to_num(pixels.reshape(*self.image.size, 4), posinf=0.0, neginf=0.0)
         color, shown = pixels[..., :3], pixels[..., 3] > 0
         color[~shown] = color[shown].mean(axis=0) if shown.any() else 0
         return color
+
+
+def _shown_as_light(material: "bpy.types.Material") -> "bpy.types.Node":
+    """An Emission shader that takes the place of all that a material is."""
+    tree, output = material.node_tree, output_node(material)
+    assert output is not None  # closures or displacement hang on it
+    for one in output.inputs:
+        for link in list(one.links):
+            tree.links.remove(link)
+    emission = tree.nodes.new("ShaderNodeEmission")
+    tree.links.new(emission.outputs[0], output.inputs["Surface"])
+    return emission
+
+
+def _show(tree: "bpy.types.NodeTree", emission: "bpy.types.Node", values: "list[bpy.types.NodeSocket]") -> None:
+    """Wire values to an emission: one colour, or up to three numbers."""
+    if len(values) > 1:
+        combined = tree.nodes.new("ShaderNodeCombineColor")
+        for value, channel in zip(values, combined.inputs, strict=False):
+            tree.links.new(value, channel)
+        values = [combined.outputs[0]]
+    tree.links.new(values[0], emission.inputs["Color"])
+
+
+def _run(scene: "bpy.types.Scene", obj: "bpy.types.Object", **how: object) -> None:
+    """Have Cycles bake what an object emits."""
+    active = {"active_object": obj, "object": obj, "selected_objects": [obj], "selected_editable_objects": [obj]}
+    try:
+        with bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0], **active):
+            bpy.ops.object.bake(type="EMIT", use_selected_to_active=False, use_clear=True, **how)
+    except RuntimeError as error:
+        raise CyclesError(str(error).strip()) from error
 
 
 def _mesh(request: BakeRequest, temporary: Temporary) -> "bpy.types.Mesh":

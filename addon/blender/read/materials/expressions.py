@@ -8,8 +8,21 @@ import bpy
 import numpy as np
 
 from ..meshes.object_values import Values, of_scene, read_by
-from .node_math import BLEND, COMBINE, MATH, SEPARATE, VECTOR_MATH, lerp, map_range, mean_fresnel, saturate
-from .nodes import Place
+from .node_math import (
+    BLEND,
+    COMBINE,
+    MATH,
+    SEPARATE,
+    VECTOR_MATH,
+    facing_at,
+    fresnel_at,
+    lerp,
+    map_range,
+    mean_fresnel,
+    mean_of_facing,
+    saturate,
+)
+from .nodes import FROM_FRONT, Place, View
 from .pictures.images import MISSING
 
 Sampler = Callable[[Place], np.ndarray]
@@ -47,10 +60,13 @@ class Evaluator:
     sample : Sampler
     values : Values
         What is known of objects and the scene.
+    view : View or None
+        Without it what differs by how a surface is seen is unreadable.
     """
 
     sample: Sampler
     values: Values = of_scene
+    view: View | None = FROM_FRONT
     _known: dict[Place, np.ndarray] = field(default_factory=dict)
 
     def value(self, place: Place) -> np.ndarray:
@@ -73,7 +89,9 @@ class Evaluator:
 
     def _computed(self, place: Place) -> np.ndarray:
         node = place.socket.node
-        fixed = AS_DIFFUSE_RAYS_SEE_IT.get((node.type, place.socket.identifier))
+        fixed = (self.view or FROM_FRONT).value(place.socket)
+        if fixed is not None and self.view is None:
+            raise UnreadableError(node)
         if fixed is not None:
             return np.full((1, 1, 1), fixed)
         read = read_by(place, self.values)
@@ -84,10 +102,10 @@ class Evaluator:
         return READERS[node.type](_Inputs(self, place))
 
 
-def constant(place: Place, values: Values = of_scene) -> np.ndarray | None:
-    """The value of a socket if it is the same everywhere, (1 or 3,) float32, or None."""
+def constant(place: Place, values: Values = of_scene, view: View | None = FROM_FRONT) -> np.ndarray | None:
+    """The value of a socket if it is the same everywhere, (1 or 3,) float32, or None; see `Evaluator`."""
     try:
-        value = Evaluator(no_images, values).value(place)
+        value = Evaluator(no_images, values, view).value(place)
     except UnreadableError:
         return None
     return value[0, 0]
@@ -130,38 +148,6 @@ class _Inputs:
 
     def all(self) -> list[np.ndarray]:
         return [self[one.identifier] for one in self.node.inputs]
-
-
-def mean_of_layer_weight(blend: float, output: str) -> float:
-    """Average of the Layer Weight node over directions by their cosine."""
-    if output == "Fresnel":
-        return mean_fresnel(1 / max(1 - blend, 1e-5))
-    blend = min(max(blend, 0), 1 - 1e-5)
-    exponent = 2 * blend if blend < 0.5 else 0.5 / (1 - blend)
-    return exponent / (exponent + 2)
-
-
-AS_DIFFUSE_RAYS_SEE_IT = {
-    ("LIGHT_PATH", name): value
-    for name, value in {
-        "Is Camera Ray": 0,
-        "Is Shadow Ray": 0,
-        "Is Diffuse Ray": 1,
-        "Is Glossy Ray": 0,
-        "Is Singular Ray": 0,
-        "Is Reflection Ray": 1,
-        "Is Transmission Ray": 0,
-        "Is Volume Scatter Ray": 0,
-        "Ray Length": 1,
-        "Ray Depth": 1,
-        "Diffuse Depth": 1,
-        "Glossy Depth": 0,
-        "Transparent Depth": 0,
-        "Transmission Depth": 0,
-        "Portal Depth": 0,
-    }.items()
-} | {("NEW_GEOMETRY", "Backfacing"): 0}
-"""Outputs that differ from ray to ray, and what they are taken for."""
 
 
 def _image(at: _Inputs) -> np.ndarray:
@@ -294,11 +280,22 @@ def _map_range(at: _Inputs) -> np.ndarray:
 
 
 def _fresnel(at: _Inputs) -> np.ndarray:
-    return np.full((1, 1, 1), mean_fresnel(max(float(at["IOR"].mean()), 1e-5)))
+    return np.full((1, 1, 1), _fresnel_seen(at, max(float(at["IOR"].mean()), 1e-5)))
+
+
+def _fresnel_seen(at: _Inputs, ior: float) -> float:
+    """Fresnel reflectance of the front in a view."""
+    view = at.evaluator.view or FROM_FRONT
+    return mean_fresnel(ior) if view.cosine is None else fresnel_at(view.cosine, 1 / ior if view.back else ior)
 
 
 def _layer_weight(at: _Inputs) -> np.ndarray:
-    return np.full((1, 1, 1), mean_of_layer_weight(float(at["Blend"].mean()), at.asked))
+    view, blend = at.evaluator.view or FROM_FRONT, float(at["Blend"].mean())
+    if at.asked == "Fresnel":
+        weight = _fresnel_seen(at, 1 / max(1 - blend, 1e-5))
+    else:
+        weight = mean_of_facing(blend) if view.cosine is None else facing_at(view.cosine, blend)
+    return np.full((1, 1, 1), weight)
 
 
 READERS: dict[str, Callable[[_Inputs], np.ndarray]] = {
@@ -330,4 +327,6 @@ READERS: dict[str, Callable[[_Inputs], np.ndarray]] = {
     "FRESNEL": _fresnel,
     "LAYER_WEIGHT": _layer_weight,
 }
-"""Node types that can be evaluated without Cycles. Those that depend on the direction give their mean."""
+"""Node types that can be evaluated without Cycles. Those that depend on the direction give their mean, or what the view
+has of it.
+"""

@@ -1,13 +1,13 @@
 """Blender materials as closures with constant or textured channels."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 import bpy
 import numpy as np
 
 from ....core.progress import Progress
-from ....scene import Lobe, Materials
+from ....scene import N_VIEWS, Materials
 from ...lightmap.atlas import make_atlas
 from ...temporary import CyclesError
 from ...warn import Warnings
@@ -15,14 +15,15 @@ from ..meshes.instance_groups import MOST_BAKED_GROUPS, MOST_GROUPS
 from ..meshes.meshes import attribute
 from ..meshes.object_values import Reading, Values, of_scene, readings_in
 from ..shortcomings import shortcomings
+from .angles import seen_at
 from .closures import Closure, combine, read_closures
-from .columns import Surface, materials_of
+from .columns import Seen, Surface, materials_of
 from .cycles_bake import BakeRequest, bake_values, sees_object
 from .expressions import Evaluator, UnreadableError, default_value, no_images
-from .nodes import Place, output_node, source, uses_nodes
+from .nodes import FROM_FRONT, Place, Value, View, differing_views, output_node, source, uses_nodes
 from .own_normals import Normals, OwnNormal
 from .pictures.images import ImageTable
-from .sums import ShaderSum, Term
+from .sums import ShaderSum, matte
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of
 
 READING = "Reading the scene"
@@ -38,12 +39,12 @@ class MaterialTable:
     then everything else has to be read, since a bake changes Blender's data for its while.
     """
 
-    def __init__(self, warnings: Warnings) -> None:
-        self._warnings = warnings
+    def __init__(self, warnings: Warnings, for_camera: bool = False) -> None:
+        self._warnings, self._for_camera = warnings, for_camera
         self._images = ImageTable()
         self._readers: dict[int, _Reader] = {}
         self._index: dict[tuple, int] = {}
-        self._entries: list[Surface | _Pending] = []
+        self._entries: list[Seen | _Pending] = []
         self._tangents: list[str | None] = []
 
     def add(
@@ -76,7 +77,7 @@ class MaterialTable:
         if key not in self._index:
             self._index[key] = len(self._entries)
             self._tangents.append(reader.normals.tangents)
-            self._entries.append(reader.pending(obj, mesh, read) if baked else reader.surface(read))
+            self._entries.append(reader.pending(obj, mesh, read) if baked else reader.seen(read))
         return self._index[key]
 
     def differing(self, material: "bpy.types.Material | None") -> tuple[list[Reading], int]:
@@ -88,13 +89,12 @@ class MaterialTable:
     def _reader(self, material: "bpy.types.Material | None") -> "_Reader":
         identity = material.original.session_uid if material else 0  # a local and a linked one may share a name
         if identity not in self._readers:
-            self._readers[identity] = _Reader(material, identity, self._images, self._warnings)
+            self._readers[identity] = _Reader(material, identity, self._images, self._warnings, self._for_camera)
         return self._readers[identity]
 
     def coordinates(self, index: int) -> Coordinates | None:
         """Texture coordinates that a material reads, or None where it has no texture."""
-        entry = self._entries[index]
-        return entry.coordinates if isinstance(entry, _Pending) or entry.textured else None
+        return self._entries[index].coordinates
 
     def tangents(self, index: int) -> str | None:
         """The UV map whose tangents give a material's normals, empty for the active one; None where none do."""
@@ -110,7 +110,7 @@ class MaterialTable:
         rows = []
         for number, entry in enumerate(self._entries):
             progress.update(READING, number / len(self._entries))
-            rows.append(entry.surface() if isinstance(entry, _Pending) else entry)
+            rows.append(entry.seen() if isinstance(entry, _Pending) else entry)
         self._entries = list(rows)
         return materials_of(rows, self._images.textures())
 
@@ -124,15 +124,24 @@ class _Reader:
         What it reads of the object that it is on.
     pictures : dict
         The images that its values depend on, by node.
-    varying : list of Place
+    varying : dict of Place to None
         The sockets whose values are not constant.
+    views : list of View
+        How it is seen in ways that differ.
+    as_seen : tuple of int
+        Which of them each of `VIEWS` is.
     needs_bake : bool
         Whether only Cycles can evaluate some of them.
     normals : Normals
     """
 
     def __init__(
-        self, material: "bpy.types.Material | None", identity: int, images: ImageTable, warnings: Warnings
+        self,
+        material: "bpy.types.Material | None",
+        identity: int,
+        images: ImageTable,
+        warnings: Warnings,
+        for_camera: bool,
     ) -> None:
         self.material, self.identity = material, identity
         self.name = material.name if material else "Default"
@@ -143,13 +152,18 @@ class _Reader:
         self.varying: dict[Place, None] = {}
         self.readings: list[Reading] = []
         self.needs_bake = False
+        self.views, self.as_seen = [FROM_FRONT], (0,) * N_VIEWS
         self.normals = Normals(material if material and uses_nodes(material) else None)
         if material and uses_nodes(material):
             self.readings = readings_in(material.node_tree)
             self.closures = read_closures(material)
             for what in shortcomings(material, self.closures):
                 self.warn(what)
-            combine(self.closures, self.probe, self.probe_normal)
+            self.views, self.as_seen = differing_views(material.node_tree, for_camera)
+            for view in self.views:
+                probe = partial(self.probe, view)
+                normal = partial(self.probe_normal, probe)
+                combine(self.closures, probe, normal, seen_at(view, self.stand_in))
             self.needs_bake |= bool(self.pictures) and Grid.of(list(self.pictures.values())) is None
             if self.needs_bake:
                 self.pictures = {key: one.mean for key, one in self.pictures.items()}
@@ -157,11 +171,11 @@ class _Reader:
     def warn(self, what: str) -> None:
         self.warnings.add(f"Material '{self.name}': {what}.")
 
-    def probe(self, place: Place) -> np.ndarray:
+    def probe(self, view: View, place: Place) -> np.ndarray:
         """The value of a socket if it is constant; otherwise ½, having taken note of what it depends on."""
         depends: list[Place] = []
         try:
-            value = Evaluator(lambda image: self.note(image, depends), self.stand_in).value(place)
+            value = Evaluator(lambda image: self.note(image, depends), self.stand_in, view).value(place)
         except UnreadableError:
             self.needs_bake = True
             depends.append(place)
@@ -170,11 +184,11 @@ class _Reader:
             self.varying[place] = None
         return value
 
-    def probe_normal(self, place: Place) -> OwnNormal | None:
+    def probe_normal(self, probe: Value, place: Place) -> OwnNormal | None:
         """A stand-in for the normals of a socket, having taken note of what they depend on."""
         noted = Evaluator(lambda image: self.note(image, []), self.stand_in).value
         try:
-            return self.normals.probe(place, self.probe, noted)
+            return self.normals.probe(place, probe, noted)
         except UnreadableError:
             self.needs_bake = True
             return None
@@ -205,24 +219,34 @@ class _Reader:
             self.pictures[_key(image)] = Picture(pixels, node.extension, coordinates)
         return np.full((1, 1, 4), 0.5, np.float32)
 
-    def surface(self, read: dict[Reading, np.ndarray]) -> Surface:
+    def seen(self, read: dict[Reading, np.ndarray]) -> Seen:
         """The material without a bake, on an object of which it reads some values."""
+        seen = Seen([self.surface(read, view) for view in self.views], self.as_seen)
+        if not self.readings:
+            self.pictures.clear()
+        return seen
+
+    def surface(self, read: dict[Reading, np.ndarray], view: View) -> Surface:
+        """One of its views without a bake."""
         if not self.closures:
             return self.made_of(self.without_closures())
         grid = Grid.of(list(self.pictures.values())) if self.pictures and not self.needs_bake else None
         if grid is None:
 
             def guess(place: Place) -> np.ndarray:
-                return self.guess(place, read)
+                return self.guess(place, read, view)
 
-            return self.made_of(combine(self.closures, guess, lambda place: self.normals.read(place, guess, True)))
-        evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]), read.get)
+            def normal(place: Place) -> OwnNormal | None:
+                return self.normals.read(place, guess, True)
+
+            return self.made_of(combine(self.closures, guess, normal, seen_at(view, read.get)))
+        evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]), read.get, view)
         coordinates = grid.place(next(iter(self.pictures.values())).coordinates)
         value, extends = evaluator.value, grid.extends
-        total = combine(self.closures, value, lambda place: self.normals.read(place, value, extends))
-        if not self.readings:
-            self.pictures.clear()
-        return self.made_of(total, coordinates, grid.extends)
+        total = combine(
+            self.closures, value, lambda place: self.normals.read(place, value, extends), seen_at(view, read.get)
+        )
+        return self.made_of(total, coordinates, extends)
 
     def made_of(self, total: ShaderSum, coordinates: Coordinates | None = None, extends: bool = False) -> Surface:
         """The material of what its shaders add up to."""
@@ -231,17 +255,17 @@ class _Reader:
     def without_closures(self) -> ShaderSum:
         """Cycles' grey without a material, its viewport colour without nodes, and black with an empty output."""
         if self.material is None:
-            return _matte((DEFAULT_GREY,) * 3)
+            return matte((DEFAULT_GREY,) * 3)
         if not uses_nodes(self.material):
-            return _matte(self.material.diffuse_color[:3])
+            return matte(self.material.diffuse_color[:3])
         output = output_node(self.material)
         volume_alone = output and source(output.inputs["Volume"]) and not source(output.inputs["Surface"])
         return ShaderSum(transparent=np.full((1, 1, 3), float(bool(volume_alone)), np.float32))
 
-    def guess(self, place: Place, read: dict[Reading, np.ndarray]) -> np.ndarray:
+    def guess(self, place: Place, read: dict[Reading, np.ndarray], view: View) -> np.ndarray:
         """The value of a socket, or what its own field says where nodes that cannot be read make it."""
         try:
-            return Evaluator(self.mean_of_picture, read.get).value(place)
+            return Evaluator(self.mean_of_picture, read.get, view).value(place)
         except UnreadableError:
             return default_value(place.socket)
 
@@ -258,14 +282,14 @@ class _Reader:
 
     def pending(
         self, obj: "bpy.types.Object", mesh: "bpy.types.Mesh", read: dict[Reading, np.ndarray]
-    ) -> "_Pending | Surface":
+    ) -> "_Pending | Seen":
         """The material on an object of which it reads some values, to be baked later."""
         assert self.material is not None
         matrix = np.array(obj.matrix_world, np.float64)
         atlas = make_atlas(mesh, _faces_of(obj, mesh, self.material), matrix)
         if atlas is None:
             self.warn_of_guess(f"the mesh of '{obj.name}' has too many faces to bake its nodes")
-            return self.surface(read)
+            return self.seen(read)
         wanted = [*self.varying, *self.normals.to_bake]
         request = BakeRequest(self.material.original, wanted, mesh, obj.original, matrix, atlas, read)
         return _Pending(self, request)
@@ -273,14 +297,19 @@ class _Reader:
     def warn_of_guess(self, why: str) -> None:
         self.warn(f"{why}, so the fields of its sockets are baked instead")
 
-    def baked(self, request: BakeRequest) -> Surface:
+    def baked(self, request: BakeRequest) -> Seen:
         """The material as Cycles evaluates it on an object."""
         try:
-            values = dict(zip(request.places, bake_values(request), strict=True))
+            rows = [self.baked_view(replace(request, view=view)) for view in self.views]
         except CyclesError as error:
             self.warn_of_guess(f"its nodes cannot be baked ({error})")
-            return self.surface(request.values)
-        evaluator = Evaluator(no_images, request.values.get)
+            return self.seen(request.values)
+        return Seen(rows, self.as_seen)
+
+    def baked_view(self, request: BakeRequest) -> Surface:
+        """One of its views as Cycles evaluates it on an object."""
+        values = dict(zip(request.places, bake_values(request), strict=True))
+        evaluator = Evaluator(no_images, request.values.get, request.view)
 
         def value(place: Place) -> np.ndarray:
             return values[place] if place in values else evaluator.value(place)
@@ -288,7 +317,7 @@ class _Reader:
         def normal(place: Place) -> OwnNormal | None:
             return self.normals.baked(place, values, value, request.matrix)
 
-        total = combine(self.closures, value, normal)
+        total = combine(self.closures, value, normal, seen_at(request.view, request.values.get))
         return self.made_of(total, Coordinates(atlas=request.atlas), extends=True)
 
 
@@ -303,15 +332,11 @@ class _Pending:
     def coordinates(self) -> Coordinates:
         return Coordinates(atlas=self.request.atlas)
 
-    def surface(self) -> Surface:
+    def seen(self) -> Seen:
         return self.reader.baked(self.request)
 
 
 _MATERIAL_INDEX = Reading("INFO", "Material Index")
-
-
-def _matte(albedo: Sequence[float]) -> ShaderSum:
-    return ShaderSum(terms=[Term(Lobe.DIFFUSE, np.array(albedo, np.float32).reshape(1, 1, 3))])
 
 
 def _key(image: Place) -> tuple:

@@ -298,6 +298,32 @@ def mean_fresnel(ior: float) -> float:
     return float(_fresnel(ior).mean())
 
 
+def fresnel_at(cosine: float, ior: float) -> float:
+    """Fresnel reflectance of a dielectric at the cosine of an angle."""
+    g2 = ior * ior - 1 + cosine * cosine
+    if g2 <= 0:
+        return 1.0
+    g = g2**0.5
+    a, b = (g - cosine) / (g + cosine), (cosine * (g + cosine) - 1) / (cosine * (g - cosine) + 1)
+    return a * a * (1 + b * b) / 2
+
+
+def facing_at(cosine: float, blend: float) -> float:
+    """Layer Weight's Facing at the cosine of an angle."""
+    return float(1 - cosine ** _facing_exponent(blend))
+
+
+def mean_of_facing(blend: float) -> float:
+    """Layer Weight's Facing, averaged over directions by their cosine."""
+    exponent = _facing_exponent(blend)
+    return exponent / (exponent + 2)
+
+
+def _facing_exponent(blend: float) -> float:
+    blend = min(max(blend, 0), 1 - 1e-5)
+    return 2 * blend if blend < 0.5 else 0.5 / (1 - blend)
+
+
 def mean_of_pane(ior: float) -> tuple[float, float]:
     """Reflectance of a clear pane and the way through it in thicknesses, averaged over directions by their cosine."""
     once = _fresnel(ior)

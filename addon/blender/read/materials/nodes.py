@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from ....scene import RayKind
 from .node_math import saturate
 
 SHOWN = "photon_bake_preview"
@@ -120,6 +121,11 @@ def all_nodes(tree: "bpy.types.NodeTree") -> "Iterator[bpy.types.Node]":
                 trees.append(node.node_tree)
 
 
+def is_used(tree: "bpy.types.NodeTree", kind: str, output: str) -> bool:
+    """Whether an output of a kind of node is linked to anything, groups included."""
+    return any(node.type == kind and node.outputs[output].is_linked for node in all_nodes(tree))
+
+
 def reached_nodes(block: "bpy.types.ID") -> "Iterator[bpy.types.Node]":
     """The nodes that what a material, world or light shows may depend on, groups included, each once."""
     output = output_node(block)
@@ -179,3 +185,80 @@ class Factor:
         """The factor in [0, 1], (h, w, 1)."""
         factor = saturate(value(self.place))
         return 1 - factor if self.inverted else factor
+
+
+LIGHT_PATH = {
+    "Is Camera Ray": {RayKind.CAMERA: 1},
+    "Is Shadow Ray": {RayKind.SHADOW: 1},
+    "Is Diffuse Ray": {RayKind.DIFFUSE: 1},
+    "Is Glossy Ray": {RayKind.GLOSSY: 1, RayKind.TRANSMITTED: 1},
+    "Is Singular Ray": {},
+    "Is Reflection Ray": {RayKind.DIFFUSE: 1, RayKind.GLOSSY: 1},
+    "Is Transmission Ray": {RayKind.TRANSMITTED: 1},
+    "Is Volume Scatter Ray": {},
+    "Ray Length": dict.fromkeys(RayKind, 1),
+    "Ray Depth": {RayKind.DIFFUSE: 1, RayKind.GLOSSY: 2, RayKind.TRANSMITTED: 2, RayKind.SHADOW: 1},
+    "Diffuse Depth": {RayKind.DIFFUSE: 1, RayKind.GLOSSY: 1, RayKind.TRANSMITTED: 1, RayKind.SHADOW: 1},
+    "Glossy Depth": {RayKind.GLOSSY: 1},
+    "Transparent Depth": {},
+    "Transmission Depth": {RayKind.TRANSMITTED: 1},
+    "Portal Depth": {},
+}
+"""What outputs of Light Path are for rays of each kind, 0 where it does not say; rays of gloss and glass are taken to
+have left a diffuse surface before. Rays that glass reflects count as transmitted."""
+
+TAKEN_FOR_ONE = ("Ray Length", "Ray Depth", "Diffuse Depth", "Glossy Depth", "Transparent Depth", "Transmission Depth")
+"""Those whose values differ among rays of a kind."""
+
+
+@dataclass(frozen=True)
+class View:
+    """How a surface is seen.
+
+    Attributes
+    ----------
+    kind : RayKind
+        By which rays.
+    back : bool
+        From its back.
+    cosine : float, optional
+        Of the angle to the normal; without it values are means over directions by their cosine.
+    """
+
+    kind: RayKind = RayKind.DIFFUSE
+    back: bool = False
+    cosine: float | None = None
+
+    def value(self, output: "bpy.types.NodeSocket") -> float | None:
+        """The value of a node's output that differs from ray to ray; None of others."""
+        if output.node.type == "NEW_GEOMETRY" and output.identifier == "Backfacing":
+            return float(self.back)
+        if output.node.type == "LIGHT_PATH" and output.identifier in LIGHT_PATH:
+            return float(LIGHT_PATH[output.identifier].get(self.kind, 0))
+        return None
+
+
+FROM_FRONT = View()
+VIEWS = [View(kind, back) for kind in RayKind for back in (False, True)]
+"""All of them, in the order of `Materials.seen_as`."""
+
+
+def differing_views(tree: "bpy.types.NodeTree", for_camera: bool) -> tuple[list[View], tuple[int, ...]]:
+    """Views in which a tree may differ, that of diffuse rays from the front first; and which one each of `VIEWS` is.
+
+    Unless it is `for_camera`, cameras' rays are taken to see what diffuse rays do.
+    """
+    linked = [output for node in all_nodes(tree) for output in node.outputs if output.is_linked]
+    used = [output for output in linked if FROM_FRONT.value(output) is not None]
+    by_fresnel = any(output.node.type == "FRESNEL" or output.identifier == "Fresnel" for output in linked)
+    found: dict[tuple, int] = {}
+    views: list[View] = []
+    which: list[int] = []
+    for view in VIEWS:
+        by = RayKind.DIFFUSE if view.kind == RayKind.CAMERA and not for_camera else view.kind
+        seen = (*(View(by, view.back).value(output) for output in used), by_fresnel and view.back)
+        if seen not in found:
+            found[seen] = len(views)
+            views.append(view)
+        which.append(found[seen])
+    return views, tuple(which)

@@ -1,6 +1,6 @@
 """What a material's shader nodes add up to: terms of one closure each, and from them the channels of `Materials`."""
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -44,6 +44,8 @@ class Term:
         Its own normal as `Closures` has it; −1 for none.
     covers, under : hashable, optional
         By what name this one is a layer, and the name of the layer that lies over it.
+    by_angle : tuple of float
+        What the weight is multiplied by at `angle_cosines`; empty where that is 1.
     """
 
     kind: Lobe
@@ -58,6 +60,7 @@ class Term:
     normal_space: int = -1
     covers: Hashable = None
     under: Hashable = None
+    by_angle: tuple[float, ...] = ()
 
     @property
     def scatters(self) -> bool:
@@ -78,10 +81,15 @@ class Term:
             return black()
         return self.weight * np.ones(3, np.float32)
 
+    @property
+    def _said(self) -> tuple:
+        """What is the same all over a surface."""
+        alike = self.kind, self.ior, self.fresnel, self.keeps_energy, self.under
+        return (*alike, self.normal_space, self.by_angle)
+
     def adds_to(self, other: "Term") -> bool:
         """Whether the two differ in nothing but their weights."""
-        said = (self.kind, self.ior, self.fresnel, self.keeps_energy, self.under, self.normal_space)
-        if said != (other.kind, other.ior, other.fresnel, other.keeps_energy, other.under, other.normal_space):
+        if self._said != other._said:
             return False
         pairs = (
             (self.f0, other.f0),
@@ -106,15 +114,18 @@ class ShaderSum:
         What passes straight through.
     emission
     terms : list of Term
+    by_angle : tuple of float
+        That of the terms that are being added.
     """
 
     transparent: np.ndarray = field(default_factory=black)
     emission: np.ndarray = field(default_factory=black)
     terms: list[Term] = field(default_factory=list)
+    by_angle: tuple[float, ...] = ()
 
     def add(self, kind: Lobe, weight: np.ndarray, **values: object) -> None:
         """Add a closure."""
-        self.terms.append(Term(kind, weight, **values))  # type: ignore[arg-type]
+        self.terms.append(Term(kind, weight, by_angle=self.by_angle, **values))  # type: ignore[arg-type]
 
     @cached_property
     def coverage(self) -> np.ndarray:
@@ -189,3 +200,8 @@ def _inside(coverage: np.ndarray) -> np.ndarray:
 def _largest(color: np.ndarray) -> np.ndarray:
     red, green, blue = (color[..., i : i + 1] for i in range(3))
     return np.maximum(np.maximum(red, green), blue)  # several times as fast as color.max(axis=2)
+
+
+def matte(albedo: Sequence[float]) -> ShaderSum:
+    """A diffuse surface of one colour, (3,)."""
+    return ShaderSum(terms=[Term(Lobe.DIFFUSE, np.array(albedo, np.float32).reshape(1, 1, 3))])

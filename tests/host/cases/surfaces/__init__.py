@@ -4,6 +4,18 @@ Three stages: a shiny floor with a lamp on the left and probes where its mirror 
 screen, the lamp on the left and probes on the right; and a painted floor under a lamp, for what is matte.
 """
 
-from . import broad, gloss, layered, normals, see_through, shaders, unseen, unsupported
+from . import angles, broad, displaced, gloss, layered, normals, see_through, shaders, sides, unseen, unsupported
 
-__all__ = ["broad", "gloss", "layered", "normals", "see_through", "shaders", "unseen", "unsupported"]
+__all__ = [
+    "angles",
+    "broad",
+    "displaced",
+    "gloss",
+    "layered",
+    "normals",
+    "see_through",
+    "shaders",
+    "sides",
+    "unseen",
+    "unsupported",
+]

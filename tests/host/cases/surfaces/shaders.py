@@ -42,7 +42,7 @@ def mix_shader_fresnel():
     shiny_floor(mixed(fresnel, diffuse((0.05, 0.02, 0.02)), gloss), at=(-1.8, 0, -1.5), size=0.6)
 
 
-@case("Mix Shader by Layer Weight", GROUP, unsupported="Feature")
+@case("Mix Shader by Layer Weight", GROUP)
 def mix_shader_facing():
     # Blue where seen from above, red at grazing angles.
     def facing(tree):
@@ -81,7 +81,7 @@ def shader_group():
     painted_floor(tree.done(node))
 
 
-@case("Backfacing", GROUP, unsupported="Feature")
+@case("Backfacing", GROUP)
 def backfacing():
     # A screen that is dark blue on the lamp's side (its back), and white on the other.
     tree = nodes()
@@ -96,7 +96,7 @@ def backfacing():
     lamp("AREA", (-1.8, 0, 0), (0, 0, 0), size=1, energy=200)
 
 
-@case("Light Path: transparent for shadow rays", GROUP, unsupported="Feature")
+@case("Light Path: transparent for shadow rays", GROUP)
 def light_path_shadow():
     # An old trick: the screen lets a lamp's light through, and blocks all else.
     tree = nodes()

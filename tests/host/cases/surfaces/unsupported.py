@@ -4,7 +4,7 @@ import bpy
 import numpy as np
 
 from ..registry import case
-from ..stage import box, lamp, matte, nodes, probes, put, room, shader
+from ..stage import box, matte, nodes, put, shader
 from .stage import GROUP, divided, painted_floor, shiny_floor
 
 
@@ -34,20 +34,6 @@ def volume():
 @case("Hair Principled BSDF", GROUP, unsupported="Fur")
 def hair_shader():
     painted_floor(shader("BsdfHairPrincipled", name="Fur"))
-
-
-@case("Displacement", GROUP, unsupported="Ramp")
-def displacement():
-    # Makes a slope of the floor, up to the green wall.
-    tree = nodes("Ramp")
-    tree.done(tree.add("BsdfDiffuse", {"Color": (0.8, 0.8, 0.8)}))
-    height = tree.add("SeparateXYZ", {"Vector": tree.add("TexCoord").outputs["Object"]})
-    moved = tree.add("Displacement", {"Height": height, "Midlevel": -2.0, "Scale": 0.4})
-    tree.feed(tree.tree.get_output_node("ALL").inputs["Displacement"], moved)
-    tree.block.displacement_method = "DISPLACEMENT"
-    room(paint={"Floor": tree.block}, dim=0.5)
-    probes("Left Right Ceiling", 32)
-    lamp("AREA", (-1.5, 0, -0.5), (0.5, 0, -2), size=0.8, energy=100)
 
 
 @case("A hair system", GROUP, unsupported="Lawn")
