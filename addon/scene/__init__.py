@@ -1,6 +1,15 @@
 """What is lit: meshes, materials, lights and world as NumPy arrays in world space (metres, scene-linear Rec.709)."""
 
-from .closures import N_ANGLES, AngleCurves, Closures, Lobe, NormalSpace, angle_cosines
+from .closures import (
+    N_ANGLES,
+    AngleCurves,
+    Closures,
+    Distribution,
+    FresnelCurve,
+    Lobe,
+    NormalSpace,
+    angle_cosines,
+)
 from .light_groups import OTHER, LightGroups
 from .lights import ALL_BOUNCES, LightKind, LightPattern, Lights, PatternDomain
 from .materials import N_VIEWS, Channel, Materials
@@ -17,7 +26,9 @@ __all__ = [
     "AngleCurves",
     "Channel",
     "Closures",
+    "Distribution",
     "EmitterLinks",
+    "FresnelCurve",
     "LightGroups",
     "LightKind",
     "LightPattern",
