@@ -9,12 +9,15 @@ import numba
 import numpy as np
 from photon_bake.addon.bsdf import albedo_tables
 from photon_bake.addon.bsdf.fresnel import fresnel_dielectric, grazing_share
-from photon_bake.addon.bsdf.microfacets import unshadowed, visible_normal
-from photon_bake.addon.core.vec3 import ONE, TWO, ZERO, dot
+from photon_bake.addon.bsdf.microfacets import Facets, reflect, refract, unshadowed, visible_normal
+from photon_bake.addon.core.vec3 import ONE, ZERO, dot
+from photon_bake.addon.scene import Distribution
 
 _N_FINE, _N_COARSE = 32, 16  # nodes along roughness and cosine, without and with an index of refraction
 _N_SAMPLES, _STEP = 610, 377  # Fibonacci numbers: a lattice more even than other sequences
 _LEAST, _LARGEST_Z = 1e-4, 0.99  # ends of the axes, off the singular values
+
+_GGX = np.int32(Distribution.GGX)
 
 compiled = numba.njit(error_model="numpy")
 
@@ -53,25 +56,25 @@ def ior_nodes() -> np.ndarray:
 
 @compiled
 def facet(wo, alpha, i, n, step):
-    """The i-th of n facets that are seen from wo: the cosine to wo, the facet's own, and what it sends back if white.
+    """The i-th of n facets that are seen from wo: the cosine to wo, its normal, and what it sends back if white.
 
     That is the share of the light that leaves the surface after one reflection.
     """
-    h = visible_normal(wo, alpha, np.float32(i * step % n) / np.float32(n), np.float32(i + 0.5) / np.float32(n))
+    facets = Facets(_GGX, alpha, alpha)
+    h = visible_normal(facets, wo, np.float32(i * step % n) / np.float32(n), np.float32(i + 0.5) / np.float32(n))
     cos = dot(wo, h)
-    cos_i = TWO * cos * h[2] - wo[2]
-    return cos, h[2], unshadowed(wo[2], cos_i, alpha) if cos_i > ZERO else ZERO
+    wi = reflect(wo, h, cos)
+    return cos, h, unshadowed(facets, wo, wi) if wi[2] > ZERO else ZERO
 
 
 @compiled
-def refracted(wo, cos, height, ior, alpha):
+def refracted(wo, cos, h, ior, alpha):
     """Share of the light that a clear facet refracts, and others do not shadow.
 
     As Cycles has it, what is refracted to the side it came from is counted as well, so that of the light inside rough
     glass, where this happens, compensation does not make up for all that is lost.
     """
-    cos_t = np.sqrt(max(ONE - (ONE - cos * cos) / (ior * ior), ZERO))
-    return unshadowed(wo[2], (cos / ior - cos_t) * height - wo[2] / ior, alpha)
+    return unshadowed(Facets(_GGX, alpha, alpha), wo, refract(wo, h, cos, ior))
 
 
 @compiled
@@ -111,9 +114,9 @@ def tabulate_glass(nodes, iors, n, step, glass):
             for c, cosine in enumerate(nodes):
                 total, wo, alpha = 0.0, viewed_from(cosine), roughness * roughness
                 for i in range(n):
-                    cos, height, reflected = facet(wo, alpha, i, n, step)
+                    cos, h, reflected = facet(wo, alpha, i, n, step)
                     fresnel = fresnel_dielectric(cos, ior)
-                    total += fresnel * reflected + (ONE - fresnel) * refracted(wo, cos, height, ior, alpha)
+                    total += fresnel * reflected + (ONE - fresnel) * refracted(wo, cos, h, ior, alpha)
                 glass[k, r, c] = total / n
 
 

@@ -14,16 +14,19 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import part
-from ..core.vec3 import BLACK, ONE, ZERO, negative, row
+from ..core.vec3 import BLACK, ONE, WHITE, ZERO, negative, row
 from ..scene import RayKind
 from ..scene.closures import N_ANGLES, Lobe
 from ..scene.hit import channel_at, material_seen
+from .microfacets import Facets
 
 GLOSSY, GLASS = int(Lobe.GLOSSY), int(Lobe.GLASS)
 TRANSMITTING_LOBES = 1 << int(Lobe.TRANSLUCENT) | 1 << GLASS | 1 << int(Lobe.PANE)
 """Lobes that send light through the surface, as bits."""
 _LAST_ANGLE = np.float32(N_ANGLES - 1)
 _DIFFUSE_RAY, _CAMERA_RAY = int(RayKind.DIFFUSE), int(RayKind.CAMERA)
+
+_TINY = np.float32(1e-20)
 
 
 class Bsdf(NamedTuple):
@@ -44,7 +47,10 @@ class Bsdf(NamedTuple):
 
 
 class Closure(NamedTuple):
-    """One of them with its values there; `ior` of glass is that beyond the surface over that of the side met."""
+    """One of them with its values there.
+
+    Of glass, `ior` and that of its film are over that of the side met.
+    """
 
     kind: np.int32
     weight: tuple
@@ -55,7 +61,12 @@ class Closure(NamedTuple):
     fresnel: bool
     preserves_energy: bool
     layer: np.int32
+    distribution: np.int32
     curve: np.int32
+    edge: tuple
+    film: tuple
+    stretch: np.float32
+    by_angle: np.int32
 
 
 @part
@@ -113,33 +124,50 @@ def has_lobes(scene, bsdf, lobes):
 def closure_at(scene, bsdf, k):
     """The k-th closure of the scene at a point that has it."""
     closures, at = scene.materials.closures, (bsdf.triangle, bsdf.u, bsdf.v)
-    kind, ior = closures.kind[k], closures.ior[k]
-    weight, roughness, f0, f90 = channel_at(scene, closures.weight, k, *at), ONE, BLACK, BLACK
+    kind, ior, curve = closures.kind[k], closures.ior[k], closures.curve[k]
+    weight, roughness = channel_at(scene, closures.weight, k, *at), ONE
+    f0, f90, edge, film = BLACK, BLACK, WHITE, BLACK
     if kind >= GLOSSY:
         roughness = channel_at(scene, closures.roughness, k, *at)[0]
         f0, f90 = channel_at(scene, closures.f0, k, *at), channel_at(scene, closures.f90, k, *at)
+    if curve > 0:
+        edge = channel_at(scene, closures.edge, k, *at)
+    if closures.film.value[k, 0] > ZERO:
+        film = channel_at(scene, closures.film, k, *at)
     if kind == GLASS and bsdf.back:
         ior = ONE / ior
-    fresnel, preserves_energy = closures.fresnel[k], closures.preserves_energy[k]
-    layer, curve = closures.layer[k], closures.curve[k]
-    return Closure(kind, weight, roughness, f0, f90, ior, fresnel, preserves_energy, layer, curve)
+        film = film[0], film[1] * ior, film[2]
+    stretch = ONE
+    if closures.stretched[k]:
+        roughness, stretch = _stretched(roughness, channel_at(scene, closures.stretch, k, *at)[0])
+    look = closures.fresnel[k], closures.preserves_energy[k], closures.layer[k], closures.distribution[k]
+    return Closure(kind, weight, roughness, f0, f90, ior, *look, curve, edge, film, stretch, closures.by_angle[k])
 
 
 @part
 def seen_at(scene, closure, cos):
     """What a closure's weight is multiplied by where it is seen at a cosine to the normal."""
-    if closure.curve < 0:
+    if closure.by_angle < 0:
         return ONE
     at = np.sqrt(max(cos, ZERO)) * _LAST_ANGLE
     k = np.int64(min(at, _LAST_ANGLE - ONE))
-    share, curves = at - np.float32(k), scene.materials.closures.curves
-    return curves[closure.curve, k] * (ONE - share) + curves[closure.curve, k + 1] * share
+    share, curves = at - np.float32(k), scene.materials.closures.angle_curves
+    return curves[closure.by_angle, k] * (ONE - share) + curves[closure.by_angle, k + 1] * share
 
 
 @part
-def alpha_of(closure):
-    """GGX's α."""
-    return closure.roughness * closure.roughness
+def facets_of(closure):
+    """The facets of a rough closure, in a frame whose +x is their tangent."""
+    alpha = closure.roughness * closure.roughness
+    return Facets(closure.distribution, alpha * closure.stretch, alpha / closure.stretch)
+
+
+@part
+def _stretched(roughness, stretch):
+    """The roughness that has the mean width √(α_x α_y) of stretched facets, none wider than 1; and √(α_x/α_y)."""
+    alpha = roughness * roughness
+    x, y = min(alpha * stretch, ONE), min(alpha / stretch, ONE)
+    return np.sqrt(np.sqrt(x * y)), np.sqrt(x / max(y, _TINY)) if x > ZERO else ONE
 
 
 @part

@@ -1,7 +1,7 @@
-"""The frames in which closures scatter: those around normals of their own, from normal maps and heights.
+"""The frames in which closures scatter: around normals of their own, from normal maps and heights, along tangents.
 
 The local frame of a point has the interpolated normal as +z, and each closure scatters in it. Only in a material of
-which a closure has a normal of its own is +z the geometric normal instead, and every closure has a `Frame` within.
+which a closure has a normal or a tangent of its own is +z the geometric normal instead, with a `Frame` of each closure.
 There light is weighed as Cycles has it (`bsdf.h`, `bsdf_util.h`): N is the closure's normal, n the geometric and s the
 interpolated one.
 """
@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import part, routine
+from ..core.sampling.warps import TWO_PI
 from ..core.vec3 import ONE, ZERO, dot, minus, negative, normalized, plus, row, times, to_local, to_world
 from ..scene.closures import Lobe, NormalSpace
-from ..scene.hit import shading_normal_at, texel
+from ..scene.hit import channel_at, shading_normal_at, texel
 
 _TRANSLUCENT = int(Lobe.TRANSLUCENT)
 _TANGENT, _OBJECT, _HEIGHT = int(NormalSpace.TANGENT), int(NormalSpace.OBJECT), int(NormalSpace.HEIGHT)
@@ -35,30 +36,63 @@ class Frame(NamedTuple):
         Whether it is another than that.
     axis : triple
         Its normal, in the local frame.
+    turn : pair
+        Cosine and sine of its tangent's azimuth in the frame that `to_local` makes of the axis.
     """
 
     own: bool
     axis: tuple
+    turn: tuple
+
+
+THE_POINTS = Frame(False, UP, (ONE, ZERO))
+"""That of the point, which closures have without one of their own."""
 
 
 @part
 def frame_of(scene, bsdf, k, wo):
     """The frame of the k-th closure, which is viewed from a local direction."""
     if not bsdf.perturbed:
-        return Frame(False, UP)
-    return Frame(True, to_local(own_normal(scene, bsdf, k, to_world(wo, bsdf.normal)), bsdf.normal))
+        return THE_POINTS
+    axis, turn = to_local(own_normal(scene, bsdf, k, to_world(wo, bsdf.normal)), bsdf.normal), THE_POINTS.turn
+    if scene.materials.closures.stretched[k]:
+        turns = channel_at(scene, scene.materials.closures.stretch, k, bsdf.triangle, bsdf.u, bsdf.v)[1]
+        turn = _turn(scene.corner_tangents, bsdf.triangle, bsdf.u, bsdf.v, bsdf.normal, axis, turns)
+    return Frame(True, axis, turn)
+
+
+@routine
+def _turn(corner_tangents, triangle, u, v, normal, axis, turns):
+    """The azimuth of a tangent around an axis of the local frame of a normal, turned further about it."""
+    if len(corner_tangents) == 0:
+        return THE_POINTS.turn
+    tangent = _corner_axis(corner_tangents, triangle, 2, ONE - u - v, u, v)
+    x, y, _ = to_local(to_local(tangent, normal), axis)
+    size = np.sqrt(x * x + y * y)
+    if size <= ZERO:
+        return THE_POINTS.turn
+    cos, sin = np.cos(TWO_PI * turns), np.sin(TWO_PI * turns)
+    x, y = x / size, y / size
+    return x * cos - y * sin, x * sin + y * cos
 
 
 @part
 def into(frame, w):
     """A local direction of a point in a closure's frame: the one place where they part, for axes and for azimuths."""
-    return to_local(w, frame.axis) if frame.own else w
+    if not frame.own:
+        return w
+    x, y, z = to_local(w, frame.axis)
+    cos, sin = frame.turn
+    return x * cos + y * sin, y * cos - x * sin, z
 
 
 @part
 def out_of(frame, w):
     """A direction of a closure's frame in the local frame of its point."""
-    return to_world(w, frame.axis) if frame.own else w
+    if not frame.own:
+        return w
+    cos, sin = frame.turn
+    return to_world((w[0] * cos - w[1] * sin, w[0] * sin + w[1] * cos, w[2]), frame.axis)
 
 
 @part
@@ -138,7 +172,7 @@ def _own_normal(arrays, k, triangle, u, v, back, shading, geometric, view, refle
 
 @part
 def _corner_axis(tangents, triangle, i, w, u, v):
-    """The i-th of a triangle's tangents (t, 3, 2, 3), interpolated."""
+    """The i-th of a triangle's tangents (t, 3, 3, 3), interpolated."""
     return (
         w * tangents[triangle, 0, i, 0] + u * tangents[triangle, 1, i, 0] + v * tangents[triangle, 2, i, 0],
         w * tangents[triangle, 0, i, 1] + u * tangents[triangle, 1, i, 1] + v * tangents[triangle, 2, i, 1],

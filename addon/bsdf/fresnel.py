@@ -6,8 +6,11 @@ An index of refraction is that of the far side over that of the near side.
 import numpy as np
 
 from ..core.compiling import part
-from ..core.vec3 import ONE, ZERO
+from ..core.vec3 import ONE, ZERO, minus, plus, times
+from ..scene.closures import FresnelCurve
+from .facets import metal, thin_film
 
+_DIELECTRIC = int(FresnelCurve.DIELECTRIC)
 _TINY, _HALF = np.float32(1e-20), np.float32(0.5)
 _SCHLICK_AVERAGE = np.float32(1 / 21)
 _INTO = np.float32(4.08567), np.float32(1.00071)
@@ -58,3 +61,32 @@ def average_grazing_share(ior):
         average = _OUT_OF[0] + ior * (_OUT_OF[1] - ior * (_OUT_OF[2] + ior * _OUT_OF[3]))
     f0 = normal_reflectance(ior)
     return min(max((average - f0) / (ONE - f0 + _TINY), ZERO), ONE)
+
+
+@part
+def reflectance(closure, cos):
+    """What facets of a glossy closure reflect that are seen at `cos`, by their film or by its curve."""
+    if closure.film[0] > ZERO:
+        return thin_film.reflectances(closure.film, closure.curve, cos, closure.f0, closure.edge, closure.ior)
+    if closure.curve != _DIELECTRIC:
+        return metal.reflectances(closure.curve, cos, closure.f0, closure.edge)
+    return plus(closure.f0, times(minus(closure.f90, closure.f0), grazing_share(cos, closure.ior)))
+
+
+@part
+def average_reflectance(closure):
+    """Its cosine-weighted average over the hemisphere, as if there were no film."""
+    if closure.curve != _DIELECTRIC:
+        return metal.averages(closure.curve, closure.f0, closure.edge)
+    return plus(closure.f0, times(minus(closure.f90, closure.f0), average_grazing_share(closure.ior)))
+
+
+@part
+def glass_reflectance(film, ior, cos):
+    """What facets of glass with a film on them reflect that are seen at `cos`."""
+    if film[0] > ZERO:
+        f0 = normal_reflectance(ior)
+        bare = f0, f0, f0
+        return thin_film.reflectances(film, _DIELECTRIC, cos, bare, bare, ior)
+    reflected = fresnel_dielectric(cos, ior)
+    return reflected, reflected, reflected

@@ -1,9 +1,14 @@
-"""Reflection by GGX facets with their Fresnel curve: metal, gloss, and a dielectric layer over other closures."""
+"""Reflection by facets with their Fresnel curve: metal, gloss, and a dielectric layer over other closures.
+
+What GGX facets reflect in all is tabulated and stands for those of other distributions, too: there it says no more than
+how much a closure scatters about, for choices between closures, and what a layer leaves, as Cycles has it. Energy is
+preserved of GGX alone.
+"""
 
 import numpy as np
 
 from ..core.compiling import part
-from ..core.vec3 import BLACK, ONE, WHITE, ZERO, dot, largest, minus, mul, normalized, plus, times
+from ..core.vec3 import BLACK, ONE, WHITE, ZERO, dot, largest, mul, normalized, plus, times
 from .albedo_tables import (
     GRAZING,
     GRAZING_OF_FACETS,
@@ -16,9 +21,9 @@ from .albedo_tables import (
     multiple_scattering_of,
 )
 from .albedo_tables import WHITE as WHITE_ALBEDO
-from .closure import alpha_of
-from .fresnel import average_grazing_share, grazing_share
-from .microfacets import MIN_COS, distribution, masked, reflect, unshadowed, visible_normal
+from .closure import facets_of
+from .fresnel import average_grazing_share, average_reflectance, reflectance
+from .microfacets import MIN_COS, pdf_reflected, reflect, unshadowed, visible_normal
 
 SMOOTH = np.float32(0.1)
 """Roughness below which a glossy lobe is a mirror to those who look for lamps: only photons find them there."""
@@ -30,13 +35,13 @@ Few rays meet such highlights, and they are bright: in a room with sunlit metal 
 more of the light to rays, and most of their variance comes from that.
 """
 
-_FOUR = np.float32(4)
-
 
 @part
 def albedo(closure, cos):
     """Directional albedo, of light that leaves (or comes) at `cos` to the normal."""
     white = interpolate_2(WHITE_ALBEDO, closure.roughness, cos)
+    if closure.film[0] > ZERO:
+        return mul(closure.weight, times(mul(reflectance(closure, cos), _scale(closure, white)), white))
     grazing = interpolate_3(GRAZING, curve_coordinate(closure.ior), closure.roughness, cos)
     single = plus(times(closure.f0, white - grazing), times(closure.f90, grazing))
     return mul(closure.weight, mul(single, _scale(closure, white)))
@@ -48,13 +53,15 @@ def transmittance(closure, cos):
 
     As Cycles has it, its albedo is that of its facets, with the largest component of f0, times what multiple scattering
     makes of the white lobe's albedo where energy is preserved; where it is not, what the facets shadow is taken from
-    what is covered as well.
+    what is covered as well. What a film reflects of it is that of level facets.
     """
     f0, f90 = largest(closure.f0), largest(closure.f90)
     if f90 <= ZERO:
         return ONE
     grazing = interpolate_3(GRAZING_OF_FACETS, curve_coordinate(closure.ior), closure.roughness, cos)
     reflected = f0 + (f90 - f0) * grazing
+    if closure.film[0] > ZERO:
+        reflected = largest(reflectance(closure, cos))
     if closure.preserves_energy:
         white = interpolate_2(WHITE_ALBEDO, closure.roughness, cos)
         average = f0 + (f90 - f0) * average_grazing_share(closure.ior)
@@ -69,16 +76,15 @@ def sample(closure, wo, u, v, from_light):
 
     Heitz 2018, equation 19.
     """
-    alpha = alpha_of(closure)
-    h = visible_normal(wo, alpha, u, v)
+    facets = facets_of(closure)
+    h = visible_normal(facets, wo, u, v)
     cos = dot(wo, h)
     wi = reflect(wo, h, cos)
     if wi[2] <= ZERO:
         return wi, BLACK
     view = wi[2] if from_light else wo[2]
     scale = _scale(closure, interpolate_2(WHITE_ALBEDO, closure.roughness, view))
-    share = unshadowed(wo[2], wi[2], alpha)
-    return wi, times(mul(closure.weight, mul(_fresnel(closure, cos), scale)), share)
+    return wi, times(mul(closure.weight, mul(reflectance(closure, cos), scale)), unshadowed(facets, wo, wi))
 
 
 @part
@@ -89,24 +95,18 @@ def evaluate(closure, wo, wi):
     """
     if closure.roughness < SMOOTH or wo[2] <= ZERO or wi[2] <= ZERO:
         return BLACK
-    h, alpha = normalized(plus(wo, wi)), alpha_of(closure)
-    cos_o, cos_i = max(wo[2], MIN_COS), max(wi[2], MIN_COS)
-    shadowing = (masked(cos_o, alpha) + masked(cos_i, alpha) - ONE) * (_FOUR * cos_o * cos_i)
-    scale = _scale(closure, interpolate_2(WHITE_ALBEDO, closure.roughness, cos_o))
-    f = mul(closure.weight, mul(_fresnel(closure, dot(wo, h)), scale))
-    return times(f, distribution(h, alpha) / shadowing)
+    h, facets = normalized(plus(wo, wi)), facets_of(closure)
+    scale = _scale(closure, interpolate_2(WHITE_ALBEDO, closure.roughness, max(wo[2], MIN_COS)))
+    f = mul(closure.weight, mul(reflectance(closure, dot(wo, h)), scale))
+    return times(f, pdf_reflected(facets, wo, h) * unshadowed(facets, wo, wi) / max(wi[2], MIN_COS))
 
 
 @part
 def pdf(closure, wo, wi):
-    """Density of wi by solid angle when sampled from wo; 0 where it is smooth.
-
-    Some samples are shadowed by the surface, so that it integrates to less than 1.
-    """
+    """Density of wi by solid angle when sampled from wo; 0 where it is smooth."""
     if closure.roughness < SMOOTH or wo[2] <= ZERO or wi[2] <= ZERO:
         return ZERO
-    h, alpha, cos = normalized(plus(wo, wi)), alpha_of(closure), max(wo[2], MIN_COS)
-    return distribution(h, alpha) / (_FOUR * cos * masked(cos, alpha))
+    return pdf_reflected(facets_of(closure), wo, normalized(plus(wo, wi)))
 
 
 @part
@@ -119,16 +119,9 @@ def is_specular(closure, view, light):
 
 
 @part
-def _fresnel(closure, cos):
-    """Reflectance of facets at `cos` to their normal."""
-    return plus(closure.f0, times(minus(closure.f90, closure.f0), grazing_share(cos, closure.ior)))
-
-
-@part
 def _scale(closure, white):
     """What multiple scattering multiplies the lobe by; 1 where energy is not preserved."""
     if not closure.preserves_energy:
         return WHITE
-    share = average_grazing_share(closure.ior)
-    average = plus(closure.f0, times(minus(closure.f90, closure.f0), share))
-    return multiple_scattering_of(average, white, interpolate_1(WHITE_AVERAGE, closure.roughness))
+    of_white = interpolate_1(WHITE_AVERAGE, closure.roughness)
+    return multiple_scattering_of(average_reflectance(closure), white, of_white)

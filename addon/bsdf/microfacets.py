@@ -1,66 +1,84 @@
-"""GGX microfacets: how they are distributed, how they mask each other, and how the visible ones are sampled.
+"""Microfacets of any distribution: how they mask each other, how they are sampled, and where they send light.
 
-The local frame has the surface's normal as +z. Vectors are unit; α, the width of the distribution, is the square of
-the roughness. α = 0 is a perfect mirror, of which only the sampling makes sense.
+The local frame has the surface's normal as +z and the tangent as +x. Vectors are unit; α, the width of a distribution,
+is the square of the roughness, along x and along y. α = 0 is a perfect mirror, of which only the sampling makes sense.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
 from ..core.compiling import part
-from ..core.sampling.warps import TWO_PI
-from ..core.vec3 import ONE, TWO, ZERO, minus, normalized, times
+from ..core.vec3 import ONE, TWO, ZERO, dot, minus, times
+from ..scene.closures import Distribution
+from .facets import ashikhmin_shirley, beckmann, ggx
 
 MIN_COS = np.float32(1e-6)
 """Of directions that graze the surface, which rounding may put on it."""
 
-_PI, _HALF = np.float32(np.pi), np.float32(0.5)
+_GGX, _BECKMANN = int(Distribution.GGX), int(Distribution.BECKMANN)
+_FOUR = np.float32(4)
+
+
+class Facets(NamedTuple):
+    """The facets of a surface: `Distribution`, and its widths along the tangent and across it."""
+
+    distribution: np.int32
+    alpha_x: np.float32
+    alpha_y: np.float32
 
 
 @part
-def distribution(h, alpha):
-    """Microfacet normals h an area and solid angle, D(h), in 1/sr.
+def masked(facets, w):
+    """1 + Λ of a direction of either side, so that 1/masked is the share of facets that it sees, G₁.
 
-    Walter et al. 2007, equation 33, with the sine from x and y, which keeps its digits close to the normal.
+    Not of Ashikhmin's and Shirley's facets.
     """
-    alpha2 = alpha * alpha
-    spread = h[0] * h[0] + h[1] * h[1] + alpha2 * (h[2] * h[2])
-    return alpha2 / (_PI * spread * spread)
+    x, y, z = facets.alpha_x * w[0], facets.alpha_y * w[1], max(abs(w[2]), MIN_COS)
+    slope2 = (x * x + y * y) / (z * z)
+    if facets.distribution == _GGX:
+        return ggx.masked(slope2)
+    return beckmann.masked(slope2)
 
 
 @part
-def masked(cos, alpha):
-    """1 + Λ of directions at `cos` to the normal, so that 1/masked is the share of facets that they see, G₁.
+def unshadowed(facets, wo, wi):
+    """What of the light that visible facets scatter from wo to wi leaves the surface: f |cos| over its density and F.
 
-    Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", 2014, equation 72.
+    That is G₂/G₁, the share of the facets seen from one side that are also seen from the other, heights correlated:
+    Heitz 2014, equation 99, G₂ = 1/(1 + Λo + Λi).
     """
-    cos = max(abs(cos), MIN_COS)
-    tan = alpha / cos
-    return (ONE + np.sqrt(ONE + tan * tan * (ONE - cos * cos))) * _HALF
+    if facets.distribution > _BECKMANN:
+        return min(abs(wi[2]) / max(abs(wo[2]), MIN_COS), ONE)
+    seen = masked(facets, wo)
+    return seen / (seen + masked(facets, wi) - ONE)
 
 
 @part
-def unshadowed(cos_o, cos_i, alpha):
-    """G₂/G₁: share of the facets seen from one side that are also seen from the other, heights correlated.
-
-    Heitz 2014, equation 99: G₂ = 1/(1 + Λo + Λi).
-    """
-    seen = masked(cos_o, alpha)
-    return seen / (seen + masked(cos_i, alpha) - ONE)
+def visible_normal(facets, wo, u, v):
+    """The normal of a facet, sampled from wo."""
+    wo = wo[0], wo[1], max(wo[2], MIN_COS)
+    if facets.distribution == _GGX:
+        return ggx.visible_normal(wo, facets.alpha_x, facets.alpha_y, u, v)
+    if facets.distribution == _BECKMANN:
+        return beckmann.visible_normal(wo, facets.alpha_x, facets.alpha_y, u, v)
+    return ashikhmin_shirley.normal(facets.alpha_x, facets.alpha_y, u, v)
 
 
 @part
-def visible_normal(wo, alpha, u, v):
-    """The normal of a facet that is seen from wo: density G₁(wo) D(h) (wo·h)/wo.z.
+def pdf_reflected(facets, wo, h):
+    """Density by solid angle of the direction that wo is reflected to by facets with normal h, when these are sampled.
 
-    Heitz, "Sampling the GGX Distribution of Visible Normals", 2018: stretched so that α is 1, the facets are a
-    hemisphere. Its visible normals are the half vectors of wo and of directions uniform on a spherical cap: Dupuy and
-    Benyoub, "Sampling Visible GGX Normals with Spherical Caps", 2023.
+    Some samples are shadowed by the surface, so that it integrates to less than 1 over those that leave it.
     """
-    x, y, z = normalized((alpha * wo[0], alpha * wo[1], max(wo[2], MIN_COS)))
-    height = (ONE - v) * (ONE + z)  # of the half vector: the cap's own is `height − z`
-    cap_z = height - z
-    r, phi = np.sqrt(max(ONE - cap_z * cap_z, ZERO)), TWO_PI * u
-    return normalized((alpha * (x + r * np.cos(phi)), alpha * (y + r * np.sin(phi)), height))
+    if facets.distribution > _BECKMANN:
+        d = ashikhmin_shirley.distribution(h, facets.alpha_x, facets.alpha_y)
+        return d / (_FOUR * max(abs(dot(wo, h)), MIN_COS))
+    if facets.distribution == _GGX:
+        d = ggx.distribution(h, facets.alpha_x, facets.alpha_y)
+    else:
+        d = beckmann.distribution(h, facets.alpha_x, facets.alpha_y)
+    return d / (_FOUR * max(wo[2], MIN_COS) * masked(facets, wo))
 
 
 @part

@@ -15,7 +15,7 @@ from . import diffuse, glass, glossy, translucent
 from .broad import lobes as others
 from .broad import toon
 from .closure import Bsdf, bsdf_at, closure_at, is_nothing, seen_at
-from .frames import UP, Frame, bump_shadowing_in, frame_of, into, out_of, received
+from .frames import THE_POINTS, UP, Frame, bump_shadowing_in, frame_of, into, out_of, received
 
 DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in list(Lobe)[:4])
 GLOSSY_TOON, PANE, _ABSORBING = int(Lobe.GLOSSY_TOON), int(Lobe.PANE), int(Lobe.ABSORBING)
@@ -63,7 +63,7 @@ def sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light):
     """
     chosen, inverse, choice = choose_closure(scene, bsdf, wo, choice, lobes, from_light)
     if chosen < 0:
-        return Sample(UP, BLACK, np.int32(_first_of(lobes)), False, False, Frame(False, UP))
+        return Sample(UP, BLACK, np.int32(_first_of(lobes)), False, False, THE_POINTS)
     closure, frame = closure_at(scene, bsdf, chosen), frame_of(scene, bsdf, chosen, wo)
     own_wo = into(frame, wo)
     own_wi, weight = _sample(closure, own_wo, choice, u, v, from_light)

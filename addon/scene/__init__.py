@@ -1,6 +1,15 @@
 """What is lit: meshes, materials, lights and world as NumPy arrays in world space (metres, scene-linear Rec.709)."""
 
-from .closures import N_ANGLES, AngleCurves, Closures, Lobe, NormalSpace, angle_cosines
+from .closures import (
+    N_ANGLES,
+    AngleCurves,
+    Closures,
+    Distribution,
+    FresnelCurve,
+    Lobe,
+    NormalSpace,
+    angle_cosines,
+)
 from .light_groups import OTHER, LightGroups
 from .lights import ALL_BOUNCES, LightKind, Lights
 from .materials import N_VIEWS, Channel, Materials
@@ -17,6 +26,8 @@ __all__ = [
     "AngleCurves",
     "Channel",
     "Closures",
+    "Distribution",
+    "FresnelCurve",
     "LightGroups",
     "LightKind",
     "Lights",

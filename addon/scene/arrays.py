@@ -35,7 +35,10 @@ class TextureArrays(NamedTuple):
 
 
 class ClosureArrays(NamedTuple):
-    """`Closures`: those of material m are rows `start[m]` to `start[m + 1]`; `curve` and `curves` are `AngleCurves`."""
+    """`Closures`: those of material m are rows `start[m]` to `start[m + 1]`.
+
+    `by_angle` and `angle_curves` are `AngleCurves`.
+    """
 
     start: np.ndarray
     kind: np.ndarray
@@ -47,10 +50,16 @@ class ClosureArrays(NamedTuple):
     fresnel: np.ndarray
     preserves_energy: np.ndarray
     layer: np.ndarray
+    distribution: np.ndarray
+    curve: np.ndarray
+    edge: ChannelArrays
+    film: ChannelArrays
+    stretch: ChannelArrays
+    stretched: np.ndarray
     normal_space: np.ndarray
     normal: ChannelArrays
-    curve: np.ndarray
-    curves: np.ndarray
+    by_angle: np.ndarray
+    angle_curves: np.ndarray
 
 
 class MaterialArrays(NamedTuple):
@@ -145,7 +154,10 @@ def channel_arrays(channel: Channel) -> ChannelArrays:
 
 def _material_arrays(materials: Materials) -> MaterialArrays:
     angles = materials.closures.angles
-    curves = {"curve": kernel_array(angles.of_closure, np.int32), "curves": kernel_array(angles.curves, np.float32)}
+    curves = {
+        "by_angle": kernel_array(angles.of_closure, np.int32),
+        "angle_curves": kernel_array(angles.curves, np.float32),
+    }
     others = [name for name in ClosureArrays._fields if name not in curves]
     closures = {name: _column(getattr(materials.closures, name)) for name in others} | curves
     columns = {name: _column(getattr(materials, name)) for name in MaterialArrays._fields if name != "closures"}

@@ -36,6 +36,27 @@ reflect depends so much on where the light comes from that rays follow them as w
 """
 
 
+class Distribution(IntEnum):
+    """How the normals of a rough closure's facets are distributed."""
+
+    GGX = 0
+    BECKMANN = 1
+    ASHIKHMIN_SHIRLEY = 2
+
+
+class FresnelCurve(IntEnum):
+    """How a glossy closure's reflectance goes from f0 at normal incidence to grazing.
+
+    DIELECTRIC : to f90 as Fresnel's equations for `ior` go to 1, or by Schlick's curve.
+    F82 : by Schlick's curve, times `edge` at 82°.
+    CONDUCTOR : by Fresnel's equations of a complex index, whose real part is `edge`.
+    """
+
+    DIELECTRIC = 0
+    F82 = 1
+    CONDUCTOR = 2
+
+
 class NormalSpace(IntEnum):
     """What the three numbers x, y, z of a closure's own normal mean; N is the interpolated normal, of unit length.
 
@@ -112,6 +133,18 @@ class Closures:
         Whether a rough closure gives back what scatters more than once between its facets.
     layer : (c,) int32
         The closure that lies over this one, −1 for none: glossy or sheen, which takes its albedo from it, or absorbing.
+    distribution : (c,) int32
+        `Distribution` of a rough closure's facets.
+    curve : (c,) int32
+        `FresnelCurve` of a glossy closure.
+    edge : Channel
+        What that takes.
+    film : Channel
+        The thin film on the facets of a glossy or a glass closure: thickness in nm, 0 for none; index of refraction;
+        and whose response to interference counts, 0 for Blender 4.5 and 1 for later ones.
+    stretch : Channel
+        How many times a glossy closure's α is as large along the tangent of `ShadingFrames`, and as small across it;
+        and by how much of a turn that tangent is turned about the normal.
     normal_space : (c,) int32
         `NormalSpace` of a closure that has a normal of its own, −1 of one that has the interpolated normal.
     normal : Channel
@@ -130,6 +163,11 @@ class Closures:
     fresnel: np.ndarray
     preserves_energy: np.ndarray
     layer: np.ndarray
+    distribution: np.ndarray
+    curve: np.ndarray
+    edge: Channel
+    film: Channel
+    stretch: Channel
     normal_space: np.ndarray
     normal: Channel
     by_angle: AngleCurves | None = None
@@ -138,16 +176,11 @@ class Closures:
     def of(start: np.ndarray, kind: np.ndarray, **columns: Any) -> "Closures":
         """Closures of some kinds; columns that are left out are those of a white lobe without a layer over it."""
         c, kind = len(kind), np.asarray(kind, np.int32)
-        none, one = np.full(c, -1, np.int32), Channel.constant(np.ones(c))
-        default: dict[str, Any] = {
-            "weight": one,
-            "roughness": one,
-            "f0": one,
-            "f90": one,
-            "ior": np.zeros(c, np.float32),
-        }
-        default |= {"fresnel": np.ones(c, bool), "preserves_energy": np.ones(c, bool), "layer": none}
-        default |= {"normal_space": none, "normal": one}
+        none, one, zero = np.full(c, -1, np.int32), Channel.constant(np.ones(c)), np.zeros(c, np.int32)
+        default: dict[str, Any] = dict.fromkeys(("weight", "roughness", "f0", "f90", "edge", "normal", "stretch"), one)
+        default |= {"ior": np.zeros(c, np.float32), "distribution": zero, "curve": zero, "layer": none}
+        default |= {"fresnel": np.ones(c, bool), "preserves_energy": np.ones(c, bool)}
+        default["normal_space"], default["film"] = none, Channel.constant(np.zeros(c))
         return Closures(start=np.asarray(start, np.int32), kind=kind, **default | columns)
 
     def __len__(self) -> int:
@@ -163,6 +196,11 @@ class Closures:
         """`by_angle`, of no closure where there is none."""
         return self.by_angle or AngleCurves.none(len(self))
 
+    @cached_property
+    def stretched(self) -> np.ndarray:
+        """Which have facets that are wider along a tangent or narrower, (c,) bool."""
+        return (self.stretch.texture >= 0) | (self.stretch.value[:, 0] != 1)
+
     def count(self, *kinds: Lobe) -> np.ndarray:
         """How many closures of some kinds each material has, (m,) int64."""
         return np.bincount(self.material[np.isin(self.kind, kinds)], minlength=len(self.start) - 1)
@@ -171,18 +209,15 @@ class Closures:
         """Those that a mask (c,) chooses; without a layer where that is not chosen."""
         index = np.append(np.where(chosen, np.cumsum(chosen) - 1, -1), -1)
         ends = np.concatenate([[0], np.cumsum(chosen)])
-        columns: dict[str, Any] = {
-            f.name: getattr(self, f.name) for f in fields(self) if f.name not in ("start", "layer", "by_angle")
-        }
+        apart = ("start", "kind", "layer", "by_angle")
+        columns = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in apart}
         taken: dict[str, Any] = {
-            name: one.where(chosen) if isinstance(one, Channel) else one[chosen] for name, one in columns.items()
+            name: column.where(chosen) if isinstance(column, Channel) else column[chosen]
+            for name, column in columns.items()
         }
-        return Closures(
-            start=ends[self.start].astype(np.int32),
-            layer=index[self.layer[chosen]].astype(np.int32),
-            by_angle=AngleCurves(self.angles.of_closure[chosen], self.angles.curves),
-            **taken,
-        )
+        by_angle = AngleCurves(self.angles.of_closure[chosen], self.angles.curves)
+        layer = index[self.layer[chosen]].astype(np.int32)
+        return Closures.of(ends[self.start], self.kind[chosen], layer=layer, by_angle=by_angle, **taken)
 
 
 def closures_of_lobes(

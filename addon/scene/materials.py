@@ -115,8 +115,8 @@ class Materials:
 
     @cached_property
     def perturbed(self) -> np.ndarray:
-        """Which materials have a closure with a normal of its own, (m,) bool."""
-        of = self.closures.material[self.closures.normal_space >= 0]
+        """Which materials have a closure with a normal or a tangent of its own, (m,) bool."""
+        of = self.closures.material[(self.closures.normal_space >= 0) | self.closures.stretched]
         return self.of_any_view(np.bincount(of, minlength=len(self)) > 0)
 
     @cached_property

@@ -61,13 +61,14 @@ class SceneObjects:
 
 @dataclass(frozen=True)
 class ShadingFrames:
-    """What closures' own normals are given by, besides the interpolated normals; empty where no material needs it.
+    """What closures' own frames are given by, besides the interpolated normals; empty where no material needs it.
 
     Attributes
     ----------
-    corner_tangents : (t or 0, 3, 2, 3) float32
-        Tangent and bitangent of each triangle corner in the world, beside a normal of length 1: under a transform
-        that scales unevenly they are longer or shorter.
+    corner_tangents : (t or 0, 3, 3, 3) float32
+        Of each triangle corner in the world: tangent and bitangent by which normals are given, beside a normal of
+        length 1 (under a transform that scales unevenly they are longer or shorter); and the tangent along which
+        facets are stretched, of any length.
     normal_matrices : (o or 0, 3, 3) float32
         What takes each object's normals to the world, but for their lengths.
     """
@@ -78,7 +79,7 @@ class ShadingFrames:
     @staticmethod
     def none() -> "ShadingFrames":
         """Nothing needs them."""
-        return ShadingFrames(np.zeros((0, 3, 2, 3), np.float32), np.zeros((0, 3, 3), np.float32))
+        return ShadingFrames(np.zeros((0, 3, 3, 3), np.float32), np.zeros((0, 3, 3), np.float32))
 
 
 @dataclass(frozen=True)

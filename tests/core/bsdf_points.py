@@ -46,19 +46,21 @@ def plastic(n=N, base=0.5, ior=1.5, **values) -> Surface:
 
 def closures(*several) -> Closures:
     """The closures of one material; what is left out is white, smooth and by Schlick's curve."""
-    given = [{"weight": 1, "roughness": 0, "f0": 1, "f90": 1, "ior": 0, "layer": -1} | one for one in several]
+    defaults = {"weight": 1, "roughness": 0, "f0": 1, "f90": 1, "ior": 0, "layer": -1, "curve": 0, "edge": 1}
+    defaults |= {"distribution": 0, "preserves_energy": True, "film": 0, "fresnel": True, "stretch": 1}
+    given = [defaults | one for one in several]
     channels = {
         name: Channel.constant(np.float32([np.broadcast_to(one[name], 3) for one in given]))
-        for name in ("weight", "roughness", "f0", "f90")
+        for name in ("weight", "roughness", "f0", "f90", "edge", "film", "stretch")
     }
-    whole, flags = np.array([[one["kind"], one["layer"]] for one in given], np.int32).T, np.ones(len(given), bool)
+    whole = {name: np.int32([one[name] for one in given]) for name in ("layer", "curve", "distribution")}
     return Closures.of(
-        start=np.array([0, len(given)], np.int32),
-        kind=whole[0].copy(),
-        ior=np.array([one["ior"] for one in given], np.float32),
-        fresnel=flags,
-        preserves_energy=flags,
-        layer=whole[1].copy(),
+        np.array([0, len(given)]),
+        np.array([one["kind"] for one in given]),
+        ior=np.float32([one["ior"] for one in given]),
+        preserves_energy=np.array([one["preserves_energy"] for one in given]),
+        fresnel=np.array([one["fresnel"] for one in given]),
+        **whole,
         **channels,
     )
 

@@ -58,7 +58,7 @@ def normal_of(scene, back=False, view=(0, 0, 1)):
 
 
 def test_a_tangent_normal_is_in_the_frame_of_the_corners():
-    tangents = np.broadcast_to(np.float32([[0, 1, 0], [-2, 0, 0]]), (2, 3, 2, 3)).copy()
+    tangents = np.broadcast_to(np.float32([[0, 1, 0], [-2, 0, 0], [0, 0, 0]]), (2, 3, 3, 3)).copy()
     frames = ShadingFrames(tangents, np.zeros((0, 3, 3), np.float32))
     one = {"kind": Lobe.DIFFUSE, "space": NormalSpace.TANGENT, "normal": (0.3, 0.1, 0.9)}
     scene = floor(one, frames=frames)
@@ -69,7 +69,7 @@ def test_a_tangent_normal_is_in_the_frame_of_the_corners():
 @pytest.mark.parametrize("strength", [0.4, 1.0, 1.6])
 def test_normals_of_the_object_and_the_world_are_moved_to_by_their_length(strength):
     matrices = np.float32([[[0, -1, 0], [1, 0, 0], [0, 0, 1]]] * 2)
-    frames = ShadingFrames(np.zeros((0, 3, 2, 3), np.float32), matrices)
+    frames = ShadingFrames(np.zeros((0, 3, 3, 3), np.float32), matrices)
     d, up = unit(0.5, 0.2, 0.6), np.float32([0, 0, 1])
     for space, turned in ((NormalSpace.WORLD, d), (NormalSpace.OBJECT, matrices[0] @ d)):
         scene = floor({"kind": Lobe.DIFFUSE, "space": space, "normal": strength * d}, frames=frames)

@@ -141,7 +141,7 @@ def test_a_room_has_a_dozen_files_at_most(room):
 
 
 def is_compiled(function):
-    """Whether a function is a kernel or a part, by its decorator."""
+    """Whether a function is a kernel or what kernels call, by its decorator."""
     names = [node.id for node in function.decorator_list if isinstance(node, ast.Name)]
     return bool({"kernel", "part", "routine"} & set(names))
 

@@ -74,18 +74,8 @@ def test_lossless_walls_of_two_metals():
     channels = {
         "weight": Channel.constant(np.float32([RHO, 0.4, 0.6])),
         "roughness": Channel.constant(np.float32([1, 0.05, 0.6])),
-        "f0": Channel.constant(np.ones(3)),
-        "f90": Channel.constant(np.ones(3)),
     }
-    closures = Closures.of(
-        start=np.array([0, 1, 3], np.int32),
-        kind=np.array([Lobe.DIFFUSE, Lobe.GLOSSY, Lobe.GLOSSY], np.int32),
-        ior=np.zeros(3, np.float32),
-        fresnel=np.ones(3, bool),
-        preserves_energy=np.ones(3, bool),
-        layer=np.full(3, -1, np.int32),
-        **channels,
-    )
+    closures = Closures.of(np.array([0, 1, 3]), np.array([Lobe.DIFFUSE, Lobe.GLOSSY, Lobe.GLOSSY]), **channels)
     result = room(MIRRORED, Materials.of(2, closures=closures))
     assert result.value.mean() == pytest.approx(POWER / (16 * (1 - RHO)), rel=0.02)
 

@@ -5,9 +5,11 @@ import pytest
 from photon_bake.addon.bsdf import Lobe, albedo_tables, evaluate_glossy, glossy_albedo
 from photon_bake.addon.bsdf import fresnel as fresnel_parts
 from photon_bake.addon.bsdf import microfacets as parts
+from photon_bake.addon.bsdf.facets import metal, thin_film
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere
 from photon_bake.addon.core.vec3 import dot, put, row
+from photon_bake.addon.scene import Distribution, FresnelCurve
 from photon_bake.tests.core.bsdf_points import (
     N,
     albedo_of,
@@ -15,11 +17,14 @@ from photon_bake.tests.core.bsdf_points import (
     compiled,
     direction,
     numbers,
+    of_closures,
     pdf_glossy,
     sample_bsdf,
     seen_from_behind,
     surface,
 )
+from photon_bake.tools import thin_film as thin_film_tool
+from scipy.interpolate import CubicSpline
 
 # Parts, of numbers and of directions
 
@@ -40,16 +45,17 @@ def _average_grazing_share(ior):
 
 
 @compiled
-def _distribution(wo, h, alpha):
-    """The density of visible normals."""
+def _density_of_normals(wo, h, distribution, alpha_x, alpha_y):
+    """That of facets that reflect wo, from the density of where they send it."""
     facing = max(dot(wo, h), np.float32(0)) * (h[2] > 0)
-    return facing * parts.distribution(h, alpha) / wo[2] / parts.masked(wo[2], alpha)
+    return 4 * facing * parts.pdf_reflected(parts.Facets(distribution, alpha_x, alpha_y), wo, h)
 
 
 @compiled
-def _visible_normals(wo, alpha, u, out):
+def _visible_normals(wo, distribution, alpha_x, alpha_y, u, out):
     for i in range(len(u)):
-        put(out, i, parts.visible_normal(wo, alpha, u[i, 0], u[i, 1]))
+        facets = parts.Facets(distribution, alpha_x, alpha_y)
+        put(out, i, parts.visible_normal(facets, wo, u[i, 0], u[i, 1]))
 
 
 @compiled
@@ -116,25 +122,30 @@ def test_refraction_obeys_snell(ior):
 # Samplers and densities
 
 
-@pytest.mark.parametrize("roughness", [0.3, 0.6, 1.0])
+@pytest.mark.parametrize("distribution", Distribution)
+@pytest.mark.parametrize(("roughness", "aspect"), [(0.3, 1), (0.6, 1), (1.0, 1), (0.6, 0.4)])
 @pytest.mark.parametrize("cos", [1.0, 0.6, 0.1])
-def test_visible_normals(roughness, cos):
-    n = 1 << 17
-    wo, alpha, sampled = tuple(direction(cos, 1)[0]), np.float32(roughness**2), np.empty((n, 3), np.float32)
-    _visible_normals(wo, alpha, stream(1, 5).random((n, 2), dtype=np.float32), sampled)
+def test_normals_of_facets(distribution, roughness, aspect, cos):
+    n, wo = 1 << 17, tuple(direction(cos, 1)[0])
+    kind = np.int32(distribution), np.float32(roughness**2 / aspect), np.float32(roughness**2 * aspect)
+    sampled = np.empty((n, 3), np.float32)
+    _visible_normals(wo, *kind, stream(1, 5).random((n, 2), dtype=np.float32), sampled)
+    sampled = sampled[sampled @ wo > 0]  # Ashikhmin's and Shirley's are sampled whether they are seen or not
 
     def pdf(directions):
-        return np.array([_distribution(wo, tuple(h), alpha) for h in directions])
+        return np.array([_density_of_normals(wo, tuple(h), *kind) for h in directions])
 
     p, total = chi_square_against(sampled, pdf)
-    assert p > 1e-3 and total == pytest.approx(1, abs=5e-3)
+    assert p > 1e-3 and total == pytest.approx(len(sampled) / n, abs=5e-3)
 
 
+@pytest.mark.parametrize("distribution", Distribution)
 @pytest.mark.parametrize("roughness", [0.35, 0.6, 1.0])
 @pytest.mark.parametrize("cos", [1.0, 0.6, 0.2])
-def test_glossy_samples_follow_their_density_and_weigh_what_f_says(roughness, cos):
+def test_glossy_samples_follow_their_density_and_weigh_what_f_says(distribution, roughness, cos):
     n = 1 << 17
-    s = surface(n, f0=0.3, f90=0.9, roughness=roughness)
+    gloss = {"kind": Lobe.GLOSSY, "f0": 0.3, "f90": 0.9, "roughness": roughness}
+    s = of_closures(gloss | {"distribution": distribution, "preserves_energy": distribution == Distribution.GGX}, n=n)
     wo = direction(cos, n)
     sample = sample_bsdf(s, wo, stream(1, 6).random((n, 3), dtype=np.float32), 1 << Lobe.GLOSSY)
     wi, up = sample.wi, sample.wi[:, 2] > 0
@@ -146,8 +157,12 @@ def test_glossy_samples_follow_their_density_and_weigh_what_f_says(roughness, co
     assert np.allclose(sample.weight[k], expected, rtol=2e-3)
 
 
-def test_glossy_without_multiple_scattering_is_reciprocal():
-    s = surface(f0=0.1, f90=1, fresnel_ior=1.5, roughness=0.4, preserves_energy=False)
+@pytest.mark.parametrize("distribution", Distribution)
+@pytest.mark.parametrize("curve", FresnelCurve)
+def test_glossy_without_multiple_scattering_is_reciprocal(distribution, curve):
+    ior = 1.5 if curve == FresnelCurve.DIELECTRIC else 0
+    gloss = {"kind": Lobe.GLOSSY, "f0": 0.1, "ior": ior, "roughness": 0.4, "preserves_energy": False}
+    s = of_closures(gloss | {"distribution": distribution, "curve": curve, "edge": 0.7})
     wo, wi = sample_cosine_hemisphere(numbers(3)[:, :2]), sample_cosine_hemisphere(numbers(4)[:, :2])
     assert np.allclose(evaluate_glossy(s, wo, wi), evaluate_glossy(s, wi, wo), rtol=1e-3)
 
@@ -227,3 +242,98 @@ def test_smooth_gloss_is_a_mirror():
         off = np.abs(sample.wi - wo * [-1, -1, 1]).max(axis=1)
         assert (np.quantile(off, 0.98) < 2e-3) if roughness else (off.max() < 1e-5)  # GGX has long tails
         assert np.allclose(sample.weight, 0.5, atol=0.01)
+
+
+# Metals
+
+
+@pytest.mark.plain
+def test_conductors_reflect_by_fresnels_equations():
+    """Amplitudes r_s = (cos − q)/(cos + q) and r_p = (N² cos − q)/(N² cos + q) with q = √(N² − sin²), N = n + ik."""
+    cos = np.linspace(0.02, 1, 30, dtype=np.float32)
+    for n, k in ((0.18, 3.4), (1.5, 0.0), (2.9, 3.1), (0.9, 6.5)):
+        f0 = ((n - 1) ** 2 + k * k) / ((n + 1) ** 2 + k * k)
+        q = np.sqrt((n + 1j * k) ** 2 - 1 + cos.astype(complex) ** 2)
+        r_s, r_p = (cos - q) / (cos + q), ((n + 1j * k) ** 2 * cos - q) / ((n + 1j * k) ** 2 * cos + q)
+        expected = (abs(r_s) ** 2 + abs(r_p) ** 2) / 2
+        assert each(_of_metal, FresnelCurve.CONDUCTOR, cos, f0, n) == pytest.approx(expected, abs=1e-4)
+
+
+@pytest.mark.plain
+def test_f82_tints_the_edge():
+    cos, f0, tint = np.float32([1, 1 / 7, 0]), 0.6, 0.3
+    schlick = f0 + (1 - f0) * (6 / 7) ** 5
+    assert each(_of_metal, FresnelCurve.F82, cos, f0, tint) == pytest.approx([f0, tint * schlick, 1], abs=1e-5)
+    middles = ((np.arange(4000) + 0.5) / 4000).astype(np.float32)
+    mean = (2 * middles * each(_of_metal, FresnelCurve.F82, middles, f0, tint)).mean()
+    assert each(_average_of_metal, FresnelCurve.F82, f0, tint) == pytest.approx(mean, abs=1e-3)
+
+
+@compiled
+def _of_metal(curve, cos, f0, edge):
+    return metal.reflectance(curve, cos, f0, edge)
+
+
+@compiled
+def _average_of_metal(curve, f0, edge):
+    return metal.average(curve, f0, edge)
+
+
+# Thin films
+
+
+@compiled
+def _of_film(film, curve, cos, f0, edge, ior, out):
+    for i in range(len(cos)):
+        put(out, i, thin_film.reflectances(film, curve, cos[i], f0, edge, ior))
+
+
+def of_film(thickness, ior, cos, curve=FresnelCurve.DIELECTRIC, f0=0.0, edge=1.0, under=1.0):
+    """Reflectances of a film at cosines (n,), (n, 3)."""
+    out = np.empty((len(cos), 3), np.float32)
+    film, three = tuple(np.float32([thickness, ior, 1])), lambda x: tuple(np.full(3, x, np.float32))
+    _of_film(film, np.int32(curve), cos, three(f0), three(edge), np.float32(under), out)
+    return out
+
+
+def of_film_by_wavelengths(thickness, ior, cos, index):
+    """The same by Airy's formula at each wavelength, for a film on what has a complex index."""
+    table = np.loadtxt(thin_film_tool.CURVES, delimiter=",")
+    wavelength = np.arange(365, 826)
+    curves = CubicSpline(table[:, 0], table[:, 1:])(wavelength) @ thin_film_tool.TO_REC_709.T
+    cos = cos[:, None].astype(complex)
+    cos2 = np.sqrt(1 - (1 - cos**2) / ior**2)
+    cos3 = np.sqrt(1 - (1 - cos**2) / index**2)
+    turn = np.exp(4j * np.pi * ior * thickness * cos2 / wavelength)
+    reflected = 0
+    for first, second in (
+        ((cos - ior * cos2) / (cos + ior * cos2), (ior * cos2 - index * cos3) / (ior * cos2 + index * cos3)),
+        ((ior * cos - cos2) / (ior * cos + cos2), (index * cos2 - ior * cos3) / (index * cos2 + ior * cos3)),
+    ):
+        reflected = reflected + abs((first + second * turn) / (1 + first * second * turn)) ** 2 / 2
+    return np.clip(reflected @ curves / curves.sum(axis=0), 0, 1)
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize("thickness", [120, 330, 600, 1500])
+@pytest.mark.parametrize(("ior", "under"), [(1.33, 1.0), (1.4, 1.9), (2.0, 1.5)])
+def test_films_on_dielectrics_interfere(thickness, ior, under):
+    cos = np.float32([1, 0.8, 0.5, 0.2])
+    f0 = ((under - 1) / (under + 1)) ** 2
+    found = of_film(thickness, ior, cos, f0=f0, under=under)
+    assert found == pytest.approx(of_film_by_wavelengths(thickness, ior, cos, under), abs=0.02)
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize("thickness", [120, 400, 1500])
+def test_films_on_metal_interfere(thickness):
+    cos, n, k = np.float32([1, 0.8, 0.5, 0.35]), 2.9, 3.1
+    f0 = ((n - 1) ** 2 + k * k) / ((n + 1) ** 2 + k * k)
+    found = of_film(thickness, 1.5, cos, FresnelCurve.CONDUCTOR, f0, n)
+    assert found == pytest.approx(of_film_by_wavelengths(thickness, 1.5, cos, n + 1j * k), abs=0.03)
+
+
+@pytest.mark.plain
+def test_no_more_than_a_trace_of_a_film_changes_nothing():
+    cos = np.float32([1, 0.7, 0.3])
+    assert of_film(1e-3, 1.4, cos, f0=0.04, under=1.5)[:, 0] == pytest.approx(fresnel_dielectric(cos, 1.5), abs=2e-3)

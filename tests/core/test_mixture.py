@@ -17,7 +17,7 @@ from photon_bake.addon.bsdf import (
 )
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere
-from photon_bake.addon.scene import Channel, Materials
+from photon_bake.addon.scene import Channel, Distribution, FresnelCurve, Materials
 from photon_bake.tests.core.bsdf_points import (
     N,
     albedo_of,
@@ -83,6 +83,9 @@ def test_a_layer_takes_its_albedo_from_what_it_covers(roughness, cos, preserves_
 
 # Photons and paths
 
+LOSSY, BECKMANN = {"preserves_energy": False}, {"distribution": Distribution.BECKMANN}
+ASHIKHMIN_SHIRLEY = {"distribution": Distribution.ASHIKHMIN_SHIRLEY}
+F82, CONDUCTOR = {"curve": FresnelCurve.F82}, {"curve": FresnelCurve.CONDUCTOR}
 UNDER = {"kind": Lobe.DIFFUSE, "weight": 0.5, "layer": 0}
 TINT = {"kind": Lobe.ABSORBING, "f0": [0.9, 0.5, 0.2], "ior": 1.5, "roughness": 0.7}
 
@@ -97,6 +100,11 @@ TINT = {"kind": Lobe.ABSORBING, "f0": [0.9, 0.5, 0.2], "ior": 1.5, "roughness": 
         surface(glass_reflection=0.9, glass_transmission=0.7, roughness=0.8, glass_ior=1.5),
         surface(glass_reflection=0.9, glass_transmission=0.7, roughness=0.5, glass_ior=1.5, preserves_energy=False),
         surface(glass_transmission=0.7, roughness=0.6, glass_ior=1 / 1.4, glass_fresnel=False),
+        of_closures({"kind": Lobe.GLOSSY, "f0": 0.6, "roughness": 0.6, "edge": 0.3} | LOSSY | F82 | BECKMANN),
+        of_closures({"kind": Lobe.GLOSSY, "f0": 0.6, "roughness": 0.8, "edge": 1.2} | CONDUCTOR),
+        of_closures({"kind": Lobe.GLOSSY, "f0": 0.9, "f90": 0.9, "roughness": 0.7} | LOSSY | ASHIKHMIN_SHIRLEY),
+        of_closures({"kind": Lobe.GLASS, "f0": 0.9, "f90": 0.7, "roughness": 0.6, "ior": 1.5} | LOSSY | BECKMANN),
+        of_closures({"kind": Lobe.GLASS, "f0": 0.9, "f90": 0.7, "roughness": 0.5, "ior": 1.5, "film": (420, 2, 1)}),
         of_closures({"kind": Lobe.ROUGH_DIFFUSE, "weight": 0.8, "f0": 0.8, "roughness": 0.9}),
         of_closures({"kind": Lobe.SHEEN, "f0": 0.7, "roughness": 0.4}, UNDER),
         of_closures({"kind": Lobe.VELVET, "weight": 0.8, "roughness": 0.5}),

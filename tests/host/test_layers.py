@@ -117,3 +117,14 @@ def test_a_sheet_scatters_to_both_sides():
     np.testing.assert_allclose(scenes.weight_of(materials, Lobe.TRANSLUCENT)[0], 0.5 * 0.8 * 0.75, atol=1e-5)
     np.testing.assert_allclose(scenes.weight_of(materials, Lobe.DIFFUSE)[0], 0.5 * (0.2 + 0.8 * 0.25), atol=1e-5)
     assert not warnings
+
+
+@pytest.mark.skipif(bpy.app.version < (5, 2, 0), reason="there is no Thin Wall")
+def test_a_rough_pane_tints_by_the_way_through_it():
+    material = principled(Base_Color=(0.6, 0.9, 0.7), Transmission_Weight=1.0, Roughness=0.6, Thin_Wall=True)
+    found = closures_of(material)
+    tint, pane = of_kind(found, Lobe.ABSORBING), of_kind(found, Lobe.PANE)
+    np.testing.assert_allclose(tint["f0"], [0.6, 0.9, 0.7], atol=1e-6)
+    assert pane["layer"] == tint["k"] and tint["ior"] == 1.5
+    np.testing.assert_allclose(pane["roughness"][0] ** 2, 0.36 * (3.4 * 0.5 / 1.5**3) ** 0.5, rtol=1e-3)
+    np.testing.assert_allclose(pane["weight"] + of_kind(found, Lobe.GLOSSY)["weight"], 1, atol=1e-6)

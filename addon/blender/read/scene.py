@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import compress, pairwise
 
 import bpy
@@ -14,11 +15,11 @@ from ..warn import Warnings
 from .lamps.lamps import in_light_group, light_group_of
 from .lamps.light_links import Placed, link_lights
 from .lamps.world import WorldReading, light_group_of_world, read_world
-from .materials.materials import READING, MaterialTable
+from .materials.materials import READING, MaterialTable, Tangents
 from .materials.pictures.missing_files import warn_of_missing_files
 from .meshes.meshes import LocalMesh, count_triangles, read_mesh
 from .meshes.placing import Model, Models, PlacedMeshes
-from .meshes.tangents import corner_tangents
+from .meshes.tangents import corner_tangents, tangents_around
 from .scene_contents import SceneContents, Source
 from .transforms import normal_matrices
 from .visibility import RAYS, warn_of_hair
@@ -197,23 +198,28 @@ class _Reader:
         mesh = self._last[1].mesh if self._last and same else read_mesh(source.mesh)
         of_slot = np.full(max(source.material_of_slot) + 1, -1, np.int32)
         of_slot[list(source.material_of_slot)] = list(source.material_of_slot.values())
-        at = mesh, source.material_of_slot
-        model = Model(mesh, of_slot.take(mesh.material_slot), self._corner_uvs(*at), self._tangents(*at))
+        uvs = self._corner_uvs(mesh, source.material_of_slot)
+        model = Model(mesh, of_slot.take(mesh.material_slot), uvs, self._tangents(source, mesh))
         self._last = source, model
         return model
 
-    def _tangents(self, mesh: LocalMesh, material_of_slot: dict[int, int]) -> np.ndarray | None:
-        """Tangents that each triangle's material needs, (t, 3, 2, 3) float32; None where none needs any."""
-        tangents, of_map = None, dict[str, np.ndarray]()
-        for slot, material in material_of_slot.items():
-            uv_map, on = self._materials.tangents(material), mesh.material_slot == slot
-            if uv_map is None or not on.any():
+    def _tangents(self, source: Source, mesh: LocalMesh) -> np.ndarray | None:
+        """Tangents that each triangle's material needs, (t, 3, 3, 3) float32; None where none needs any."""
+        found: np.ndarray | None = None
+        along = cache(lambda uv_map: corner_tangents(mesh, uv_map))
+        for slot, material in source.material_of_slot.items():
+            needed, on = self._materials.tangents(material), mesh.material_slot == slot
+            if needed == Tangents(None, None) or not on.any():
                 continue
-            if uv_map not in of_map:
-                of_map[uv_map] = corner_tangents(mesh, uv_map)
-            tangents = np.zeros_like(of_map[uv_map]) if tangents is None else tangents
-            tangents[on] = of_map[uv_map][on]
-        return tangents
+            found = np.zeros((len(on), 3, 3, 3), np.float32) if found is None else found
+            if needed.normals is not None:
+                found[on, :, :2] = along(needed.normals)[on]
+            if needed.stretched is not None and needed.stretched.uv_map is not None:
+                found[on, :, 2] = along(needed.stretched.uv_map)[on, :, 0]
+            elif needed.stretched is not None:
+                space = (np.array(one) for one in (source.mesh.texspace_location, source.mesh.texspace_size))
+                found[on, :, 2] = tangents_around(mesh, needed.stretched.axis, *space)[on]
+        return found
 
     def _corner_uvs(self, mesh: LocalMesh, material_of_slot: dict[int, int]) -> np.ndarray | None:
         """Texture coordinates that each triangle's material reads, (t, 3, 2) float32; None where none reads any."""

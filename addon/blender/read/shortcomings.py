@@ -7,20 +7,12 @@ import bpy
 from .materials.closures import ADDERS, Closure
 from .materials.expressions import constant
 from .materials.nodes import TAKEN_FOR_ONE, Place, all_nodes, is_used, output_node, source
+from .materials.stretches import tangent_sources
 
 NOT_BAKED = {
     ("BSDF_PRINCIPLED", "Subsurface Weight"): "its subsurface scattering is baked as diffuse",
-    ("BSDF_PRINCIPLED", "Anisotropic"): "its anisotropy is not baked",
-    ("BSDF_PRINCIPLED", "Thin Film Thickness"): "its thin film is not baked",
-    ("BSDF_GLOSSY", "Anisotropy"): "its anisotropy is not baked",
-    ("BSDF_METALLIC", "Anisotropy"): "its anisotropy is not baked",
-    ("BSDF_METALLIC", "Thin Film Thickness"): "its thin film is not baked",
-    ("BSDF_GLASS", "Thin Film Thickness"): "its thin film is not baked",
 }
 """What is said where an input is not zero."""
-
-NOT_GGX = {"BECKMANN": "Beckmann", "ASHIKHMIN_SHIRLEY": "Ashikhmin-Shirley"}
-"""Distributions of facets that Cycles has besides GGX."""
 
 
 def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Iterator[str]:
@@ -34,6 +26,11 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Ite
         yield "its texture coordinates from instancers are baked as zero"
     if any(is_used(material.node_tree, "LIGHT_PATH", output) for output in TAKEN_FOR_ONE):
         yield "what it mixes by rays' lengths and depths is baked as of rays of 1 m that left one surface before"
+    tangents = tangent_sources(closure.shader for closure in closures)
+    if None in tangents:
+        yield "the tangents that nodes compute for its anisotropy are baked as those around Z"
+    if len(tangents) > 1:
+        yield "all of its anisotropic shaders are baked with the tangents of the first"
     for closure in closures:
         yield from _of_closure(closure)
 
@@ -46,21 +43,11 @@ def _of_closure(closure: Closure) -> Iterator[str]:
         yield f"its {node.bl_label} is baked without highlights, as a diffuse and a translucent surface"
     elif closure.kind not in ADDERS:
         yield f"its {node.bl_label} is baked as diffuse"
-    if node.type == "BSDF_PRINCIPLED" and _has_edge_tint(closure):
-        yield "its edge tint is not baked"
-    distribution = NOT_GGX.get(getattr(node, "distribution", ""))
-    if distribution and _counts(closure.shader.input("Roughness")):
-        yield f"its {distribution} distribution is baked as GGX"
     for one in node.inputs:
         place = Place(one, closure.shader.groups)
         what = NOT_BAKED.get((node.type, one.identifier))
         if what and _counts(place) and not (one.identifier == "Subsurface Weight" and _is_thin(closure)):
             yield what
-
-
-def _has_edge_tint(closure: Closure) -> bool:
-    tint = constant(closure.shader.input("Specular Tint"))
-    return _counts(closure.shader.input("Metallic")) and (tint is None or bool((tint != 1).any()))
 
 
 def _is_thin(closure: Closure) -> bool:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ...receivers import LightmapMesh, ReceiverMesh
-from ...scene import Channel, LightKind, Lights, Materials, Scene, SceneObjects, World
+from ...scene import N_VIEWS, Channel, LightKind, Lights, Materials, RayKind, Scene, SceneObjects, World
 
 _QUADS = [(1, 5, 7, 3), (0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6)]
 """Of a room without a ceiling, by its corners; they face out."""
@@ -43,8 +43,10 @@ def tiny_scene() -> Scene:
 
 
 def _materials() -> Materials:
-    """Matte, emissive, glossy, glass, translucent and see-through."""
+    """Matte, emissive, glossy, glass, translucent and see-through but for shadow rays, to whom it is matte."""
     half = Channel.constant(np.array([0.5, 0.5, 0.2, 0, 0, 0.5]))
+    seen_as = np.repeat(np.arange(6, dtype=np.int32)[:, None], N_VIEWS, axis=1)
+    seen_as[5, 2 * RayKind.SHADOW : 2 * RayKind.SHADOW + 2] = 0
     return Materials.of(
         6,
         diffuse=half,
@@ -56,6 +58,7 @@ def _materials() -> Materials:
         glass_transmission=Channel.constant(np.array([0, 0, 0, 1.0, 0, 0])),
         translucent=Channel.constant(np.array([0, 0, 0, 0, 0.5, 0])),
         coverage=Channel.constant(np.array([1, 1, 1, 1, 1, 0.5])),
+        seen_as=seen_as,
     )
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from functools import reduce
-from math import log
+from typing import Any
 
 import bpy
 import numpy as np
@@ -15,17 +15,13 @@ from .node_math import dielectric_f0, ior_of_f0, saturate
 from .nodes import Factor, Place, Value, output_node
 from .own_normals import NormalOf, interpolated
 from .shaders.broad import add_base, add_diffuse, add_sheen, add_sheet, add_toon
+from .shaders.facets import distribution_of, film_of
 from .shaders.hair import add_hair, add_principled_hair
 from .shaders.layers import add_layers
+from .shaders.metal import add_metal, add_metallic
 from .shaders.pane import add_pane
+from .stretches import stretch_of
 from .sums import ShaderSum, black, white
-
-BECKMANN_AS_GGX = log(2) ** 0.25
-"""A GGX lobe of this share of the roughness, 0.91, stands for a Beckmann lobe: facets have the same median slope.
-
-P(tan θ < t) is 1 − exp(−t²/α²) for Beckmann's facets and t²/(α² + t²) for GGX's, with the medians α √ln 2 and α. The
-width α is the square of the roughness.
-"""
 
 
 @dataclass(frozen=True)
@@ -119,9 +115,25 @@ class Leaf:
         return self.weight * self.color
 
     @property
+    def facets(self) -> dict[str, Any]:
+        """What says of a term how its facets are, which way they face, and what lies over them."""
+        node, own = self.closure.node, self.normal()
+        keeps_energy = node.distribution == "MULTI_GGX"
+        own |= {"roughness": self.roughness, "under": self.over}
+        return {"distribution": distribution_of(node), "keeps_energy": keeps_energy, **own}
+
+    @property
+    def reflecting_facets(self) -> dict[str, Any]:
+        """The same of a glossy term, whose facets alone are stretched."""
+        return self.facets | {"stretch": stretch_of(self.closure.kind, self.__getitem__)}
+
+    @property
+    def film(self) -> np.ndarray:
+        return film_of(self.closure.node, self.__getitem__)
+
+    @property
     def roughness(self) -> np.ndarray:
-        narrowed = BECKMANN_AS_GGX if self.closure.node.distribution == "BECKMANN" else 1
-        return saturate(self["Roughness"]) * np.float32(narrowed)
+        return saturate(self["Roughness"])
 
     @property
     def ior(self) -> float:
@@ -131,10 +143,6 @@ class Leaf:
     def is_thin(self) -> bool:
         """Whether a Principled shader (from 5.2) is of a pane, not of a solid."""
         return "Thin Wall" in self.closure.node.inputs and bool(self["Thin Wall"].any())
-
-    @property
-    def keeps_energy(self) -> bool:
-        return bool(self.closure.node.distribution in {"MULTI_GGX", "BECKMANN"})
 
     def normal(self, identifier: str = "Normal") -> dict[str, object]:
         """The normal of one of its sockets as `Term` has it."""
@@ -150,10 +158,11 @@ class Leaf:
         f90: np.ndarray,
         ior: float = 0.0,
         covers: "Place | Closure | None" = None,
+        film: np.ndarray | None = None,
     ) -> None:
         """Add a glossy closure with the node's facets, by Schlick's curve without `ior`; see `Term`."""
-        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy, "under": self.over}
-        total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, **facets, **self.normal())
+        film = black() if film is None else film
+        total.add(Lobe.GLOSSY, weight, f0=f0, f90=f90, ior=ior, covers=covers, film=film, **self.reflecting_facets)
 
     def add_glass(
         self,
@@ -164,8 +173,8 @@ class Leaf:
         fresnel: bool = True,
     ) -> None:
         """Add a glass closure with the node's facets and index of refraction."""
-        facets = {"roughness": self.roughness, "keeps_energy": self.keeps_energy, "ior": self.ior, "under": self.over}
-        total.add(Lobe.GLASS, weight, f0=reflection, f90=transmission, fresnel=fresnel, **facets, **self.normal())
+        colors = {"f0": reflection, "f90": transmission, "film": self.film if fresnel else black()}
+        total.add(Lobe.GLASS, weight, fresnel=fresnel, ior=self.ior, **colors, **self.facets)
 
 
 def combine(
@@ -260,15 +269,6 @@ def _add_glossy(leaf: Leaf, total: ShaderSum) -> None:
         leaf.add_glossy(total, leaf.weighted, f0, white(), ior=ior, covers=leaf.layer.place)
 
 
-def _add_metal(leaf: Leaf, total: ShaderSum) -> None:
-    if leaf.closure.node.fresnel_type == "F82":
-        f0 = saturate(leaf["Base Color"])
-    else:
-        n, k = leaf["IOR"], leaf["Extinction"]
-        f0 = ((n - 1) ** 2 + k**2) / ((n + 1) ** 2 + k**2)
-    leaf.add_glossy(total, leaf.weight, f0, white())
-
-
 def _add_glass(leaf: Leaf, total: ShaderSum) -> None:
     leaf.add_glass(total, leaf.weight, leaf.color, leaf.color)
 
@@ -288,7 +288,7 @@ def _add_principled(leaf: Leaf, total: ShaderSum) -> None:
     _add_emission(replace(leaf, weight=weight * left), total, "Emission Color", "Emission Strength")
     base, metallic = saturate(leaf["Base Color"]), saturate(leaf["Metallic"])
     if metallic.any():
-        leaf.add_glossy(total, weight * metallic, base, white())
+        add_metal(leaf, total, weight * metallic, base, leaf["Specular Tint"])
     weight = weight * (1 - metallic)
     transmission = saturate(leaf["Transmission Weight"]) if weight.any() else np.zeros((1, 1, 1), np.float32)
     if transmission.any():
@@ -313,11 +313,12 @@ def _add_dielectric(leaf: Leaf, total: ShaderSum) -> Hashable:
     """The specular layer of Principled; the name of what lies over the base."""
     level = np.maximum(leaf["Specular IOR Level"], 0)
     f0 = saturate(2 * level * dielectric_f0(np.maximum(leaf["IOR"], 1e-5)))
-    if f0.any():
+    film = leaf.film
+    if f0.any() or film.any():
         tint = np.maximum(leaf["Specular Tint"], 0)
         eta = float(ior_of_f0(f0).mean())
-        f90 = white() * (f0 > 0)
-        leaf.add_glossy(total, leaf.weight, saturate(f0 * tint), f90, ior=eta, covers=leaf.closure)
+        f90 = white() * ((f0 > 0) | (film[..., :1] > 0))
+        leaf.add_glossy(total, leaf.weight, saturate(f0 * tint), f90, ior=eta, covers=leaf.closure, film=film)
         return leaf.closure
     return leaf.over
 
@@ -330,7 +331,7 @@ ADDERS: dict[str, Callable[[Leaf, ShaderSum], None]] = {
     "BSDF_HAIR": add_hair,
     "BSDF_HAIR_PRINCIPLED": add_principled_hair,
     "BSDF_GLOSSY": _add_glossy,
-    "BSDF_METALLIC": _add_metal,
+    "BSDF_METALLIC": add_metallic,
     "BSDF_GLASS": _add_glass,
     "BSDF_REFRACTION": _add_refraction,
     "BSDF_TRANSLUCENT": _add_translucent,

@@ -10,7 +10,7 @@ from .sums import ShaderSum, Term
 from .texture_grid import Coordinates
 
 CHANNELS = ("emission", "coverage", "tint")
-OF_CLOSURES = ("weight", "roughness", "f0", "f90", "normal")
+OF_CLOSURES = ("weight", "roughness", "f0", "f90", "edge", "film", "stretch", "normal")
 """Channels of materials, and of closures."""
 
 
@@ -123,14 +123,16 @@ def _closures(rows: list[Surface]) -> Closures:
     layer = [term.under for term in terms]
     first = np.repeat(start[:-1], np.diff(start))
     return Closures.of(
-        start=start.astype(np.int32),
-        kind=np.array([term.kind for term in terms], np.int32),
+        start,
+        np.array([term.kind for term in terms], np.int32),
         ior=np.array([term.ior for term in terms], np.float32),
         fresnel=np.array([term.fresnel for term in terms], bool),
         preserves_energy=np.array([term.keeps_energy for term in terms], bool),
         normal_space=np.array([term.normal_space for term in terms], np.int32),
         layer=np.where(np.array(layer, int) >= 0, first + np.array(layer, int), -1).astype(np.int32),
         by_angle=_angle_curves([term.by_angle for term in terms]),
+        distribution=np.array([term.distribution for term in terms], np.int32),
+        curve=np.array([term.curve for term in terms], np.int32),
         **{name: _channel(values, name) for name in OF_CLOSURES},
     )
 

@@ -23,6 +23,7 @@ from .expressions import Evaluator, UnreadableError, default_value, no_images
 from .nodes import FROM_FRONT, Place, Value, View, differing_views, output_node, source, uses_nodes
 from .own_normals import Normals, OwnNormal
 from .pictures.images import ImageTable
+from .stretches import TangentSource, tangent_sources
 from .sums import ShaderSum, matte
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of
 
@@ -30,6 +31,22 @@ READING = "Reading the scene"
 
 DEFAULT_GREY = 0.8
 """Cycles' albedo where there is no material."""
+
+
+@dataclass(frozen=True)
+class Tangents:
+    """Tangents that a material needs.
+
+    Attributes
+    ----------
+    normals : str or None
+        The UV map whose tangents give its normals, empty for the active one; None where none do.
+    stretched : TangentSource or None
+        Where those come from along which facets are stretched; None where none are.
+    """
+
+    normals: str | None
+    stretched: TangentSource | None
 
 
 class MaterialTable:
@@ -45,7 +62,7 @@ class MaterialTable:
         self._readers: dict[int, _Reader] = {}
         self._index: dict[tuple, int] = {}
         self._entries: list[Seen | _Pending] = []
-        self._tangents: list[str | None] = []
+        self._tangents: list[Tangents] = []
 
     def add(
         self,
@@ -76,7 +93,7 @@ class MaterialTable:
             key += reader.appearance(obj, mesh)
         if key not in self._index:
             self._index[key] = len(self._entries)
-            self._tangents.append(reader.normals.tangents)
+            self._tangents.append(Tangents(reader.normals.tangents, reader.stretched))
             self._entries.append(reader.pending(obj, mesh, read) if baked else reader.seen(read))
         return self._index[key]
 
@@ -96,8 +113,8 @@ class MaterialTable:
         """Texture coordinates that a material reads, or None where it has no texture."""
         return self._entries[index].coordinates
 
-    def tangents(self, index: int) -> str | None:
-        """The UV map whose tangents give a material's normals, empty for the active one; None where none do."""
+    def tangents(self, index: int) -> Tangents:
+        """The tangents that a material needs."""
         return self._tangents[index]
 
     @property
@@ -133,6 +150,8 @@ class _Reader:
     needs_bake : bool
         Whether only Cycles can evaluate some of them.
     normals : Normals
+    stretched : TangentSource or None
+        See `Tangents`.
     """
 
     def __init__(
@@ -153,6 +172,7 @@ class _Reader:
         self.readings: list[Reading] = []
         self.needs_bake = False
         self.views, self.as_seen = [FROM_FRONT], (0,) * N_VIEWS
+        self.stretched: TangentSource | None = None
         self.normals = Normals(material if material and uses_nodes(material) else None)
         if material and uses_nodes(material):
             self.readings = readings_in(material.node_tree)
@@ -164,6 +184,8 @@ class _Reader:
                 probe = partial(self.probe, view)
                 normal = partial(self.probe_normal, probe)
                 combine(self.closures, probe, normal, seen_at(view, self.stand_in))
+            sources = tangent_sources(closure.shader for closure in self.closures)
+            self.stretched = (sources[0] or TangentSource()) if sources else None
             self.needs_bake |= bool(self.pictures) and Grid.of(list(self.pictures.values())) is None
             if self.needs_bake:
                 self.pictures = {key: one.mean for key, one in self.pictures.items()}

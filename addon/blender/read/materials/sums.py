@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ....scene import Lobe
+from ....scene import Distribution, FresnelCurve, Lobe
 from .node_math import saturate
 
 
@@ -36,9 +36,9 @@ class Term:
     Attributes
     ----------
     kind : Lobe
-    weight, f0, f90, roughness : (h, w, 1 or 3) float32
+    weight, f0, f90, roughness, edge, film, stretch : (h, w, 1 or 3) float32
         h = w = 1 where constant.
-    ior, fresnel, keeps_energy
+    ior, fresnel, keeps_energy, distribution, curve
         As those of `Closures`.
     normal, normal_space
         Its own normal as `Closures` has it; −1 for none.
@@ -61,12 +61,17 @@ class Term:
     covers: Hashable = None
     under: Hashable = None
     by_angle: tuple[float, ...] = ()
+    distribution: Distribution = Distribution.GGX
+    curve: FresnelCurve = FresnelCurve.DIELECTRIC
+    edge: np.ndarray = field(default_factory=white)
+    film: np.ndarray = field(default_factory=black)
+    stretch: np.ndarray = field(default_factory=white)
 
     @property
     def scatters(self) -> bool:
         """Whether it scatters any light."""
         rough = self.kind in (Lobe.GLOSSY, Lobe.GLASS, Lobe.SHEEN)
-        return bool(self.weight.any()) and (not rough or bool(self.f0.any()) or bool(self.f90.any()))
+        return bool(self.weight.any()) and (not rough or any(one.any() for one in (self.f0, self.f90, self.film)))
 
     @property
     def scattered(self) -> np.ndarray:
@@ -85,19 +90,14 @@ class Term:
     def _said(self) -> tuple:
         """What is the same all over a surface."""
         alike = self.kind, self.ior, self.fresnel, self.keeps_energy, self.under
-        return (*alike, self.normal_space, self.by_angle)
+        return (*alike, self.normal_space, self.by_angle, self.distribution, self.curve)
 
     def adds_to(self, other: "Term") -> bool:
         """Whether the two differ in nothing but their weights."""
         if self._said != other._said:
             return False
-        pairs = (
-            (self.f0, other.f0),
-            (self.f90, other.f90),
-            (self.roughness, other.roughness),
-            (self.normal, other.normal),
-        )
-        return all(_alike(a, b) for a, b in pairs)
+        channels = ("f0", "f90", "roughness", "edge", "film", "stretch", "normal")
+        return all(_alike(getattr(self, name), getattr(other, name)) for name in channels)
 
 
 def _alike(a: np.ndarray, b: np.ndarray) -> bool:

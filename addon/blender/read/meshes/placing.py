@@ -26,8 +26,9 @@ class Model:
     material : (t,) int32
     uvs : (t, 3, 2) float32 or None
         Texture coordinates that each triangle's material reads; None where none reads any.
-    tangents : (t, 3, 2, 3) float32 or None
-        Tangents and bitangents that each triangle's material needs, in the mesh's space; None where none needs any.
+    tangents : (t, 3, 3, 3) float32 or None
+        What each triangle's material needs of `ShadingFrames.corner_tangents`, in the mesh's space; None where none
+        needs any.
     """
 
     mesh: LocalMesh
@@ -50,7 +51,7 @@ class Models:
         self.normal_of_corner = _join([mesh.normal_of_corner for mesh in meshes])
         self.material = _join([model.material for model in models])
         self.uvs = _join_if_any([model.uvs for model in models], self.n_triangles, (3, 2))
-        self.tangents = _join_if_any([model.tangents for model in models], self.n_triangles, (3, 2, 3))
+        self.tangents = _join_if_any([model.tangents for model in models], self.n_triangles, (3, 3, 3))
 
 
 def _join_if_any(parts: list[np.ndarray | None], lengths: np.ndarray, shape: tuple[int, ...]) -> np.ndarray | None:
@@ -133,7 +134,7 @@ class _Batch:
         self.unit_normals[chunk] = unit(turned(self.models.normals.take(row, 0), self._normal_matrices, copy))
 
     def tangents(self, copy: np.ndarray, row: np.ndarray) -> np.ndarray:
-        """Tangents of triangles of copies beside normals of length 1 in the world, (r, 3, 2, 3) float32."""
+        """Tangents of triangles of copies beside normals of length 1 in the world, (r, 3, 3, 3) float32."""
         assert self.models.tangents is not None
         matrices = self._normal_matrices[np.broadcast_to(copy, row.shape)]
         normals = self.models.normals.take(self.models.normal_of_corner.take(row, 0), 0)
@@ -165,7 +166,7 @@ class PlacedMeshes:
     corner_normals : (t, 3, 3) float32
         Of unit length.
     corner_uvs : (t, 3, 2) float32
-    corner_tangents : (t, 3, 2, 3) float32 or None
+    corner_tangents : (t, 3, 3, 3) float32 or None
         As `ShadingFrames` has them; None while no mesh needs any.
     material_of_triangle, object_of_triangle : (t,) int32
     lost_names : list of str
@@ -202,7 +203,7 @@ class PlacedMeshes:
         first_object = len(self._first_vertex)
         self._first_vertex = np.append(self._first_vertex, batch.vertices.first + np.int32(self._n_vertices))
         if models.tangents is not None and self.corner_tangents is None:
-            self.corner_tangents = np.zeros((len(self.triangles), 3, 2, 3), np.float32)
+            self.corner_tangents = np.zeros((len(self.triangles), 3, 3, 3), np.float32)
         _in_chunks(batch.vertices.n, lambda chunk: self._add_vertices(batch, chunk))
         _in_chunks(batch.triangles.n, lambda chunk: self._add_triangles(batch, first_object, chunk))
         self.lost_names += sorted(batch.lost_names)

@@ -1,4 +1,4 @@
-"""Tangents along UV maps at a mesh's corners, which normal maps and anisotropy are given by."""
+"""Tangents at a mesh's corners, which normal maps and anisotropy are given by: along UV maps, or around an axis."""
 
 import bpy
 import numpy as np
@@ -29,6 +29,21 @@ def corner_tangents(mesh: LocalMesh, uv_map: str) -> np.ndarray:
             copy.loops.foreach_get("bitangent_sign", signs)
     bitangents = np.cross(normals, tangents) * signs[:, None]
     return np.stack([tangents, bitangents], axis=1).reshape(n, 3, 2, 3).astype(np.float32)
+
+
+def tangents_around(mesh: LocalMesh, axis: str, centre: np.ndarray, half_size: np.ndarray) -> np.ndarray:
+    """Tangents at each triangle corner around an axis of the generated coordinates, (t, 3, 3) float32, of any length.
+
+    Parameters
+    ----------
+    axis : "X", "Y" or "Z"
+    centre, half_size : (3,)
+        Of the mesh's texture space, in which generated coordinates go from 0 to 1.
+    """
+    x, y, z = ((mesh.vertices - centre) / np.where(half_size == 0, np.inf, half_size)).astype(np.float32).T
+    none = np.zeros_like(x)
+    around = {"X": (none, -z, y), "Y": (-z, none, x), "Z": (-y, x, none)}[axis]
+    return np.stack(around, axis=1).take(mesh.triangles, 0)
 
 
 def _triangles_alone(mesh: LocalMesh, uvs: np.ndarray, normals: np.ndarray, temporary: Temporary) -> "bpy.types.Mesh":

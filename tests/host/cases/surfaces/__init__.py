@@ -4,12 +4,28 @@ Three stages: a shiny floor with a lamp on the left and probes where its mirror 
 screen, the lamp on the left and probes on the right; and a painted floor under a lamp, for what is matte.
 """
 
-from . import angles, broad, displaced, gloss, layered, normals, see_through, shaders, sides, unseen, unsupported
+from . import (
+    angles,
+    anisotropy,
+    broad,
+    displaced,
+    facets,
+    gloss,
+    layered,
+    normals,
+    see_through,
+    shaders,
+    sides,
+    unseen,
+    unsupported,
+)
 
 __all__ = [
     "angles",
+    "anisotropy",
     "broad",
     "displaced",
+    "facets",
     "gloss",
     "layered",
     "normals",

@@ -83,11 +83,6 @@ def glossy():
     shiny_floor(shader("BsdfAnisotropic", {"Color": (0.3, 0.6, 0.9), "Roughness": 0.4}))
 
 
-@case("Glossy BSDF, Beckmann", GROUP, unsupported="Feature")
-def glossy_beckmann():
-    shiny_floor(shader("BsdfAnisotropic", {"Color": (0.3, 0.6, 0.9), "Roughness": 0.5}, distribution="BECKMANN"))
-
-
 @case("Glossy BSDFs of roughness 0.15 and 0.8, mixed", GROUP, effort=6)
 def glossy_mixed():
     # A sharp red lobe and a wide blue one: the mean of their roughness would be neither.

@@ -5,7 +5,7 @@ import numpy as np
 
 from ..registry import case
 from ..stage import box, matte, nodes, put, shader
-from .stage import GROUP, divided, painted_floor, shiny_floor
+from .stage import GROUP, divided, painted_floor
 
 
 @case("Principled BSDF, subsurface", GROUP, unsupported="Wax")
@@ -14,12 +14,6 @@ def subsurface():
     inputs = {"Base Color": (0.8, 0.5, 0.3), "Roughness": 1.0, "Specular IOR Level": 0.0}
     wax = {"Subsurface Weight": 1.0, "Subsurface Radius": (1, 0.5, 0.3), "Subsurface Scale": 0.5}
     divided(shader("BsdfPrincipled", {**inputs, **wax}, "Wax"), 0.1)
-
-
-@case("Principled BSDF, anisotropic metal", GROUP, unsupported="Brushed")
-def anisotropic():
-    inputs = {"Base Color": (0.8, 0.8, 0.8), "Metallic": 1.0, "Roughness": 0.4, "Anisotropic": 0.9}
-    shiny_floor(shader("BsdfPrincipled", inputs, "Brushed"))
 
 
 @case("Fog in the room (volume)", GROUP, unsupported="Fog")

@@ -20,12 +20,13 @@ def add_pane(leaf: "Leaf", total: ShaderSum, base: np.ndarray, left: np.ndarray)
     reflectance, way = mean_of_pane(leaf.ior)
     # A share, as what passes is the rest
     leaf.add_glossy(total, leaf.weight * np.float32(reflectance), white(), white())
-    passing = leaf.weight * (1 - reflectance) * base**way
-    roughness = _roughness_of_two_surfaces(leaf.roughness, leaf.ior)
-    if (roughness > 0).any():
-        total.add(Lobe.PANE, passing, f0=white(), f90=white(), roughness=roughness, under=leaf.over, **leaf.normal())
-    else:
-        total.transparent = total.transparent + passing * left
+    passing, roughness = leaf.weight * np.float32(1 - reflectance), _roughness_of_two_surfaces(leaf.roughness, leaf.ior)
+    if not (roughness > 0).any():
+        total.transparent = total.transparent + passing * base**way * left
+        return
+    tint, look = ("pane", leaf.closure), {"f0": base, "roughness": white()[..., :1], "ior": leaf.ior}
+    total.add(Lobe.ABSORBING, leaf.weight, covers=tint, under=leaf.over, **look, **leaf.normal())
+    total.add(Lobe.PANE, passing, f0=white(), f90=white(), roughness=roughness, under=tint, **leaf.normal())
 
 
 def _roughness_of_two_surfaces(roughness: np.ndarray, ior: float) -> np.ndarray:
