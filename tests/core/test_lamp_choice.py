@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.core.compiling import kernel
+from photon_bake.addon.core.compiling import jit, kernel
 from photon_bake.addon.core.sampling.cutpoint_table import chance_of
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.core.vec3 import row
@@ -11,7 +11,7 @@ from photon_bake.addon.gather.direct.ray_directions import gather_directions, sh
 from photon_bake.addon.scene import LightKind, Lights
 from photon_bake.tests.core.scenes import box, lamp, scene_of
 
-pytestmark = pytest.mark.plain
+pytestmark = [pytest.mark.plain, pytest.mark.skipif(jit(), reason="runs as plain Python: make test-plain")]
 SHARE = 0.25
 """Of the chances that all lamps have alike."""
 
