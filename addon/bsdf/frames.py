@@ -13,10 +13,11 @@ import numpy as np
 from ..core.compiling import part, routine
 from ..core.sampling.warps import TWO_PI
 from ..core.vec3 import ONE, ZERO, dot, minus, negative, normalized, plus, row, times, to_local, to_world
-from ..scene.closures import Lobe, NormalSpace
+from ..scene.closures import NARROW, Lobe, NormalSpace
 from ..scene.hit import channel_at, shading_normal_at, texel
 
 _TRANSLUCENT = int(Lobe.TRANSLUCENT)
+_MIRRORING = sum(1 << lobe for lobe in (Lobe.TRANSLUCENT, *NARROW))
 _TANGENT, _OBJECT, _HEIGHT = int(NormalSpace.TANGENT), int(NormalSpace.OBJECT), int(NormalSpace.HEIGHT)
 _TINY, _LEAST_COS, _NEAR = np.float32(1e-20), np.float32(1e-6), np.float32(1e-12)
 _TWO, _FOUR, _QUARTER, _EIGHTH = np.float32(2), np.float32(4), np.float32(0.25), np.float32(0.125)
@@ -97,77 +98,52 @@ def out_of(frame, w):
 
 @part
 def own_normal(scene, bsdf, k, view):
-    """Unit normal of the k-th closure in the world, as it is seen from a direction of the world."""
+    """Unit normal of the k-th closure in the world, as it is seen from a direction of the world.
+
+    Glossy, glass and, as in Cycles, translucent ones that would mirror the view into the surface are turned.
+    Of a photon in gloss, whose view is not known before it is scattered, that is by where it comes from.
+    """
     closures = scene.materials.closures
     shading = shading_normal_at(scene, bsdf.triangle, bsdf.u, bsdf.v, bsdf.normal, bsdf.back)
     if closures.normal_space[k] < 0:
         return shading
     at = bsdf.triangle, bsdf.u, bsdf.v, bsdf.back
-    arrays = _Arrays(
-        closures.normal_space,
-        closures.normal.value,
-        closures.normal.texture,
-        scene.textures,
-        scene.vertices,
-        scene.triangles,
-        scene.object,
-        scene.corner_normals,
-        scene.corner_uvs,
-        scene.corner_tangents,
-        scene.normal_matrices,
-    )
-    reflects = closures.kind[k] > _TRANSLUCENT
-    return _own_normal(arrays, k, *at, shading, bsdf.normal, view, reflects)
-
-
-class _Arrays(NamedTuple):
-    """What of a scene `_own_normal` needs."""
-
-    space: np.ndarray
-    value: np.ndarray
-    texture: np.ndarray
-    textures: tuple
-    vertices: np.ndarray
-    triangles: np.ndarray
-    object: np.ndarray
-    corner_normals: np.ndarray
-    corner_uvs: np.ndarray
-    corner_tangents: np.ndarray
-    normal_matrices: np.ndarray
+    return _own_normal(scene, k, *at, shading, bsdf.normal, view, _MIRRORING >> closures.kind[k] & 1 == 1)
 
 
 @routine
-def _own_normal(arrays, k, triangle, u, v, back, shading, geometric, view, reflects):
-    """`own_normal` of a closure that has one; of gloss and glass one that reflects the view to the right side."""
-    space, vector, w = arrays.space[k], row(arrays.value, k), ONE - u - v
-    uvs = arrays.corner_uvs
-    if arrays.texture[k] >= 0:
+def _own_normal(scene, k, triangle, u, v, back, shading, geometric, view, mirrors):
+    """`own_normal` of a closure that has one, and of one that `mirrors` such that the view is to the right side."""
+    closures, w = scene.materials.closures, ONE - u - v
+    space, vector, image = closures.normal_space[k], row(closures.normal.value, k), closures.normal.texture[k]
+    uvs = scene.corner_uvs
+    if image >= 0:
         x = w * uvs[triangle, 0, 0] + u * uvs[triangle, 1, 0] + v * uvs[triangle, 2, 0]
         y = w * uvs[triangle, 0, 1] + u * uvs[triangle, 1, 1] + v * uvs[triangle, 2, 1]
-        vector = texel(arrays.textures, arrays.texture[k], x, y)
+        vector = texel(scene.textures, image, x, y)
     strength = ONE
     if space == _HEIGHT:
         strength = vector[2]
-        slope = _slope(arrays, triangle, vector[0], vector[1])
+        slope = _slope(scene, triangle, vector[0], vector[1])
         # As Cycles has it, the slope lies in the plane of the shading normal
         lean = dot(slope, shading) / max(dot(geometric, shading), _LEAST_COS)
         normal = normalized(minus(shading, minus(slope, times(geometric, lean))))
     else:
         if space == _TANGENT:
             normal = plus(
-                times(_corner_axis(arrays.corner_tangents, triangle, 0, w, u, v), vector[0]),
-                times(_corner_axis(arrays.corner_tangents, triangle, 1, w, u, v), vector[1]),
+                times(_corner_axis(scene.corner_tangents, triangle, 0, w, u, v), vector[0]),
+                times(_corner_axis(scene.corner_tangents, triangle, 1, w, u, v), vector[1]),
             )
-            normal = plus(normal, times(_corner_normal(arrays.corner_normals, triangle, w, u, v), vector[2]))
+            normal = plus(normal, times(_corner_normal(scene.corner_normals, triangle, w, u, v), vector[2]))
         else:
             strength, normal = np.sqrt(dot(vector, vector)), vector
             if space == _OBJECT:
-                normal = _turned(arrays.normal_matrices, arrays.object[triangle], vector)
+                normal = _turned(scene.normal_matrices, scene.object[triangle], vector)
         normal = normalized(negative(normal) if back else normal)
     normal = normalized(plus(times(normal, strength), times(shading, ONE - strength)))
     if dot(normal, normal) < np.float32(0.5):
         normal = shading
-    return _valid_normal(geometric, view, normal) if reflects else normal
+    return _valid_normal(geometric, view, normal) if mirrors else normal
 
 
 @part
@@ -201,13 +177,13 @@ def _turned(matrices, k, a):
 
 
 @part
-def _slope(arrays, triangle, x, y):
+def _slope(scene, triangle, x, y):
     """Gradient over a triangle of a height with derivatives x, y by texture coordinates."""
-    t, uvs = arrays.triangles, arrays.corner_uvs
+    t, uvs = scene.triangles, scene.corner_uvs
     a, b, c = (
-        row(arrays.vertices, t[triangle, 0]),
-        row(arrays.vertices, t[triangle, 1]),
-        row(arrays.vertices, t[triangle, 2]),
+        row(scene.vertices, t[triangle, 0]),
+        row(scene.vertices, t[triangle, 1]),
+        row(scene.vertices, t[triangle, 2]),
     )
     first, second = minus(b, a), minus(c, a)
     along_first = x * (uvs[triangle, 1, 0] - uvs[triangle, 0, 0]) + y * (uvs[triangle, 1, 1] - uvs[triangle, 0, 1])
@@ -260,7 +236,10 @@ def bump_shadowing(shading, normal, light):
 
 @part
 def bump_shadowing_in(scene, bsdf, frame, light):
-    """`bump_shadowing` of light from a local direction, by a closure with a frame."""
+    """`bump_shadowing` of light from a local direction, by a closure with a frame.
+
+    What translucent closures take is not shadowed: so it is where Cycles samples them, if not where it samples lamps.
+    """
     shading = shading_normal_at(scene, bsdf.triangle, bsdf.u, bsdf.v, bsdf.normal, bsdf.back)
     return bump_shadowing(to_local(shading, bsdf.normal), frame.axis, light)
 
@@ -277,7 +256,10 @@ def received(scene, bsdf, k, light):
     cos = dot(frame.axis, light)
     if cos <= ZERO:
         return ZERO
-    return min(cos / max(abs(light[2]), _LEAST_COS), _MOST) * bump_shadowing_in(scene, bsdf, frame, light)
+    share = min(cos / max(abs(light[2]), _LEAST_COS), _MOST)
+    if scene.materials.closures.kind[k] != _TRANSLUCENT:
+        share *= bump_shadowing_in(scene, bsdf, frame, light)
+    return share
 
 
 @part

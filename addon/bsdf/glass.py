@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import part
+from ..core.compiling import part, routine
 from ..core.vec3 import BLACK, ONE, WHITE, ZERO, dot, mean, minus, mul, times
 from .albedo_tables import (
     GLASS,
@@ -38,7 +38,7 @@ class Facet(NamedTuple):
     transmitted: tuple
 
 
-@part
+@routine
 def albedo(closure, cos, from_light):
     """What it scatters of light from a direction, about; above 0 wherever it scatters any."""
     reflected = ZERO
@@ -48,7 +48,7 @@ def albedo(closure, cos, from_light):
     return mean(closure.weight) * (reflected * mean(closure.f0) + transmitted * mean(closure.f90))
 
 
-@part
+@routine
 def sample(closure, wo, choice, u, v, from_light):
     """Reflection or refraction, chosen by what each scatters: a direction, and f |cos| over its density."""
     facet = facet_of(closure, wo, u, v)
@@ -60,7 +60,7 @@ def sample(closure, wo, choice, u, v, from_light):
     return wi, times(weight, ONE / max(probability, _TINY))
 
 
-@part
+@routine
 def facet_of(closure, wo, u, v):
     """A facet that is seen from wo."""
     h = visible_normal(facets_of(closure), wo, u, v)
@@ -71,7 +71,7 @@ def facet_of(closure, wo, u, v):
     return Facet(h, cos, BLACK, WHITE if fresnel_dielectric(cos, closure.ior) < ONE else BLACK)
 
 
-@part
+@routine
 def scatter(closure, wo, facet, reflects, from_light):
     """Where a facet sends the light that it reflects, or else the light that it refracts; and its weight."""
     ior, color = closure.ior, closure.f0 if reflects else closure.f90

@@ -7,7 +7,7 @@ preserved of GGX alone.
 
 import numpy as np
 
-from ..core.compiling import part
+from ..core.compiling import part, routine
 from ..core.vec3 import BLACK, ONE, WHITE, ZERO, dot, largest, mul, normalized, plus, times
 from .albedo_tables import (
     GRAZING,
@@ -36,7 +36,7 @@ more of the light to rays, and most of their variance comes from that.
 """
 
 
-@part
+@routine
 def albedo(closure, cos):
     """Directional albedo, of light that leaves (or comes) at `cos` to the normal."""
     white = interpolate_2(WHITE_ALBEDO, closure.roughness, cos)
@@ -47,7 +47,7 @@ def albedo(closure, cos):
     return mul(closure.weight, mul(single, _scale(closure, white)))
 
 
-@part
+@routine
 def transmittance(closure, cos):
     """Share of the light that a layer leaves to what it covers: 1 − its albedo, seen at `cos`.
 
@@ -70,7 +70,7 @@ def transmittance(closure, cos):
     return min(max(ONE - reflected, ZERO), ONE)
 
 
-@part
+@routine
 def sample(closure, wo, u, v, from_light):
     """A direction by the visible normals, and f |cos| over its density, of which only F G₂/G₁ is left.
 
@@ -87,7 +87,7 @@ def sample(closure, wo, u, v, from_light):
     return wi, times(mul(closure.weight, mul(reflectance(closure, cos), scale)), unshadowed(facets, wo, wi))
 
 
-@part
+@routine
 def evaluate(closure, wo, wi):
     """The lobe's f in 1/sr, without the cosine; wo is the viewing side. 0 where it is smooth.
 
@@ -101,7 +101,7 @@ def evaluate(closure, wo, wi):
     return times(f, pdf_reflected(facets, wo, h) * unshadowed(facets, wo, wi) / max(wi[2], MIN_COS))
 
 
-@part
+@routine
 def pdf(closure, wo, wi):
     """Density of wi by solid angle when sampled from wo; 0 where it is smooth."""
     if closure.roughness < SMOOTH or wo[2] <= ZERO or wi[2] <= ZERO:

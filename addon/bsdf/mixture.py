@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import part
-from ..core.vec3 import BLACK, ONE, WHITE, ZERO, largest, mean, mul, plus, times, to_local
+from ..core.compiling import part, routine
+from ..core.vec3 import BLACK, ONE, WHITE, ZERO, largest, mean, mul, negative, plus, times, to_local
 from ..scene.closures import BROAD, DIRECTED, NARROW, Lobe
 from ..scene.hit import channel_at, weight_of_kind
 from . import diffuse, glass, glossy, translucent
@@ -67,8 +67,11 @@ def sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light):
     closure, frame = closure_at(scene, bsdf, chosen), frame_of(scene, bsdf, chosen, wo)
     own_wo = into(frame, wo)
     own_wi, weight = _sample(closure, own_wo, choice, u, v, from_light)
-    # Photons leave broad lobes by the cosine with the geometric normal, see `scatter`
-    wi = own_wi if from_light and closure.kind < GLOSSY else out_of(frame, own_wi)
+    wi = out_of(frame, own_wi)
+    if from_light and closure.kind < GLOSSY:  # photons leave by the cosine with the geometric normal, see `scatter`
+        wi = own_wi
+        if bsdf.perturbed and closure.kind == TRANSLUCENT:
+            frame = frame_of(scene, bsdf, chosen, negative(wi))
     view, light = (own_wi, own_wo) if from_light else (own_wo, own_wi)
     weight = times(mul(weight, transmittance_to(scene, bsdf, closure, wi if from_light else wo)), inverse)
     return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), _is_rough(closure), frame)
@@ -196,7 +199,7 @@ def evaluate_glossy(scene, bsdf, wo, wi):
     return _evaluate(scene, bsdf, wo, wi, _GLOSSY_LOBES, _INFINITY)
 
 
-@part
+@routine
 def _evaluate(scene, bsdf, wo, wi, lobes, peak):
     """The f of some lobes, of glossy ones that are below a peak."""
     f = BLACK
@@ -219,7 +222,7 @@ def _evaluate(scene, bsdf, wo, wi, lobes, peak):
     return f
 
 
-@part
+@routine
 def pdf_glossy(scene, bsdf, wo, wi):
     """Density of wi by solid angle when a path's rough glossy lobes are sampled from wo."""
     total = density = ZERO
@@ -235,13 +238,13 @@ def pdf_glossy(scene, bsdf, wo, wi):
     return density / total if total > ZERO else ZERO
 
 
-@part
+@routine
 def total_weight(scene, bsdf, kind):
     """Sum of the weights of closures of one kind: albedo or transmission, before what layers take."""
     return weight_of_kind(scene, kind, bsdf.first, bsdf.last, bsdf.triangle, bsdf.u, bsdf.v)
 
 
-@part
+@routine
 def weight_received(scene, bsdf, kind, towards):
     """`total_weight` of Lambertian closures, each times what it takes of light from a direction (`received`).
 
@@ -257,7 +260,7 @@ def weight_received(scene, bsdf, kind, towards):
     return total
 
 
-@part
+@routine
 def _albedo(scene, bsdf, lobes, wo):
     """What some lobes but glass scatter in all of light seen from a local direction, with what layers leave of it."""
     total = BLACK
@@ -294,7 +297,7 @@ def glossy_albedo(scene, bsdf, wo):
     return _albedo(scene, bsdf, _GLOSSY_LOBES, wo)
 
 
-@part
+@routine
 def glass_albedo(scene, bsdf):
     """What glass reflects or transmits of a colour, whichever is more."""
     total = BLACK
@@ -310,7 +313,7 @@ def glass_albedo(scene, bsdf):
     return total
 
 
-@part
+@routine
 def base_transmittance(scene, bsdf, wo):
     """Share of what the Lambertian lobes would scatter that layers leave to them, seen from wo; 1 without any."""
     whole = left = BLACK

@@ -14,6 +14,7 @@ from .frames import UP, adjoint, bump_shadowing_in, frame_of, into, out_of, own_
 from .mixture import (
     BROAD_LOBES,
     BUMPED_LOBES,
+    DIFFUSE,
     GLASS,
     GLOSSY,
     GLOSSY_TOON,
@@ -25,9 +26,11 @@ from .mixture import (
 )
 
 _DIFFUSE_RAY, _GLOSSY_RAY, _TRANSMITTED_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY), int(RayKind.TRANSMITTED)
+_LAMBERTIAN_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT
 _REFLECTING = ~(1 << TRANSLUCENT | 1 << PANE)
 _HALF, _TWO = np.float32(0.5), np.float32(2)
 _FACING, _LEAST_COS = np.float32(1e-3), np.float32(1e-6)
+_NOTHING = np.float32(1e-12)
 _MAX_CORRECTION = np.float32(16)
 """Beyond it light grazes the facet, where very few photons meet it."""
 
@@ -92,7 +95,8 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light, seen):
         if sample.lobe < GLOSSY:
             own_wi = wi if from_light else own_wi
             light = wo if from_light else wi
-            weight = times(weight, bump_shadowing_in(scene, bsdf, sample.frame, light))
+            if sample.lobe != TRANSLUCENT:
+                weight = times(weight, bump_shadowing_in(scene, bsdf, sample.frame, light))
             if from_light:
                 cosine = max(dot(wo, sample.frame.axis), ZERO)
                 weight = times(weight, min(cosine / max(wo[2], _LEAST_COS), _MAX_CORRECTION))
@@ -196,16 +200,16 @@ def lit_normal(scene, hit):
 
 @part
 def lambertian_normal(scene, hit):
-    """The mean of the normals of a point's Lambertian closures by their weights, a unit vector."""
+    """The mean of the normals of a point's Lambertian and broad closures by their weights, a unit vector."""
     bsdf, shading = bsdf_at(scene, hit, _DIFFUSE_RAY), shading_normal(scene, hit)
     if not bsdf.perturbed:
         return shading
     total, closures = BLACK, scene.materials.closures
     for k in range(bsdf.first, bsdf.last):
-        if closures.kind[k] < GLOSSY:
+        if (_LAMBERTIAN_LOBES | BROAD_LOBES) >> closures.kind[k] & 1:
             weight = mean(channel_at(scene, closures.weight, k, hit.triangle, hit.u, hit.v))
             total = plus(total, times(own_normal(scene, bsdf, k, hit.normal), weight))
-    return normalized(total) if dot(total, shading) > ZERO else shading
+    return normalized(total) if dot(total, total) > _NOTHING else shading
 
 
 @part

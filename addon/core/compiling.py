@@ -1,9 +1,10 @@
 """How kernels are compiled, and where they are kept: Numba, on disk, under a digest of all that they are made of.
 
-A `kernel` is what Python calls with whole chunks; a `part` is what kernels call and becomes a part of them. Both are
-plain Python functions of scalars, small tuples and arrays; ``NUMBA_DISABLE_JIT=1`` runs them as such. They count no
-references (of tuples of many arrays that would cost more than rays), so they allocate nothing: who calls a kernel
-brings the arrays that it writes into. There is no fast-math, which would change infinities and NaN.
+A `kernel` is what Python calls with whole chunks; a `part` is what kernels call and becomes a part of them, a `routine`
+what they call as a function of its own. All are plain Python functions of scalars, small tuples and arrays;
+``NUMBA_DISABLE_JIT=1`` runs them as such. They count no references (of tuples of many arrays that would cost more than
+rays), so they allocate nothing: who calls a kernel brings the arrays that it writes into. There is no fast-math, which
+would change infinities and NaN.
 
 Numba is imported at the first call, since that takes 0.3 s, for which Blender's start should not wait.
 """
@@ -26,6 +27,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 F = TypeVar("F", bound=Callable[..., Any])
+T = TypeVar("T", bound=type)
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = __name__.partition(".addon.")[0]
@@ -45,9 +47,9 @@ def part(function: F) -> F:
 
 
 def routine(function: F) -> F:
-    """Decorate a function that kernels call and that is long and seldom needed: they need not contain it at each place.
+    """Decorate a part that is called, and not inlined unless it is short: one that is long, or seldom runs.
 
-    It takes numbers and small tuples: a scene's many arrays would be handed over one by one.
+    What is inlined in many places is compiled as often. A call costs some nanoseconds.
     """
     return _compiled(function, no_cpython_wrapper=True)
 
@@ -55,6 +57,30 @@ def routine(function: F) -> F:
 def kernel(function: F) -> F:
     """Decorate a function that Python calls: compiled at its first call, kept on disk, lets other threads run."""
     return _compiled(function, cache=True)
+
+
+def by_reference(tuple_class: T) -> T:
+    """Decorate a named tuple of arrays that only Python makes: kernels and parts take it as one pointer.
+
+    Its members have names in kernels, and no numbers: it can't be unpacked or indexed there.
+    """
+    if jit():
+        with _LOCK:
+            _by_reference.append(tuple_class)
+            if _numba.cache_info().currsize:
+                _register_references()
+    return tuple_class
+
+
+_by_reference: list[type] = []
+
+
+def _register_references() -> None:
+    """Tell Numba of those classes that it does not know yet."""
+    from .backend import references
+
+    while _by_reference:
+        references.register(_by_reference.pop())
 
 
 def _compiled(function: F, **how: bool) -> F:
@@ -81,7 +107,7 @@ class Compiled:
         update_wrapper(self, function)
 
     def __call__(self, *arguments: Any) -> Any:
-        if "no_cpython_wrapper" in self._how:  # it would crash
+        if "no_cpython_wrapper" in self._how:  # without a wrapper for Python: it would crash
             raise TypeError(f"{self.py_func.__name__} is a part, which only kernels call")
         return (self._dispatcher or self.dispatcher)(*arguments)
 
@@ -101,7 +127,9 @@ class Compiled:
     def _made(self) -> Any:
         numba, how = _numba(), _HOW | self._how
         if not how.pop("cache", False):
-            return numba.njit(**how)(self.py_func)
+            from .backend.parts import PartCompiler
+
+            return numba.njit(pipeline_class=PartCompiler, **how)(self.py_func)
         # Numba looks at the kernel's own file alone to see whether it is stale; the folder's name says the rest
         folder = folder_of(digest_of(Path(self.py_func.__code__.co_filename).resolve()))
         others, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder or "")
@@ -133,6 +161,7 @@ def _numba() -> Any:
                 _seconds.append(perf_counter() - self._started)
 
     event.register("numba:compile", Clock())
+    _register_references()
     return numba
 
 
@@ -209,6 +238,7 @@ def digest_of(source: Path) -> str:
 
 def digest_of_all(sources: Iterable[Path]) -> str:
     """Of the texts of files, of what compiles them and of Numba's own settings, in hexadecimal."""
+    sources = {*sources, *(Path(__file__).with_name("backend")).glob("*.py")}
     texts = sorted(hashlib.sha256(path.read_bytes()).hexdigest() for path in sources)
     settings = sorted(f"{name}={value}" for name, value in os.environ.items() if name.startswith("NUMBA_"))
     # Types that kernels take are known on disk by their full names, in which the package's is

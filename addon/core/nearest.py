@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .compiling import kernel, part
+from .compiling import by_reference, kernel, part
 from .vec3 import ZERO, dot, times
 
 _LEAF = 8
@@ -21,6 +21,7 @@ and the logarithm of the number of points, for which `_DEPTH` is enough."""
 _DEPTH = 64
 
 
+@by_reference
 class PointTree(NamedTuple):
     """A tree over m points. Nodes come in depth-first order: a node's first child is the next one.
 

@@ -6,7 +6,7 @@ of the spread: what a grid of slats lets through, scaled to keep the power, ∫ 
 
 import numpy as np
 
-from ..core.compiling import part
+from ..core.compiling import part, routine
 from ..core.sampling.warps import PI, TWO_PI, at_versine, cosine_hemisphere, uniform_disk
 from ..core.vec3 import ONE, ZERO, along, direction_to, dot, minus, plus, row, times, to_world
 from ..scene import LightKind, Lights
@@ -45,7 +45,7 @@ def area_row(lights: Lights, lamp: int, discs: Discs) -> SourceRow:
     return SourceRow(int(lights.kind[lamp]), lamp, (8, 8, 8, 8, 1), None if aims else power, axis, versine, aims)
 
 
-@part
+@routine
 def emit_area(emitters, source, u):
     """A place uniform by area, a cosine-weighted direction within the spread, or one of the cone around the scene."""
     lamps, lamp = emitters.lamps, emitters.lamp[source]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import kernel, part
+from ..core.compiling import by_reference, kernel, part
 from ..core.vec3 import ONE, put, times
 from ..scene import LightKind
 from ..scene.arrays import SceneArrays
@@ -31,6 +31,7 @@ _POINT, _SPOT, _SUN = int(LightKind.POINT), int(LightKind.SPOT), int(LightKind.S
 _NO_OBJECT = np.int32(-1)
 
 
+@by_reference
 class Emitters(NamedTuple):
     """s sources of photons, and what they have in common.
 

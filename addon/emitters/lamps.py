@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import kernel_array, part
+from ..core.compiling import by_reference, kernel_array, part, routine
 from ..core.vec3 import BLACK, ZERO, dot, minus, plus, row, times
 from ..scene import LightKind, Lights, RayKind
 from .area import meet_area, sample_area, spread_columns
@@ -22,6 +22,7 @@ _TRANSMITTED = int(RayKind.TRANSMITTED)
 _INFINITY = np.float32(np.inf)
 
 
+@by_reference
 class LampArrays(NamedTuple):
     """The l lamps of a scene: the columns of `Lights`, and what follows from them.
 
@@ -84,7 +85,7 @@ def has_size(lights: Lights) -> np.ndarray:
     return (lights.radius > 0) | (lights.size > 0).all(axis=1) | ((lights.kind == LightKind.SUN) & (lights.angle > 0))
 
 
-@part
+@routine
 def sample_lamp(lamps, lamp, position, normal, u, v, far):
     """A point of a lamp, and the irradiance from it over the density that it is drawn with: its mean is the lamp's.
 
@@ -112,7 +113,7 @@ def _below_horizon(lamps, lamp, position, normal):
     return dot(minus(row(lamps.position, lamp), position), normal) <= -lamps.reach[lamp]
 
 
-@part
+@routine
 def meet_lamp(lamps, lamp, origin, direction):
     """Where a ray meets a lamp: the distance (infinite where it misses), the radiance, and the density.
 
@@ -136,7 +137,7 @@ def meet_lamp(lamps, lamp, origin, direction):
     return distance, times(row(lamps.emission, lamp), share), density
 
 
-@part
+@routine
 def radiance_of_lamps(lamps, origin, direction, distance, kind, object_, least_density):
     """Radiance of all lamps that a ray meets before a distance, W/(m² sr).
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import kernel, kernel_array, part
+from ..core.compiling import by_reference, kernel, kernel_array, part, routine
 from ..core.sampling.cutpoint_table import CutpointTable, cutpoint_table, drawn_cell
 from ..core.sampling.sobol import fixed_points
 from ..core.sampling.warps import PI, cosine_hemisphere, sample_uniform_triangle, uniform_triangle
@@ -27,6 +27,7 @@ _N_POINTS = 1 << 20
 """Points at which textured emission is looked at, at a time."""
 
 
+@by_reference
 class MeshArrays(NamedTuple):
     """The e emissive triangles of a scene.
 
@@ -73,7 +74,7 @@ def mesh_row(lamp: int, power: np.ndarray) -> SourceRow:
     return SourceRow(MESH, lamp, (32, 2, 1, 1, 256), power)
 
 
-@part
+@routine
 def emit_mesh(emitters, source, u):
     """A triangle, a place on it, a side, a cosine-weighted direction; from far away many go to the region.
 
@@ -108,7 +109,7 @@ def emit_mesh(emitters, source, u):
     return along(origin, ray_offset(scene, triangle, origin), normal), direction, flux, scene.object[triangle]
 
 
-@part
+@routine
 def sample_mesh(scene, mesh, position, choice, u, v):
     """A point of emissive triangles as a position samples it: the triangle by a number `choice`, then uniform by area.
 
@@ -132,7 +133,7 @@ def sample_mesh(scene, mesh, position, choice, u, v):
     return target, way, times(mesh_radiance(scene, triangle, a, b, back), ONE / density), density
 
 
-@part
+@routine
 def mesh_density(mesh, triangle, distance, cosine):
     """Density by solid angle with which `sample_mesh` draws a direction that meets a triangle: d² p / |cos θ'|."""
     if len(mesh.density) == 0:

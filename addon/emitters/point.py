@@ -6,7 +6,7 @@ The disc is exact for lamps that are spheres, and how Cycles' lamps with soft fa
 
 import numpy as np
 
-from ..core.compiling import part
+from ..core.compiling import part, routine
 from ..core.sampling.warps import PI, TWO_PI, at_versine, uniform_disk
 from ..core.vec3 import ONE, TWO, ZERO, along, direction_to, dot, minus, row, times, to_world
 from ..scene import Lights
@@ -25,7 +25,7 @@ def point_row(lights: Lights, lamp: int, discs: Discs, versine: float = 2.0) -> 
     return SourceRow(kind, lamp, cells, power, axis, min(to_scene, versine), aims=to_scene < versine)
 
 
-@part
+@routine
 def emit_point(emitters, source, u):
     """A direction evenly from the cone, then a place on the disc that faces it: origin, direction and flux."""
     lamps, lamp = emitters.lamps, emitters.lamp[source]

@@ -7,7 +7,7 @@ s((cos θ − c) / (b(1 − c))), s(t) = t²(3 − 2t), as in Cycles. In a cone 
 
 import numpy as np
 
-from ..core.compiling import kernel, part
+from ..core.compiling import kernel, part, routine
 from ..core.sampling.warps import TWO_PI, at_versine
 from ..core.vec3 import ONE, TWO, ZERO, dot, length, negative, plus, put, row, times, to_world
 from ..scene import Lights
@@ -24,7 +24,7 @@ def spot_row(lights: Lights, lamp: int, discs: Discs) -> SourceRow:
     return point_row(lights, lamp, discs, 1 - np.cos(float(lights.angle[lamp]) / 2))._replace(power=None)
 
 
-@part
+@routine
 def emit_spot(emitters, source, u):
     """A direction evenly from the cone, weighed by the falloff, and a place on the disc that faces it.
 

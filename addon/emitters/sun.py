@@ -6,7 +6,7 @@ which is E · 2/(1 + cos(α/2)).
 
 import numpy as np
 
-from ..core.compiling import part
+from ..core.compiling import part, routine
 from ..core.sampling.warps import PI, TWO_PI, at_versine
 from ..core.vec3 import ONE, TWO, ZERO, along, dot, minus, negative, row, times, to_world
 from ..scene import Lights
@@ -27,7 +27,7 @@ def sun_row(lights: Lights, lamp: int, discs: Discs) -> SourceRow:
     return SourceRow(int(lights.kind[lamp]), lamp, cells, power, lights.direction[lamp], versine)
 
 
-@part
+@routine
 def emit_sun(emitters, source, u):
     """A direction uniform over the disc, a place by the nested discs."""
     lamps, lamp = emitters.lamps, emitters.lamp[source]

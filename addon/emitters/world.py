@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..core.compiling import kernel_array, part
+from ..core.compiling import by_reference, kernel_array, part, routine
 from ..core.sampling.cutpoint_table import CutpointTable, cutpoint_table, drawn_place
 from ..core.sampling.warps import PI, TWO_PI, uniform_sphere
 from ..core.vec3 import ONE, ZERO, mul, negative, row, times
@@ -21,6 +21,7 @@ _HALF, _TINY = np.float32(0.5), np.float32(1e-30)
 _EVEN_PDF = np.float32(1 / (4 * np.pi))
 
 
+@by_reference
 class WorldArrays(NamedTuple):
     """A world as kernels take it.
 
@@ -82,7 +83,7 @@ def world_row(world: World, discs: Discs) -> SourceRow:
     return SourceRow(WORLD, -1, (8, 8, 8, 8, len(discs.radii) + 1), world.integral * discs.area_of_region)
 
 
-@part
+@routine
 def emit_world(emitters, source, u):
     """A direction by radiance, a place by the nested discs."""
     towards = sample_world(emitters.world, u[0], u[1])
@@ -92,7 +93,7 @@ def emit_world(emitters, source, u):
     return origin, direction, times(world_radiance(emitters.world, towards), share)
 
 
-@part
+@routine
 def world_radiance(world, direction):
     """Radiance from a direction."""
     if world.height == 0:
@@ -100,7 +101,7 @@ def world_radiance(world, direction):
     return mul(world.color, row(world.pixels, _pixel(world, direction)))
 
 
-@part
+@routine
 def sample_world(world, u, v):
     """A direction, more where the world is bright; see `world_pdf`."""
     if world.height == 0:
@@ -113,7 +114,7 @@ def sample_world(world, u, v):
     return r * np.cos(azimuth), r * np.sin(azimuth), z
 
 
-@part
+@routine
 def world_pdf(world, direction):
     """Density of `sample_world` by solid angle."""
     return _EVEN_PDF if world.height == 0 else world.density[_pixel(world, direction)]

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import part
+from ..core.compiling import by_reference, part
 from ..core.vec3 import put, row
 from ..scene import RayKind
 
@@ -40,6 +40,7 @@ class Photon(NamedTuple):
     kind: np.uint8
 
 
+@by_reference
 class Front(NamedTuple):
     """n photons in flight: the attributes of `Photon` as arrays, (n, 3) and (n,)."""
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import part
+from ..core.compiling import by_reference, part
 from ..core.sampling.warps import PI, uniform_cone
 from ..core.vec3 import ONE, ZERO, dot, minus, to_world
 from ..emitters import Sphere
@@ -26,6 +26,7 @@ MOST_GAIN = np.float32(2)
 _FAR2 = np.float32(FAR**2)
 
 
+@by_reference
 class TargetRegion(NamedTuple):
     """The ball where light is wanted; of radius 0 nothing is directed to it."""
 

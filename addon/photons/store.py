@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import part
+from ..core.compiling import by_reference, part
 from ..core.sampling.octahedral import octahedral_code
 from ..core.vec3 import put
 from .photons import PathKind, Photons
@@ -14,6 +14,7 @@ _DIRECT, _INDIRECT, _CAUSTIC = (int(kind) for kind in PathKind)
 _MARGIN = 1.1  # over the photons that are expected from those that are there
 
 
+@by_reference
 class StoreArrays(NamedTuple):
     """The columns of `Photons`, of which more rows exist than are written."""
 

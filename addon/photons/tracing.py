@@ -9,7 +9,7 @@ import numpy as np
 from ..bsdf import Lobe
 from ..bsdf.mixture import SPECULAR_LOBES
 from ..bsdf.scatter import scatter
-from ..core.compiling import kernel, part
+from ..core.compiling import by_reference, kernel, part
 from ..core.parallel import Workers, slices
 from ..core.sampling.path_numbers import PathNumbers, path_key, two_numbers
 from ..core.vec3 import BLACK, ONE, ZERO, dot, largest, mul, negative, times
@@ -35,6 +35,7 @@ _LINKING = 1  # stream of random numbers: light linking's, beside those of scatt
 _PAIRS = 4  # pairs of random numbers that a path has for each surface
 
 
+@by_reference
 class Rules(NamedTuple):
     """What decides on photons where they meet surfaces.
 
@@ -63,6 +64,7 @@ class Rules(NamedTuple):
     viewers: Viewers
 
 
+@by_reference
 class HitArrays(NamedTuple):
     """Those of `Hits` that kernels need."""
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..core.compiling import kernel_array
+from ..core.compiling import by_reference, kernel_array
 from .materials import Channel, Materials
 from .ray_kinds import RayKind, seen_by
 from .textures import Textures
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .scene import Scene
 
 
+@by_reference
 class ChannelArrays(NamedTuple):
     """A `Channel`: values (m, 3) float32 and textures (m,) int32, −1 for none."""
 
@@ -24,6 +25,7 @@ class ChannelArrays(NamedTuple):
     texture: np.ndarray
 
 
+@by_reference
 class TextureArrays(NamedTuple):
     """`Textures`."""
 
@@ -34,6 +36,7 @@ class TextureArrays(NamedTuple):
     extends: np.ndarray
 
 
+@by_reference
 class ClosureArrays(NamedTuple):
     """`Closures`: those of material m are rows `start[m]` to `start[m + 1]`.
 
@@ -62,6 +65,7 @@ class ClosureArrays(NamedTuple):
     angle_curves: np.ndarray
 
 
+@by_reference
 class MaterialArrays(NamedTuple):
     """`Materials`: closures and channels, and which rows stand for others (m, 10) int32.
 
@@ -82,6 +86,7 @@ class MaterialArrays(NamedTuple):
     two_faced: np.ndarray
 
 
+@by_reference
 class SceneArrays(NamedTuple):
     """Triangles and what they are made of.
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import kernel, part
+from ..core.compiling import kernel, part, routine
 from ..core.vec3 import ONE, ZERO, dot, largest, length, minus, mul, negative, plus, put, row, times, wide
 from .closures import Lobe
 from .ray_kinds import RayKind
@@ -176,11 +176,17 @@ def channel_at(scene, channel, k, triangle, u, v):
     value, image = row(channel.value, k), channel.texture[k]
     if image < 0:
         return value
+    return mul(value, texel_at(scene, image, triangle, u, v))
+
+
+@routine
+def texel_at(scene, image, triangle, u, v):
+    """The nearest texel of an image at a point of a triangle."""
     x, y = uv_at(scene, triangle, u, v)
-    return mul(value, texel(scene.textures, image, x, y))
+    return texel(scene.textures, image, x, y)
 
 
-@part
+@routine
 def weight_of_kind(scene, kind, first, last, triangle, u, v):
     """Sum of the weights of closures `first` to `last` of a kind (`Lobe`): of Lambertian ones the albedo, before what
     layers take.

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import part
+from ..core.compiling import by_reference, part, routine
 from ..core.vec3 import ONE, WHITE, dot, largest, minus, mul, row, times, wide
 from ..scene import RayKind
 from ..scene.hit import barycentrics, corners, is_back, look_up, plane_coordinates, point_at
@@ -17,6 +17,7 @@ ONE_PLACE = 2.0**-21
 """How far apart surfaces may be, over their coordinates: about what float32 cannot tell apart."""
 
 
+@by_reference
 class CoincidentArrays(NamedTuple):
     """Surfaces in one place.
 
@@ -46,7 +47,7 @@ class CoincidentArrays(NamedTuple):
     hidden: np.ndarray
 
 
-@part
+@routine
 def brought_forward(tracing, kind, triangle, u, v):
     """The place (triangle, u, v) of a hit, moved to what emits if that lies there, too, and rays of the kind see it."""
     scene, coincident = tracing.scene, tracing.coincident
@@ -62,7 +63,7 @@ def brought_forward(tracing, kind, triangle, u, v):
     return triangle, u, v
 
 
-@part
+@routine
 def coplanar_occluded(tracing, hit):
     """Whether an opaque surface lies where a `Hit` is, so that no light leaves it.
 
@@ -78,7 +79,7 @@ def coplanar_occluded(tracing, hit):
     return False
 
 
-@part
+@routine
 def left_by_coincident(tracing, triangle, u, v, direction, seen, from_light):
     """Share of light that passes the other surfaces where a ray meets a point of a triangle; see `let_through`."""
     scene, coincident = tracing.scene, tracing.coincident
@@ -91,7 +92,7 @@ def left_by_coincident(tracing, triangle, u, v, direction, seen, from_light):
     return passes
 
 
-@part
+@routine
 def following(tracing, kind, triangle, u, v, first):
     """The triangle in the same place that comes after one, in the order of their numbers, round to that which a ray
     met `first`; −1 after the last, and where rays of the kind see no other.
@@ -109,7 +110,7 @@ def following(tracing, kind, triangle, u, v, first):
     return np.int32(met) if met != first else np.int32(-1)
 
 
-@part
+@routine
 def let_through(scene, triangle, u, v, direction, seen, from_light):
     """Share of light that passes straight through a point of a triangle along a ray, as the kind of rays `seen` has it.
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import kernel, kernel_array, part
+from ..core.compiling import by_reference, kernel, kernel_array, part
 from ..core.sampling.vectors import rows
 from ..core.vec3 import ZERO, length, minus, row, times
 from ..scene import RayKind, Scene
@@ -18,6 +18,7 @@ _TINY = np.float32(1e-30)
 _RAY_FLOATS, _ALIGNED = 24, 64  # of an RTCRayHit; bytes
 
 
+@by_reference
 class Room(NamedTuple):
     """Memory for one ray and its hit (RTCRayHit), as floats, as integers and by its address. Each call of a kernel
     brings its own, so that threads share none.

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import kernel, kernel_array, part
+from ..core.compiling import by_reference, kernel, kernel_array, part, routine
 from ..core.progress import Progress
 from ..core.vec3 import BLACK, ONE, WHITE, largest, length, minus, mul, put, row, times
 from ..scene import RayKind, Scene
@@ -39,6 +39,7 @@ _SHADOW, _DIFFUSE = int(RayKind.SHADOW), int(RayKind.DIFFUSE)
 _TINY = np.float32(1e-30)
 
 
+@by_reference
 class Tracing(NamedTuple):
     """What kernels take to trace rays through a scene.
 
@@ -127,7 +128,7 @@ def visibility(tracing, room, origin, target):
     return transmittance(tracing, room, origin, direction, far, tracing.all_objects, _SHADOW, False)
 
 
-@part
+@routine
 def transmittance(tracing, room, origin, direction, far, blocks, seen, from_light):
     """What surfaces that cast shadows leave of light as far as `far`, of objects (o,) that block; see `let_through`."""
     scene, passes = tracing.scene, WHITE
@@ -145,7 +146,7 @@ def transmittance(tracing, room, origin, direction, far, blocks, seen, from_ligh
     return BLACK
 
 
-@part
+@routine
 def _after(tracing, room, direction, far, kind, passed, first):
     """The surface that a ray meets after the one that it passed: another in the same place, else one beyond.
 

@@ -11,8 +11,10 @@ from photon_bake.addon.bsdf.frames import bump_shadowing, own_normal
 from photon_bake.addon.bsdf.mixture import ALL_LOBES
 from photon_bake.addon.bsdf.scatter import scatter
 from photon_bake.addon.core.vec3 import ONE, put, row
+from photon_bake.addon.receivers import Receivers, on_normal_maps
 from photon_bake.addon.scene import Channel, Closures, Materials, NormalSpace, RayKind, ShadingFrames
 from photon_bake.addon.scene.hit import hit_at
+from photon_bake.addon.tracing import EmbreeTracer
 from photon_bake.tests.core.scenes import plane, scene_of
 
 N = 1 << 17
@@ -120,17 +122,19 @@ def _shadowing(shading, normal, light, out):
 
 
 LEAN = {"space": NormalSpace.WORLD, "normal": unit(0.55, 0.2, 0.8)}
+LITTLE = {"space": NormalSpace.WORLD, "normal": unit(0.2, 0.1, 0.9)}
+"""So little that gloss mirrors no view of the test into the surface, where its normal would depend on the view."""
 MATERIALS = {
     "diffuse": [{"kind": Lobe.DIFFUSE, "weight": 0.8, **LEAN}],
     "translucent": [{"kind": Lobe.TRANSLUCENT, "weight": 0.8, **LEAN}],
-    "rough metal": [{"kind": Lobe.GLOSSY, "roughness": 0.6, **LEAN}],
+    "rough metal": [{"kind": Lobe.GLOSSY, "roughness": 0.6, **LITTLE}],
     "a coat over a bumped base": [
         {"kind": Lobe.DIFFUSE, "weight": 0.8, "layer": 1, **LEAN},
         {"kind": Lobe.GLOSSY, "roughness": 0.5, "f0": 0.3, "f90": 1},
     ],
     "a bumped coat": [
         {"kind": Lobe.DIFFUSE, "weight": 0.8, "layer": 1},
-        {"kind": Lobe.GLOSSY, "roughness": 0.5, "f0": 0.3, "f90": 1, **LEAN},
+        {"kind": Lobe.GLOSSY, "roughness": 0.5, "f0": 0.3, "f90": 1, **LITTLE},
     ],
 }
 
@@ -182,3 +186,15 @@ def test_light_from_behind_the_interpolated_surface_is_no_light():
     light = np.float32([unit(0.9, 0, -0.1), unit(0.9, 0, 0.1), (0, 0, 1)])
     _shadowing(np.float32([[0, 0, 1]]), np.float32([unit(0.7, 0, 0.7)]), light, out)
     assert out[0] == 0 and 0 < out[1] < 1 and out[2] == 1
+
+
+def test_receivers_over_a_normal_map_take_its_normal():
+    scene = floor({"kind": Lobe.DIFFUSE, **LITTLE})
+    position = np.float32([[0.1, 0.2, 0.001], [0.3, -0.2, 0.5]])
+    up = np.tile(np.float32([0, 0, 1]), (2, 1))
+    receivers = Receivers(position, up, np.full(2, 0.1, np.float32))
+    found = on_normal_maps(receivers, scene, EmbreeTracer(scene))
+    np.testing.assert_allclose(found.normal, [LITTLE["normal"], (0, 0, 1)], atol=1e-6)
+    assert found.base_normal is receivers.normal
+    plain = scene_of(*plane())
+    assert on_normal_maps(receivers, plain, EmbreeTracer(plain)) is receivers

@@ -32,6 +32,47 @@ if __name__ == "__main__":
 """
 
 
+TUPLES = """
+from typing import NamedTuple
+import numpy as np
+from photon_bake.addon.core.compiling import by_reference, kernel, routine
+
+@by_reference
+class Inner(NamedTuple):
+    values: np.ndarray
+    scale: np.float32
+
+@by_reference
+class Outer(NamedTuple):
+    inner: Inner
+    corner: tuple
+    rows: np.ndarray
+    yes: bool
+
+@routine
+def scaled(inner, i):
+    return inner.values[i] * inner.scale
+
+@kernel
+def fill(outer, out):
+    for i in range(len(out)):
+        outer.rows[i, 1] = scaled(outer.inner, i) + outer.corner[2]
+        out[i] = outer.rows[i, 1] if outer.yes else np.float32(0)
+
+if __name__ == "__main__":
+    for scale, yes in ((2, True), (3, True), (3, False)):
+        inner = Inner(np.arange(4, dtype=np.float32), np.float32(scale))
+        outer = Outer(inner, (np.float32(0), np.float32(0), np.float32(5)), np.zeros((4, 2), np.float32), yes)
+        out = np.empty(4, np.float32)
+        fill(outer, out)
+        expected = scale * np.arange(4) + 5
+        assert out.tolist() == (expected * yes).tolist()
+        assert outer.rows[:, 1].tolist() == expected.tolist()
+    kinds = getattr(fill, "dispatcher", None)
+    assert kinds is None or len(kinds.signatures) == 1
+"""
+
+
 @pytest.fixture
 def seconds(tmp_path):
     """Run a kernel in a process of its own, which keeps kernels in a folder; returns the seconds that it compiled."""
@@ -52,6 +93,17 @@ def test_a_kernel_is_compiled_once(seconds, tmp_path):
     assert seconds(folder) > 0
     assert len(list(folder.iterdir())) == 1
     assert seconds(folder) == 0
+
+
+@pytest.mark.parametrize("disabled", ["0", "1"])
+def test_a_tuple_by_reference_has_its_members(tmp_path, disabled):
+    """Also in a process that takes the kernel from disk."""
+    module = tmp_path / "tuples.py"
+    module.write_text(TUPLES)
+    environment = {**os.environ, "PHOTON_BAKE_KERNELS": str(tmp_path / "kernels"), "NUMBA_DISABLE_JIT": disabled}
+    for _ in range(2):
+        done = subprocess.run([sys.executable, module], env=environment, capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stderr
 
 
 def test_without_a_folder_kernels_are_compiled_anew(seconds, tmp_path):

@@ -15,8 +15,9 @@ from ..warn import Warnings
 from .lamps.lamps import in_light_group, light_group_of
 from .lamps.light_links import Placed, link_lights
 from .lamps.world import WorldReading, light_group_of_world, read_world
-from .materials.materials import READING, MaterialTable, Tangents
+from .materials.materials import READING, MaterialTable
 from .materials.pictures.missing_files import warn_of_missing_files
+from .materials.stretches import Tangents
 from .meshes.meshes import LocalMesh, count_triangles, read_mesh
 from .meshes.placing import Model, Models, PlacedMeshes
 from .meshes.tangents import corner_tangents, tangents_around

@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiling import part
+from ..compiling import by_reference, part
 
 
+@by_reference
 class CutpointTable(NamedTuple):
     """r rows of n cells, each row with chances of its own.
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiling import part
+from ...core.compiling import by_reference, part
 from ...core.sampling.warps import uniform_disk
 from ...core.vec3 import ONE, TWO, along, dot, frame, minus, plus, times
 from ...scene import Scene
@@ -19,6 +19,7 @@ from .regions import Sphere, bounding_sphere
 _CLOSE = np.float32(1 - 1e-6)
 
 
+@by_reference
 class Discs(NamedTuple):
     """The nested discs, and the balls that they lie around: centres as triples and radii, float32, m.
 

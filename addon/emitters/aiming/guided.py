@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiling import part
+from ...core.compiling import by_reference, part
 from ...core.vec3 import ONE
 
 _BELOW_ONE = np.float32(1 - 2**-24)
@@ -34,6 +34,7 @@ class Guide:
         return Guide(np.ones((1, 1, 1, 1, 1)))
 
 
+@by_reference
 class GuideCells(NamedTuple):
     """The cells of s sources.
 

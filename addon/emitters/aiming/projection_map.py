@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiling import kernel, kernel_array, part
+from ...core.compiling import by_reference, kernel, kernel_array, part
 from ...core.sampling.warps import at_versine, uniform_disk
 from ...core.vec3 import ONE, TWO, ZERO, dot, length, minus, narrow, plus, put, row, times, to_world, wide
 
@@ -26,6 +26,7 @@ class ProjectionMap:
     radius: np.ndarray
 
 
+@by_reference
 class Balls(NamedTuple):
     """The balls of the projection maps of s sources: those of each from `start` to `stop`, (s,) int32."""
 

@@ -22,7 +22,8 @@ def direct_irradiance(scene: Scene, direct: DirectLight, receivers: Receivers, w
 
     def estimate(chunk: slice, _: np.random.Generator) -> np.ndarray:
         at = receivers.position[chunk], receivers.normal[chunk], of_receiver[chunk]
-        return direct.mean_irradiance(*at, N_SAMPLES, key, chunk.start)
+        bases = None if receivers.base_normal is None else receivers.base_normal[chunk]
+        return direct.mean_irradiance(*at, N_SAMPLES, key, chunk.start, bases=bases)
 
     irradiance = np.zeros((len(receivers), 3), np.float32)
     for chunk, value in workers.chunks(_STAGE, len(receivers), _CHUNK, estimate, (_AT_RECEIVERS,)):

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...bsdf.frames import bump_shadowing
 from ...core.compiling import kernel, kernel_array
 from ...core.vec3 import BLACK, ONE, ZERO, direction_to, dot, mul, plus, put, row, times
 from ...emitters import Source
@@ -15,7 +16,7 @@ from ...tracing import Hits, TransparencyTracer
 from ...tracing.embree import new_ray
 from .lamp_choice import lamp_grid
 from .sampling import MAX_CANDIDATES, DirectArrays, met_radiance, sample_emitters
-from .visible import direct_light, visible_share
+from .visible import arriving, visible_share
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,7 @@ class DirectLight:
         key: np.uint64,
         first: int = 0,
         with_sky: bool = True,
+        bases: np.ndarray | None = None,
     ) -> np.ndarray:
         """Mean of some estimates of the direct irradiance at each point, (n, 3) float32, W/m².
 
@@ -114,9 +116,12 @@ class DirectLight:
         ----------
         key, first
             Of the random numbers (`path_key`), and the number of the first point among those that share the key.
+        bases : (n, 3) float32, optional
+            The points' `base_normal`.
         """
         irradiance = np.empty((len(positions), 3), np.float32)
-        at, how = _points(positions, normals, objects), (n_samples, with_sky, key, first)
+        bases = np.zeros((0, 3), np.float32) if bases is None else kernel_array(bases, np.float32)
+        at, how = (*_points(positions, normals, objects), bases), (n_samples, with_sky, key, first)
         _light_many(self.arrays, self.tracer.arrays, new_ray(), *at, *how, irradiance)
         return irradiance
 
@@ -175,12 +180,17 @@ def _key(random: np.random.Generator) -> np.uint64:
 
 
 @kernel
-def _light_many(direct, tracing, room, positions, normals, objects, n_samples, with_sky, key, first, irradiance):
+def _light_many(direct, tracing, room, positions, normals, objects, bases, n_samples, with_sky, key, first, irradiance):
     for k in range(len(positions)):
         position, normal, total = row(positions, k), row(normals, k), BLACK
         for path in range((first + k) * n_samples, (first + k + 1) * n_samples):
-            light = direct_light(direct, tracing, room, position, normal, objects[k], key, path, 0, with_sky)
-            total = plus(total, light)
+            way, light, other, met = arriving(
+                direct, tracing, room, position, normal, objects[k], key, path, 0, with_sky
+            )
+            if len(bases) > 0:
+                light = times(light, bump_shadowing(row(bases, k), normal, way))
+                met = times(met, bump_shadowing(row(bases, k), normal, other))
+            total = plus(total, plus(light, met))
         put(irradiance, k, times(total, ONE / np.float32(n_samples)))
 
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiling import part
+from ...core.compiling import by_reference, part
 from ...core.sampling.cutpoint_table import CutpointTable, chance_of, cutpoint_table, drawn_cell
 from ...core.vec3 import minus
 from ...emitters.area import areas_of
@@ -16,6 +16,7 @@ _EVEN = 0.25
 """Share of the chance that all lamps have alike: cells know nothing of normals, cones and shadows."""
 
 
+@by_reference
 class LampGrid(NamedTuple):
     """Lamps' chances by the irradiance that each gives in the cells of a grid over the scene.
 

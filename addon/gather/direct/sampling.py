@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiling import part
+from ...core.compiling import by_reference, part, routine
 from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, ZERO, along, dot, mean, row, times
 from ...emitters.lamps import LampArrays, lights_object, sample_lamp
@@ -32,6 +32,7 @@ _DIFFUSE_RAY = int(RayKind.DIFFUSE)
 _PER_PI, _TINY, _BELOW_ONE = np.float32(1 / np.pi), np.float32(1e-30), np.float32(1 - 2**-24)
 
 
+@by_reference
 class DirectArrays(NamedTuple):
     """All that direct light comes from.
 
@@ -61,7 +62,7 @@ class DirectArrays(NamedTuple):
     blockers: np.ndarray
 
 
-@part
+@routine
 def sample_emitters(direct, scene, position, normal, object_, rays_own, key, path, i):
     """A point of an emitter, and the irradiance that it stands for if nothing is between.
 
@@ -129,7 +130,7 @@ def _candidate(direct, scene, cell, position, normal, object_, rays_own, place, 
     return target, times(light, cosine / chance), of
 
 
-@part
+@routine
 def met_radiance(direct, scene, triangle, distance, u, v, direction, normal):
     """Radiance that a cosine-weighted ray meets and that is its own: of emissive triangles, and of the world.
 

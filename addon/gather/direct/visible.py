@@ -3,14 +3,14 @@
 from ...core.compiling import part
 from ...core.sampling.path_numbers import two_numbers
 from ...core.sampling.warps import PI, cosine_hemisphere
-from ...core.vec3 import BLACK, direction_to, minus, mul, plus, times, to_world
+from ...core.vec3 import BLACK, direction_to, minus, mul, times, to_world
 from ...scene import RayKind
 from ...tracing.embree import SHORT_OF_TARGET
 from ...tracing.transparency import closest_hit, transmittance, visibility
 from .sampling import N_PAIRS, met_radiance, sample_emitters, unsampled_sky
 
 N_PAIRS_OF_LIGHT = N_PAIRS + 1
-"""Pairs of a path's numbers that `direct_light` uses up."""
+"""Pairs of a path's numbers that `arriving` uses up."""
 
 _DIFFUSE, _SHADOW = int(RayKind.DIFFUSE), int(RayKind.SHADOW)
 
@@ -27,8 +27,8 @@ def visible_share(direct, tracing, room, lamp, position, target):
 
 
 @part
-def direct_light(direct, tracing, room, position, normal, object_, key, path, i, with_sky=False):
-    """One estimate of the direct irradiance at a point, W/m².
+def arriving(direct, tracing, room, position, normal, object_, key, path, i, with_sky=False):
+    """One estimate of the direct irradiance at a point, W/m², in two parts: by a point of an emitter, and by a ray.
 
     Parameters
     ----------
@@ -38,16 +38,11 @@ def direct_light(direct, tracing, room, position, normal, object_, key, path, i,
         The first of `N_PAIRS_OF_LIGHT` pairs of the path's numbers.
     with_sky : bool
         With the light of a constant world.
-    """
-    arrived = arriving(direct, tracing, room, position, normal, object_, key, path, i, with_sky)
-    return plus(arrived[1], arrived[3])
 
-
-@part
-def arriving(direct, tracing, room, position, normal, object_, key, path, i, with_sky=False):
-    """The two parts of `direct_light`, by a point of an emitter and by a ray: the direction and the irradiance of each.
-
-    Without any light a direction is undefined.
+    Returns
+    -------
+    towards, light, direction, met : triples
+        Where each part comes from, undefined where it is black, and its irradiance.
     """
     target, light, lamp, lit = sample_emitters(direct, tracing.scene, position, normal, object_, True, key, path, i)
     if lit:

@@ -4,13 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiling import kernel, part
+from ...core.compiling import by_reference, kernel, part
 from ...core.vec3 import minus, mul, row
 
 _BITS = 20  # of a point's place along each axis
 _STEPS = 1 << _BITS
 
 
+@by_reference
 class PointRows(NamedTuple):
     """Points in rows along x, which are `side` high and wide (or more, of scenes that are very large for it).
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiling import kernel, part
+from ...core.compiling import by_reference, kernel, part
 from ...core.parallel import Workers
 from ...core.vec3 import ONE, dot, mean, minus, mul, plus, row, times
 from ...photons import Photons
@@ -61,6 +61,7 @@ class Splatted:
     radius: np.ndarray
 
 
+@by_reference
 class Splats(NamedTuple):
     """Photons for kernels: position, unit normal (p, 3) float32, m, and radius (p,) float32, m."""
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiling import kernel, part
+from ...core.compiling import by_reference, kernel, part
 from ...core.vec3 import ONE
 from ...scene import Scene
 from ...scene.z_curve import z_curve
@@ -171,6 +171,7 @@ class SurfaceElements:
         return found
 
 
+@by_reference
 class ElementArrays(NamedTuple):
     """Elements as kernels take them; see `SurfaceElements`.
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiling import part
+from ...core.compiling import by_reference, part
 from .elements import ElementArrays, SurfaceElements, element_at
 
 NEAR = 1.0
@@ -23,6 +23,7 @@ A larger number is more accurate and slower, as more rays have to be followed on
 """
 
 
+@by_reference
 class CacheArrays(NamedTuple):
     """A radiance cache as kernels take it.
 

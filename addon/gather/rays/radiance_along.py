@@ -36,7 +36,7 @@ from ...bsdf.mixture import (
     weight_received,
 )
 from ...bsdf.scatter import axis_at, lit_normal, scatter
-from ...core.compiling import part
+from ...core.compiling import by_reference, part
 from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, largest, mul, negative, plus, row, times, to_local
 from ...emitters.lamps import radiance_of_lamps
@@ -61,6 +61,7 @@ _DIFFUSE_LIGHT, _GLOSSY_LIGHT = 3, 20  # the first of those that draw lights
 _PER_PI, _INFINITY = np.float32(1 / np.pi), np.float32(np.inf)
 
 
+@by_reference
 class RayLight(NamedTuple):
     """What gather rays bring: the cache, and direct light for where that is not asked."""
 

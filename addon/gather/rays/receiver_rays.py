@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...bsdf.frames import bump_shadowing
-from ...core.compiling import kernel
+from ...core.compiling import by_reference, kernel
 from ...core.sampling.path_numbers import two_numbers
 from ...core.sampling.warps import cosine_hemisphere, cosine_uniform_mixture
 from ...core.vec3 import ONE, TWO, dot, put, row, times, to_world
@@ -18,6 +18,7 @@ _HALF = np.float32(0.5)
 _SHIFT = 1 << 15  # of a path's pairs of numbers, the one that shifts a batch's directions
 
 
+@by_reference
 class RaySums(NamedTuple):
     """What the rays of r receivers met, summed over batches; see `Records`.
 

@@ -4,13 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiling import kernel, part
+from ...core.compiling import by_reference, kernel, part
 from ...core.sampling.octahedral import octahedral_vector
 from ...core.vec3 import ONE, TWO, dot, length, minus, put, row
 
 _LEAST_DEPTH = np.float32(1e-30)
 
 
+@by_reference
 class MapArrays(NamedTuple):
     """The arrays of `CubeMaps`, for kernels."""
 

@@ -23,7 +23,7 @@ from .expressions import Evaluator, UnreadableError, default_value, no_images
 from .nodes import FROM_FRONT, Place, Value, View, differing_views, output_node, source, uses_nodes
 from .own_normals import Normals, OwnNormal
 from .pictures.images import ImageTable
-from .stretches import TangentSource, tangent_sources
+from .stretches import Tangents, TangentSource, tangent_sources
 from .sums import ShaderSum, matte
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of
 
@@ -31,22 +31,6 @@ READING = "Reading the scene"
 
 DEFAULT_GREY = 0.8
 """Cycles' albedo where there is no material."""
-
-
-@dataclass(frozen=True)
-class Tangents:
-    """Tangents that a material needs.
-
-    Attributes
-    ----------
-    normals : str or None
-        The UV map whose tangents give its normals, empty for the active one; None where none do.
-    stretched : TangentSource or None
-        Where those come from along which facets are stretched; None where none are.
-    """
-
-    normals: str | None
-    stretched: TangentSource | None
 
 
 class MaterialTable:

@@ -35,6 +35,22 @@ class TangentSource:
     axis: str = "Z"
 
 
+@dataclass(frozen=True)
+class Tangents:
+    """Tangents that a material needs.
+
+    Attributes
+    ----------
+    normals : str or None
+        The UV map whose tangents give its normals, empty for the active one; None where none do.
+    stretched : TangentSource or None
+        Where those come from along which facets are stretched; None where none are.
+    """
+
+    normals: str | None
+    stretched: TangentSource | None
+
+
 def stretch_of(kind: str, value: Callable[[str], np.ndarray]) -> np.ndarray:
     """The stretch of a shader's facets as `Closures` has it, (h, w, 3), by the values of its sockets."""
     if kind not in SOCKETS:

@@ -127,20 +127,23 @@ class _Batch:
         self.mirrored = np.linalg.det(self.matrices[:, :3, :3]) < 0
         self.unit_normals = np.empty((self.normals.n, 3), np.float32)
         self._normal_matrices = normal_matrices(self.matrices)
+        self._normal_lengths = np.empty(self.normals.n if models.tangents is not None else 0, np.float32)
         _in_chunks(self.normals.n, self._place_normals)
 
     def _place_normals(self, chunk: slice) -> None:
         copy, row = self.normals.rows(chunk)
-        self.unit_normals[chunk] = unit(turned(self.models.normals.take(row, 0), self._normal_matrices, copy))
+        normals = turned(self.models.normals.take(row, 0), self._normal_matrices, copy)
+        self.unit_normals[chunk] = unit(normals)
+        if self.models.tangents is not None:
+            self._normal_lengths[chunk] = np.linalg.norm(normals, axis=0)
 
-    def tangents(self, copy: np.ndarray, row: np.ndarray) -> np.ndarray:
+    def tangents(self, copy: np.ndarray, row: np.ndarray, normal_of_corner: np.ndarray) -> np.ndarray:
         """Tangents of triangles of copies beside normals of length 1 in the world, (r, 3, 3, 3) float32."""
         assert self.models.tangents is not None
         matrices = self._normal_matrices[np.broadcast_to(copy, row.shape)]
-        normals = self.models.normals.take(self.models.normal_of_corner.take(row, 0), 0)
-        length = np.linalg.norm(np.einsum("rij,rcj->rci", matrices, normals), axis=2)
         tangents = np.einsum("rij,rckj->rcki", matrices, self.models.tangents.take(row, 0))
-        return (tangents / np.maximum(length, 1e-30)[..., None, None]).astype(np.float32)
+        lengths = np.maximum(self._normal_lengths.take(normal_of_corner), 1e-30)
+        return (tangents / lengths[..., None, None]).astype(np.float32)
 
     def positions(self, chunk: slice) -> np.ndarray:
         """Vertices in the world, (r, 3) float32; NaN where one is not finite or too far out."""
@@ -232,7 +235,8 @@ class PlacedMeshes:
         if models.uvs is not None:
             self.corner_uvs[into] = _rewound(models.uvs.take(row, 0), mirrored)
         if models.tangents is not None and self.corner_tangents is not None:
-            self.corner_tangents[into] = _rewound(batch.tangents(copy, row), mirrored)
+            tangents = batch.tangents(copy, row, _rewound(normal_of_corner, mirrored))
+            self.corner_tangents[into] = _rewound(tangents, mirrored)
 
     def drop_degenerate(self) -> np.ndarray:
         """Drop the triangles without an area, the objects that have no others, and the room that was not needed.

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....core.compiling import kernel_array, part
+from ....core.compiling import by_reference, kernel_array, part
 from ....core.parallel import Workers
 from ....core.sampling.streams import stream
 from ....core.sampling.vectors import dot
@@ -19,6 +19,7 @@ _N_POINTS = 4  # of a cell, where visibility is looked at
 _STREAM = 51
 
 
+@by_reference
 class MapIndexArrays(NamedTuple):
     """The arrays of a `MapIndex`, for kernels."""
 
