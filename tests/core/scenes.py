@@ -3,9 +3,15 @@
 from dataclasses import fields, replace
 
 import numpy as np
+from photon_bake.addon.core.compiling import jit
 from photon_bake.addon.receivers import Receivers
 from photon_bake.addon.scene import LightKind, Lights, Materials, Scene, SceneObjects, World
 from scipy import stats
+
+
+def fewer(n):
+    """So many samples; where kernels run as plain Python, a 256th, for tests whose bounds follow the noise."""
+    return n if jit() else max(n >> 8, 100)
 
 
 def scene_of(vertices, triangles, albedo=0.5, emission=0.0, lights=None, world=0.0, material=None, hidden=()) -> Scene:
