@@ -22,7 +22,7 @@ python_of = $(shell $(BIN)/python -c 'import sys; print("%d.%d" % sys.version_in
 # pytest's status 5, no tests, is fine where ARGS choose among them.
 none_chosen = { [ $$? -eq 5 ] && [ -n "$(ARGS)" ]; }
 
-.PHONY: help env bake test test-web test-long lint types test-core test-plain test-host bench zip format clean
+.PHONY: help env bake test test-web test-long lint types test-core test-plain test-host mutants bench zip format clean
 help:
 	@echo 'make bake                    bake the demo scene and render it: build/demo.png'
 	@echo 'make bake SCENE=x.blend ARGS="--quality high --save y.blend --report r.json"'
@@ -32,6 +32,7 @@ help:
 	@echo 'make test                    lint, types, core tests, host tests; ARGS="-k name" goes to pytest'
 	@echo 'make test-long               the tests that it leaves out, since they are slow and rarely break'
 	@echo 'make test-web                glTF with baked light in three.js, against Cycles: needs node and a Chromium'
+	@echo 'make mutants                 which small changes to formulas no test notices; ARGS go to tests/mutants.py'
 	@echo 'make bench                   speed; ARGS go to tests/bench/run.py'
 	@echo 'make zip                     the extension for every Blender and platform, into dist/; ARGS="--platform linux-x64"'
 	@echo 'make lint, format, clean     ruff; ruff, changing files; removes build/, dist/ and caches (not $(VENV))'
@@ -93,11 +94,12 @@ test-core: env
 	@$(BIN)/python -m pytest tests/core $(ARGS) || $(none_chosen)
 
 # A part of what each of these runs by itself: NUMBA_DISABLE_JIT=1 make test-core, NUMBA_BOUNDSCHECK=1 make test-core.
+# Kernels that check their indices are compiled anew: for a bake that takes over a minute.
 test-plain: env
 	@$(call say,'Core tests: kernels as plain Python')
 	@NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest tests/core -m 'plain and not minutes' $(ARGS) || $(none_chosen)
 	@$(call say,'Core tests: kernels that check their indices')
-	@NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest tests/core -m 'plain and not minutes' $(ARGS) || $(none_chosen)
+	@NUMBA_BOUNDSCHECK=1 $(BIN)/python -m pytest tests/core -m 'plain and not minutes' -k 'not every_stage' $(ARGS) || $(none_chosen)
 
 ifeq ($(BLENDER),)
 test-host: env
@@ -114,6 +116,13 @@ test-host: env $(VENV)/pytest-blender
 		BLENDER_USER_RESOURCES="$$resources" PYTHONPATH=$(VENV)/pytest-blender $(BIN)/python -m pytest \
 		-p pytest-blender --blender-executable '$(BLENDER)' tests/host $(ARGS) -- --factory-startup || $(none_chosen)
 endif
+
+$(VENV)/mutants: | env
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check --target $@ 'cosmic-ray==8.7.*'
+
+mutants: env $(VENV)/mutants
+	@$(call say,'Mutants')
+	@PYTHONPATH=$(VENV)/mutants $(BIN)/python tests/mutants.py $(ARGS)
 
 bench: env
 	@$(call say,'Bench')

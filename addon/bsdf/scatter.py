@@ -177,7 +177,7 @@ def _gone_on(scene, hit, axis, wi, cos, weight, lobe, specular, rough):
     if lobe in (GLOSSY, GLOSSY_TOON):
         kind = _GLOSSY_RAY
     elif lobe in (GLASS, PANE):
-        kind = _TRANSMITTED_RAY
+        kind = _GLOSSY_RAY if side > ZERO else _TRANSMITTED_RAY  # what glass reflects, objects see as gloss
     origin = off_surface(scene, hit, side)
     return Scattered(alive, origin, onward, weight, lobe, np.int32(kind), specular, rough)
 

@@ -49,7 +49,7 @@ def area_row(lights: Lights, lamp: int, discs: Discs) -> SourceRow:
 def emit_area(emitters, source, u):
     """A place uniform by area, a cosine-weighted direction within the spread, or one of the cone around the scene."""
     lamps, lamp = emitters.lamps, emitters.lamp[source]
-    origin, axis = _place(lamps, lamp, u[2], u[3]), row(lamps.direction, lamp)
+    origin, axis = place_on_area(lamps, lamp, u[2], u[3]), row(lamps.direction, lamp)
     if emitters.aims[source]:
         versine, to_scene = cone_to_ball(emitters.discs.whole, emitters.discs.whole_radius, origin, ZERO)
         direction, per_density = (
@@ -63,7 +63,7 @@ def emit_area(emitters, source, u):
     aimed, _ = halved(emitters.balls, source, u[4])
     direction, per_density = redirected(emitters.balls, source, aimed, u[0], u[1], origin, ZERO, direction, per_density)
     cosine = max(dot(direction, axis), ZERO)
-    share = area_of(lamps, lamp) * cosine * per_density * _spread_falloff(lamps, lamp, direction, cosine)
+    share = area_of(lamps, lamp) * cosine * per_density * spread_falloff(lamps, lamp, direction, cosine)
     return origin, direction, times(row(lamps.emission, lamp), share)
 
 
@@ -79,13 +79,13 @@ def sample_area(lamps, lamp, position, u, v):
         # Little of the lamp shines at this position: points of that part
         x, y = uniform_disk(u, v)
         foot = minus(position, times(axis, height))
-        target = plus(foot, _across(lamps, lamp, x * radius, y * radius))
-        area = PI * radius * radius if _contains(lamps, lamp, target) else ZERO
+        target = plus(foot, across(lamps, lamp, x * radius, y * radius))
+        area = PI * radius * radius if contains(lamps, lamp, target) else ZERO
     else:
-        target = _place(lamps, lamp, u, v)
+        target = place_on_area(lamps, lamp, u, v)
     way, distance = direction_to(position, target)
     cosine = max(-dot(way, axis), ZERO)
-    return target, way, area * cosine / (distance * distance) * _spread_falloff(lamps, lamp, times(way, -ONE), cosine)
+    return target, way, area * cosine / (distance * distance) * spread_falloff(lamps, lamp, times(way, -ONE), cosine)
 
 
 @part
@@ -95,8 +95,8 @@ def meet_area(lamps, lamp, origin, direction):
     cosine, height = -dot(direction, axis), dot(minus(origin, row(lamps.position, lamp)), axis)
     met, cosine = cosine > _LEAST_COSINE and height > ZERO, max(cosine, _LEAST_COSINE)
     distance = max(height, ZERO) / cosine
-    met = met and _contains(lamps, lamp, along(origin, distance, direction))
-    share = _spread_falloff(lamps, lamp, times(direction, -ONE), cosine)
+    met = met and contains(lamps, lamp, along(origin, distance, direction))
+    share = spread_falloff(lamps, lamp, times(direction, -ONE), cosine)
     return met, distance, share, distance * distance / max(area_of(lamps, lamp) * cosine, _TINY)
 
 
@@ -108,23 +108,23 @@ def area_of(lamps, lamp):
 
 
 @part
-def _place(lamps, lamp, u, v):
+def place_on_area(lamps, lamp, u, v):
     """A point uniform by area."""
     x, y = u - _HALF, v - _HALF
     if lamps.kind[lamp] == _ELLIPSE:
         a, b = uniform_disk(u, v)
         x, y = _HALF * a, _HALF * b
-    return plus(row(lamps.position, lamp), _across(lamps, lamp, x * lamps.size[lamp, 0], y * lamps.size[lamp, 1]))
+    return plus(row(lamps.position, lamp), across(lamps, lamp, x * lamps.size[lamp, 0], y * lamps.size[lamp, 1]))
 
 
 @part
-def _across(lamps, lamp, x, y):
+def across(lamps, lamp, x, y):
     """A way across the lamp's plane."""
     return plus(times(row(lamps.axis_x, lamp), x), times(row(lamps.axis_y, lamp), y))
 
 
 @part
-def _contains(lamps, lamp, position):
+def contains(lamps, lamp, position):
     """Whether a point of the lamp's plane lies on the lamp."""
     offset = minus(position, row(lamps.position, lamp))
     x = abs(dot(offset, row(lamps.axis_x, lamp))) / lamps.size[lamp, 0]
@@ -133,7 +133,7 @@ def _contains(lamps, lamp, position):
 
 
 @part
-def _spread_falloff(lamps, lamp, direction, cosine):
+def spread_falloff(lamps, lamp, direction, cosine):
     """Share of the radiance that goes in a direction, at a cosine from the axis."""
     if lamps.tan_spread[lamp] == _INFINITY:
         return ONE

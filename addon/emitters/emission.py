@@ -18,8 +18,9 @@ from .aiming.projection_map import Balls
 from .area import emit_area
 from .lamps import LampArrays
 from .mesh import MeshArrays, emit_mesh
+from .patterns.emit import emit_pattern
 from .point import emit_point
-from .row import MESH, WORLD
+from .row import MESH, PATTERN, WORLD
 from .spot import emit_spot
 from .sun import emit_sun
 from .world import WorldArrays, emit_world
@@ -77,6 +78,8 @@ def emit(emitters, source, u0, u1, u2, u3, u4):
         origin, direction, flux, object_ = emit_mesh(emitters, source, u)
     elif kind == WORLD:
         origin, direction, flux = emit_world(emitters, source, u)
+    elif kind == PATTERN:
+        origin, direction, flux = emit_pattern(emitters, source, u)
     else:
         origin, direction, flux = emit_area(emitters, source, u)
     return origin, direction, times(flux, ONE / density), object_

@@ -10,15 +10,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import by_reference, kernel_array, part, routine
-from ..core.vec3 import BLACK, ZERO, dot, minus, plus, row, times
+from ..core.vec3 import BLACK, ZERO, along, dot, length, minus, negative, plus, row, times
 from ..scene import LightKind, Lights, RayKind
 from .area import meet_area, sample_area, spread_columns
+from .patterns.arrays import PatternArrays, pattern_arrays
+from .patterns.pattern import emission_towards
 from .point import meet_point, sample_point
 from .spot import meet_spot, sample_spot
 from .sun import meet_sun, sample_sun
 
 _POINT, _SPOT, _SUN = int(LightKind.POINT), int(LightKind.SPOT), int(LightKind.SUN)
-_TRANSMITTED = int(RayKind.TRANSMITTED)
 _INFINITY = np.float32(np.inf)
 
 
@@ -28,6 +29,8 @@ class LampArrays(NamedTuple):
 
     Attributes
     ----------
+    seen : (5, l) bool
+        Whose light surfaces scatter by the lobes that rays of each `RayKind` follow.
     versine : (l,) float32
         1 − cos of half of `angle`, with all the digits of narrow cones.
     reach : (l,) float32, m
@@ -38,6 +41,8 @@ class LampArrays(NamedTuple):
         Rays can meet the lamp.
     illuminates : (l, o) bool
         (0, 0) where every lamp lights all.
+    patterns : PatternArrays
+        What nodes do to their light.
     """
 
     kind: np.ndarray
@@ -51,8 +56,7 @@ class LampArrays(NamedTuple):
     sphere: np.ndarray
     blend: np.ndarray
     stretch: np.ndarray
-    seen_in_gloss: np.ndarray
-    seen_through_glass: np.ndarray
+    seen: np.ndarray
     versine: np.ndarray
     reach: np.ndarray
     tan_spread: np.ndarray
@@ -60,29 +64,39 @@ class LampArrays(NamedTuple):
     sin2_spread: np.ndarray
     has_size: np.ndarray
     illuminates: np.ndarray
+    patterns: PatternArrays
 
 
 def lamp_arrays(lights: Lights) -> LampArrays:
     """The arrays of a scene's lamps."""
     f, b = np.float32, np.bool_
-    dtypes = {"kind": np.int32, "sphere": b, "seen_in_gloss": b, "seen_through_glass": b}
-    columns = {name: kernel_array(getattr(lights, name), dtypes.get(name, f)) for name in LampArrays._fields[:13]}
+    dtypes = {"kind": np.int32, "sphere": b}
+    columns = {name: kernel_array(getattr(lights, name), dtypes.get(name, f)) for name in LampArrays._fields[:11]}
     linked = np.zeros((0, 0), b) if lights.illuminates is None else lights.illuminates
     half, is_sun = lights.angle.astype(np.float64) / 2, lights.kind == LightKind.SUN
     reach = np.where(is_sun, np.sin(half), lights.radius + np.linalg.norm(lights.size, axis=1) / 2)
     return LampArrays(
         **columns,
+        seen=np.stack([lights.seen_by(kind) for kind in RayKind]),
         versine=(2 * np.sin(half / 2) ** 2).astype(f),
         reach=reach.astype(f),
         **spread_columns(lights.spread),
         has_size=kernel_array(has_size(lights), b),
         illuminates=kernel_array(linked, b),
+        patterns=pattern_arrays(lights),
     )
 
 
 def has_size(lights: Lights) -> np.ndarray:
     """Which lamps rays can meet, (l,) bool."""
-    return (lights.radius > 0) | (lights.size > 0).all(axis=1) | ((lights.kind == LightKind.SUN) & (lights.angle > 0))
+    return lights.met_by_rays & _extended(lights)
+
+
+def _extended(lights: Lights) -> np.ndarray:
+    extended: np.ndarray = (
+        (lights.radius > 0) | (lights.size > 0).all(axis=1) | ((lights.kind == LightKind.SUN) & (lights.angle > 0))
+    )
+    return extended
 
 
 @routine
@@ -102,7 +116,8 @@ def sample_lamp(lamps, lamp, position, normal, u, v, far):
         target, way, share = sample_sun(lamps, lamp, position, u, v, far)
     else:
         target, way, share = sample_area(lamps, lamp, position, u, v)
-    return target, times(row(lamps.emission, lamp), share * max(dot(way, normal), ZERO))
+    emission = emission_towards(lamps, lamp, target, negative(way), length(minus(target, position)))
+    return target, times(emission, share * max(dot(way, normal), ZERO))
 
 
 @part
@@ -134,20 +149,20 @@ def meet_lamp(lamps, lamp, origin, direction):
         met, distance, share, density = meet_area(lamps, lamp, origin, direction)
     if not met:
         return _INFINITY, BLACK, _INFINITY
-    return distance, times(row(lamps.emission, lamp), share), density
+    emission = emission_towards(lamps, lamp, along(origin, distance, direction), negative(direction), distance)
+    return distance, times(emission, share), density
 
 
 @routine
 def radiance_of_lamps(lamps, origin, direction, distance, kind, object_, least_density):
     """Radiance of all lamps that a ray meets before a distance, W/(m² sr).
 
-    Lamps may be hidden from glossy and transmitted rays (`RayKind`), and from the object (−1: none) that the ray starts
+    Lamps may be hidden from rays of a kind (`RayKind`), and from the object (−1: none) that the ray starts
     from. Lamps whose density (`meet_lamp`) is not below `least_density` are left out.
     """
     radiance = BLACK
     for lamp in range(len(lamps.kind)):
-        seen = lamps.seen_through_glass[lamp] if kind == _TRANSMITTED else lamps.seen_in_gloss[lamp]
-        if seen and lamps.has_size[lamp] and lights_object(lamps, lamp, object_):
+        if lamps.seen[kind, lamp] and lamps.has_size[lamp] and lights_object(lamps, lamp, object_):
             away, light, density = meet_lamp(lamps, lamp, origin, direction)
             if away < distance and density < least_density:
                 radiance = plus(radiance, light)

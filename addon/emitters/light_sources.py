@@ -1,12 +1,14 @@
 """All that emits photons in a scene."""
 
-from ..scene import LightKind, Scene
+from ..scene import LightKind, Lights, Scene
 from .aiming.caustic_makers import caustic_makers
+from .aiming.discs import Discs
 from .aiming.regions import Sphere
 from .area import area_row
 from .mesh import mesh_row
+from .patterns.emit import pattern_row
 from .point import point_row
-from .row import WORLD
+from .row import WORLD, SourceRow
 from .source import Source, Surroundings
 from .spot import spot_row
 from .sun import sun_row
@@ -31,7 +33,7 @@ _ROW_OF = {
 def light_sources(scene: Scene, region: Sphere) -> list[Source]:
     """All sources of a scene that emit anything, the receivers being in `region`, aimed at what makes caustics."""
     of = Surroundings.of(scene, region)
-    rows = [_ROW_OF[LightKind(kind)](scene.lights, lamp, of.discs) for lamp, kind in enumerate(scene.lights.kind)]
+    rows = [_row(scene.lights, lamp, of.discs) for lamp in range(len(scene.lights))]
     rows += [mesh_row(len(scene.lights), of.mesh_power), world_row(scene.world, of.discs)]
     sources = [Source(row, of) for row in rows]
     sources = [source for source in sources if source.importance > 0]
@@ -41,3 +43,11 @@ def light_sources(scene: Scene, region: Sphere) -> list[Source]:
         if aim and source.sampled_directly:
             source.aim_at(aim)
     return sources
+
+
+def _row(lights: Lights, lamp: int, discs: Discs) -> SourceRow:
+    """How a lamp emits photons."""
+    pattern = lights.patterns[lamp]
+    if pattern is not None:
+        return pattern_row(lights, lamp, pattern, discs)
+    return _ROW_OF[LightKind(lights.kind[lamp])](lights, lamp, discs)

@@ -121,6 +121,8 @@ def sample_mesh(scene, mesh, position, choice, u, v):
         L A |cos θ'| / (d² P(triangle)): times cos θ it is the irradiance over the density.
     density : float32, 1/sr
         With which the direction is drawn.
+    emitter : int
+        The object of the triangle.
     """
     k = drawn_cell(mesh.table, 0, choice)
     triangle, (a, b) = mesh.triangles[k], uniform_triangle(u, v)
@@ -129,8 +131,18 @@ def sample_mesh(scene, mesh, position, choice, u, v):
     cosine, back = abs(dot(way, row(scene.normals, triangle))), is_back(scene, triangle, way)
     density = mesh_density(mesh, triangle, distance, cosine)
     if density <= ZERO or cosine <= ZERO:
-        return target, way, BLACK, density
-    return target, way, times(mesh_radiance(scene, triangle, a, b, back), ONE / density), density
+        return target, way, BLACK, density, scene.object[triangle]
+    light = times(mesh_radiance(scene, triangle, a, b, back), ONE / density)
+    return target, way, light, density, scene.object[triangle]
+
+
+@part
+def lights_up(scene, emitter, object_):
+    """Whether an emissive object lights an object; what is no object (−1) is lit by all."""
+    if len(scene.link_group) == 0 or object_ < 0 or emitter < 0:
+        return True
+    group = scene.link_group[emitter]
+    return group < 0 or scene.illuminates[group, object_]
 
 
 @routine

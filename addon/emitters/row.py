@@ -6,8 +6,8 @@ import numpy as np
 
 from ..scene import LightKind
 
-MESH, WORLD = len(LightKind), len(LightKind) + 1
-"""Kinds of sources after those of lamps."""
+MESH, WORLD, PATTERN = len(LightKind), len(LightKind) + 1, len(LightKind) + 2
+"""Kinds of sources after those of lamps: the last is that of all lamps with a pattern."""
 
 
 class SourceRow(NamedTuple):
@@ -16,7 +16,7 @@ class SourceRow(NamedTuple):
     Attributes
     ----------
     kind : int
-        A `LightKind`, `MESH` or `WORLD`.
+        A `LightKind`, `MESH`, `WORLD` or `PATTERN`.
     lamp : int
         Index in `Lights`; the number of lamps for emissive meshes, −1 for the world.
     n_cells : tuple of 5 int

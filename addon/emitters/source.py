@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.compiling import kernel_array
 from ..core.sampling.sobol import fixed_points
-from ..scene import ALL_BOUNCES, Scene
+from ..scene import ALL_BOUNCES, RayKind, Scene
 from .aiming.discs import Discs, discs_around
 from .aiming.guided import Guide, guide_cells
 from .aiming.projection_map import ProjectionMap, balls_of
@@ -17,6 +17,7 @@ from .aiming.regions import Sphere
 from .emission import N_DIMENSIONS, Emitters, emit_rays
 from .lamps import LampArrays, lamp_arrays
 from .mesh import MeshArrays, mesh_arrays
+from .patterns.pattern import fall_offs
 from .row import MESH, WORLD, SourceRow
 from .world import WorldArrays, world_arrays
 
@@ -47,6 +48,12 @@ class Surroundings:
     mesh: MeshArrays
     mesh_power: np.ndarray
     world: WorldArrays
+
+    @property
+    def world_is_sampled(self) -> bool:
+        """Whether no photons of the world need to be stored where they first hit."""
+        world = self.scene.world
+        return world.image is not None or RayKind.DIFFUSE in world.hidden_from
 
     @staticmethod
     def of(scene: Scene, region: Sphere) -> "Surroundings":
@@ -91,13 +98,13 @@ class Source:
     def __init__(self, row: SourceRow, surroundings: Surroundings) -> None:
         self.surroundings, self.row, self.guide = surroundings, row, Guide.even()
         self.kind, self.lamp, self.n_cells = row.kind, row.lamp, row.n_cells
-        self.sampled_directly = self.kind != WORLD or surroundings.scene.world.image is not None
+        self.sampled_directly = self.kind != WORLD or surroundings.world_is_sampled
         if self.kind in (MESH, WORLD):
             self.name = "Emissive meshes" if self.kind == MESH else "World"
         else:
             self._be_lamp(self.lamp)
         self.power = self._measured_power() if row.power is None else row.power
-        self.importance = float(np.abs(self.power).sum())
+        self.importance = float(np.abs(self.power).sum()) * self._fall_off()
 
     def aim_at(self, aim: ProjectionMap) -> None:
         """Aim half of the photons: those whose last number is below a half."""
@@ -107,6 +114,13 @@ class Source:
     def emit(self, u: np.ndarray) -> Rays:
         """Rays for points `u` (n, 5) of the unit hypercube."""
         return emitted([self], np.zeros(len(u), np.int32), u)
+
+    def seen_by(self, kind: RayKind) -> bool:
+        """Whether surfaces scatter its light by the lobe that rays of a kind follow."""
+        scene = self.surroundings.scene
+        if self.kind == WORLD:
+            return kind not in scene.world.hidden_from
+        return self.kind == MESH or bool(scene.lights.seen_by(kind)[self.lamp])
 
     def _be_lamp(self, lamp: int) -> None:
         """Take over what a lamp says of its light."""
@@ -118,6 +132,14 @@ class Source:
     def _be_like(self, source: "Source") -> None:
         """Take over everything."""
         vars(self).update(vars(source))
+
+    def _fall_off(self) -> float:
+        """What is left of a lamp's light, beside that it spreads, about where the receivers are."""
+        of = self.surroundings
+        if self.kind in (MESH, WORLD) or not of.lamps.patterns.differs[self.lamp]:
+            return 1.0
+        away = np.linalg.norm(of.scene.lights.position[self.lamp] - np.array(of.discs.region))
+        return float(fall_offs(of.lamps.patterns, self.lamp, np.array([max(away, of.discs.region_radius)]))[0])
 
     def _measured_power(self) -> np.ndarray:
         power: np.ndarray = self.emit(_points_for_power()).flux.mean(axis=0, dtype=np.float64)

@@ -40,7 +40,7 @@ def emit_spot(emitters, source, u):
         a, b = lamps.stretch[lamp, 0], lamps.stretch[lamp, 1]
         local = local[0] * a, local[1] * b, local[2]
         size = length(local)
-        direction = times(_of_frame(lamps, lamp, local), ONE / size)
+        direction = times(of_frame(lamps, lamp, local), ONE / size)
         per_density *= a * b / (size * size * size)
     aimed, _ = halved(emitters.balls, source, u[4])
     at, reach = row(lamps.position, lamp), lamps.radius[lamp]
@@ -75,7 +75,7 @@ def meet_spot(lamps, lamp, origin, direction):
 
 
 @part
-def _of_frame(lamps, lamp, local):
+def of_frame(lamps, lamp, local):
     """A direction of the lamp's frame in world space."""
     across = plus(times(row(lamps.axis_x, lamp), local[0]), times(row(lamps.axis_y, lamp), local[1]))
     return plus(across, times(row(lamps.direction, lamp), local[2]))

@@ -45,8 +45,10 @@ class Rules(NamedTuple):
         Of their random numbers.
     keeps : (m,) bool
         Materials on which they are stored.
-    seen : (5, o + 1) bool
-        Which objects rays of each `RayKind` see; the last column is for lamps and the world.
+    seen : (5, o) bool
+        Which objects rays of each `RayKind` see.
+    source_seen : (5, s) bool
+        Which sources they see; emissive meshes as objects.
     sampled_directly : (s,) bool
         Sources of which direct hits are not stored, see `Source`.
     last_bounce : (s,) int32
@@ -58,6 +60,7 @@ class Rules(NamedTuple):
     key: np.uint64
     keeps: np.ndarray
     seen: np.ndarray
+    source_seen: np.ndarray
     sampled_directly: np.ndarray
     last_bounce: np.ndarray
     region: TargetRegion
@@ -115,7 +118,9 @@ def scattered(scene, rules, bounce, photon, hit):
     # Russian roulette, so that no photon gains power. Seen from the receivers, a lobe is where a ray of its kind starts
     # that has to see where the photon came from
     survival = min(largest(on.weight), ONE)
-    if not on.alive or fate >= survival or not rules.seen[on.kind, photon.came_from]:
+    by_object = photon.came_from >= 0
+    seen = rules.seen[on.kind, photon.came_from] if by_object else rules.source_seen[on.kind, photon.source]
+    if not on.alive or fate >= survival or not seen:
         return False, photon
     direction, ratio, weight = on.direction, ONE, times(on.weight, ONE / (survival * chance))
     if on.lobe < _GLOSSY and is_directed(rules.region, photon.gained, hit.position):
@@ -248,7 +253,8 @@ def _rules(
     return Rules(
         key=key,
         keeps=scene.materials.spreads_light | on_gloss,
-        seen=np.stack([np.append(seen_by(scene.objects, kind), True) for kind in RayKind]),
+        seen=np.stack([seen_by(scene.objects, kind) for kind in RayKind]),
+        source_seen=np.array([[source.seen_by(kind) for source in sources] for kind in RayKind]),
         sampled_directly=np.array([source.sampled_directly for source in sources]),
         last_bounce=np.array(last, np.int32),
         region=target_region(region),

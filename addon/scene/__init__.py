@@ -11,10 +11,10 @@ from .closures import (
     angle_cosines,
 )
 from .light_groups import OTHER, LightGroups
-from .lights import ALL_BOUNCES, LightKind, Lights
+from .lights import ALL_BOUNCES, LightKind, LightPattern, Lights, PatternDomain
 from .materials import N_VIEWS, Channel, Materials
 from .ray_kinds import RayKind, seen_by
-from .scene import Scene, SceneObjects, ShadingFrames
+from .scene import EmitterLinks, Scene, SceneObjects, ShadingFrames
 from .textures import Textures
 from .world import World
 
@@ -27,13 +27,16 @@ __all__ = [
     "Channel",
     "Closures",
     "Distribution",
+    "EmitterLinks",
     "FresnelCurve",
     "LightGroups",
     "LightKind",
+    "LightPattern",
     "Lights",
     "Lobe",
     "Materials",
     "NormalSpace",
+    "PatternDomain",
     "RayKind",
     "Scene",
     "SceneObjects",

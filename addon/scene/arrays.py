@@ -107,6 +107,9 @@ class SceneArrays(NamedTuple):
     seen_by : (5, o) bool
         Which objects rays of each `RayKind` see.
     emits, held_out : (o,) bool
+    link_group : (o,) int32
+        As `EmitterLinks`; (0,) where all objects light all.
+    illuminates : (g, o) bool
     """
 
     vertices: np.ndarray
@@ -126,11 +129,13 @@ class SceneArrays(NamedTuple):
     seen_by: np.ndarray
     emits: np.ndarray
     held_out: np.ndarray
+    link_group: np.ndarray
+    illuminates: np.ndarray
 
 
 def scene_arrays(scene: "Scene") -> SceneArrays:
     """A scene's arrays; what is large is not copied."""
-    f, i, b = np.float32, np.int32, np.bool_
+    f, i, b, links = np.float32, np.int32, np.bool_, scene.objects.links
     return SceneArrays(
         vertices=kernel_array(scene.vertices, f),
         triangles=kernel_array(scene.triangles, i),
@@ -149,6 +154,8 @@ def scene_arrays(scene: "Scene") -> SceneArrays:
         seen_by=kernel_array(np.stack([seen_by(scene.objects, kind) for kind in RayKind]), b),
         emits=kernel_array(scene.objects.emits, b),
         held_out=kernel_array(scene.objects.held_out, b),
+        link_group=kernel_array(np.zeros(0, i) if links is None else links.group, i),
+        illuminates=kernel_array(np.zeros((0, 0), b) if links is None else links.illuminates, b),
     )
 
 

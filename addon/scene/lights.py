@@ -5,6 +5,8 @@ from enum import IntEnum
 
 import numpy as np
 
+from .ray_kinds import RayKind
+
 ALL_BOUNCES = 1024
 """Of a lamp whose light is never cut off."""
 
@@ -17,6 +19,35 @@ class LightKind(IntEnum):
     SUN = 2
     RECTANGLE = 3
     ELLIPSE = 4
+
+
+class PatternDomain(IntEnum):
+    """What a lamp's pattern is a function of."""
+
+    DIRECTIONS = 0
+    NORMALS = 1
+    PLACES = 2
+
+
+@dataclass(frozen=True, eq=False)
+class LightPattern:
+    """What a lamp's emission is multiplied by, as its nodes have it: an IES profile, a gobo, a picture.
+
+    Attributes
+    ----------
+    values : (h, w, 3) float32
+        Over directions or normals: rows of even height in the angle from the lamp's `direction` on, in which column u
+        lies at the azimuth π − 2πu of axis_x to axis_y. Over places: rows along axis_y of columns along axis_x.
+    domain : PatternDomain
+        DIRECTIONS: in which the light leaves. NORMALS: of the sphere where it leaves (POINT and SPOT). PLACES: of the
+        rectangle around the lamp (RECTANGLE and ELLIPSE).
+    angle : float, rad
+        From `direction` to the last row's end; there is no light beyond it.
+    """
+
+    values: np.ndarray
+    domain: PatternDomain = PatternDomain.DIRECTIONS
+    angle: float = np.pi
 
 
 @dataclass(frozen=True)
@@ -52,11 +83,19 @@ class Lights:
         Otherwise 1.
     spread : (l,) float32, rad
         RECTANGLE and ELLIPSE: full angle beyond which nothing is emitted; π without a spread. Otherwise π.
-    seen_in_gloss, seen_through_glass : (l,) bool
-        Whether rays that a surface reflects, or lets through, meet the lamp, if it has a size.
+    seen_by_diffuse, seen_in_gloss, seen_through_glass : (l,) bool
+        Whether surfaces scatter the lamp's light by their diffuse, glossy, and transmissive lobes.
+    met_by_rays : (l,) bool
+        Whether rays meet the lamp, if it has a size.
     max_bounces : (l,) int32
         The lamp's light counts as far as so many surfaces away from receivers: 0 where it falls on them alone, 1 where
         they see what it falls on.
+    distance_power : (l,) int32
+        The light falls off with distance d as d^(distance_power − 2): 0, 1 or 2. SUN: 0.
+    smoothing : (l,) float32, m²
+        s of a factor d² / (s + d²) on the light, which keeps it from growing without bound near the lamp.
+    patterns : tuple of LightPattern or None
+        Of each lamp.
     illuminates : (l, o) bool or None
         Which objects of the scene each lamp lights; None where every lamp lights all.
     blocked_by : (l, o) bool or None
@@ -77,9 +116,14 @@ class Lights:
     blend: np.ndarray
     stretch: np.ndarray
     spread: np.ndarray
+    seen_by_diffuse: np.ndarray
     seen_in_gloss: np.ndarray
     seen_through_glass: np.ndarray
+    met_by_rays: np.ndarray
     max_bounces: np.ndarray
+    distance_power: np.ndarray
+    smoothing: np.ndarray
+    patterns: tuple[LightPattern | None, ...]
     illuminates: np.ndarray | None = None
     blocked_by: np.ndarray | None = None
 
@@ -90,23 +134,27 @@ class Lights:
     def join(lights: "list[Lights]") -> "Lights":
         """All lamps of several `Lights`, that are not linked to objects yet."""
         arrays = {name: np.concatenate([getattr(part, name) for part in lights]) for name in _COLUMNS}
-        return Lights(names=tuple(name for part in lights for name in part.names), **arrays)
+        names, patterns = (tuple(one for part in lights for one in getattr(part, of)) for of in ("names", "patterns"))
+        return Lights(names=names, patterns=patterns, **arrays)
 
     def where(self, k: np.ndarray) -> "Lights":
         """The lamps that `k`, indices or (l,) bool, chooses, linked as they are."""
         arrays = {name: getattr(self, name)[k] for name in _COLUMNS}
         illuminates, blocked_by = (None if of is None else of[k] for of in (self.illuminates, self.blocked_by))
-        lights = Lights(names=tuple(np.array(self.names, object)[k]), **arrays)
+        chosen = np.arange(len(self))[k]
+        names, patterns = tuple(self.names[i] for i in chosen), tuple(self.patterns[i] for i in chosen)
+        lights = Lights(names=names, patterns=patterns, **arrays)
         return replace(lights, illuminates=illuminates, blocked_by=blocked_by)
 
-    def seen(self, in_gloss: bool, through_glass: bool) -> "Lights":
-        """The same lamps, seen by other rays."""
-        n = len(self)
-        return replace(self, seen_in_gloss=np.full(n, in_gloss), seen_through_glass=np.full(n, through_glass))
+    def seen_by(self, kind: RayKind) -> np.ndarray:
+        """Whose light surfaces scatter by the lobe that rays of a kind follow, (l,) bool."""
+        of_kind = {RayKind.DIFFUSE: self.seen_by_diffuse, RayKind.GLOSSY: self.seen_in_gloss}
+        of_kind |= {RayKind.TRANSMITTED: self.seen_through_glass}
+        return of_kind.get(kind, np.ones(len(self), bool))
 
     @staticmethod
     def of(names: tuple[str, ...], kind: np.ndarray, **columns: np.ndarray) -> "Lights":
-        """Lamps of some kinds; columns that are left out are as for kinds without them."""
+        """Lamps of some kinds without patterns; columns that are left out are as for kinds without them."""
         n = len(kind)
         vectors = {name: np.zeros((n, 3), np.float32) for name in ("emission", "position")}
         axes = {"axis_x": (1, 0, 0), "axis_y": (0, 1, 0), "direction": (0, 0, -1)}
@@ -117,12 +165,17 @@ class Lights:
             "sphere": np.zeros(n, bool),
             "stretch": np.ones((n, 2), np.float32),
             "spread": np.full(n, np.pi, np.float32),
+            "seen_by_diffuse": np.ones(n, bool),
             "seen_in_gloss": np.ones(n, bool),
             "seen_through_glass": np.ones(n, bool),
+            "met_by_rays": np.ones(n, bool),
             "max_bounces": np.full(n, ALL_BOUNCES, np.int32),
+            "distance_power": np.zeros(n, np.int32),
+            "smoothing": np.zeros(n, np.float32),
         }
         given = {name: np.asarray(column, rest.get(name, scalars["radius"]).dtype) for name, column in columns.items()}
-        return Lights(names, np.asarray(kind, np.int32), **(vectors | frame | scalars | rest | given))
+        arrays = vectors | frame | scalars | rest | given
+        return Lights(names, np.asarray(kind, np.int32), patterns=(None,) * n, **arrays)
 
     @staticmethod
     def none() -> "Lights":
@@ -130,4 +183,4 @@ class Lights:
         return Lights.of((), np.zeros(0, np.int32))
 
 
-_COLUMNS = [f.name for f in fields(Lights) if f.name not in ("names", "illuminates", "blocked_by")]
+_COLUMNS = [f.name for f in fields(Lights) if f.name not in ("names", "patterns", "illuminates", "blocked_by")]

@@ -22,6 +22,23 @@ _ROUNDING = 2.0**-24  # of a result in float32, at most
 
 
 @dataclass(frozen=True)
+class EmitterLinks:
+    """What g groups of emissive objects light, as light linking says.
+
+    Attributes
+    ----------
+    group : (o,) int32
+        Of each object; −1 where it lights all.
+    illuminates, blocked_by : (g, o) bool
+        Which objects each group lights, and which keep its light away.
+    """
+
+    group: np.ndarray
+    illuminates: np.ndarray
+    blocked_by: np.ndarray
+
+
+@dataclass(frozen=True)
 class SceneObjects:
     """The o objects (an instance is an object of its own) that the triangles belong to.
 
@@ -41,6 +58,8 @@ class SceneObjects:
         Rays from the camera see the object.
     held_out : (o,) bool
         The picture has a hole where the camera sees the object.
+    links : EmitterLinks or None
+        What emissive objects light; None where all light all.
     """
 
     names: tuple[str, ...]
@@ -51,6 +70,7 @@ class SceneObjects:
     emits: np.ndarray
     seen_by_camera: np.ndarray
     held_out: np.ndarray
+    links: EmitterLinks | None = None
 
     @staticmethod
     def seen_by_all(names: tuple[str, ...]) -> "SceneObjects":

@@ -5,6 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+from .ray_kinds import RayKind
+
 
 @dataclass(frozen=True, eq=False)
 class World:
@@ -16,10 +18,13 @@ class World:
         The radiance where there is no image (below 0 it takes light away); otherwise what the image is multiplied by.
     image : (h, w, 3) float32 or None
         Equirectangular, as Cycles maps it: row 0 looks down (−z), column u looks along the azimuth π − 2πu of x to y.
+    hidden_from : set of RayKind
+        The rays that do not see it: surfaces do not scatter its light by the lobes that these follow.
     """
 
     color: np.ndarray
     image: np.ndarray | None = None
+    hidden_from: frozenset[RayKind] = frozenset()
 
     @staticmethod
     def constant(color: np.ndarray | float) -> "World":

@@ -15,7 +15,7 @@ from photon_bake.addon.core.compiling import kernel
 from photon_bake.addon.core.vec3 import put, row
 from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.gather import DirectLight
-from photon_bake.addon.gather.direct.sampling import sample_emitters
+from photon_bake.addon.gather.direct.sampling import DIFFUSE_RAY, sample_emitters
 from photon_bake.addon.scene import LightKind, Lights, World
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer, new_ray, occluded_all
@@ -29,7 +29,8 @@ _SHADOW = 3
 def draw(direct, scene, positions, normals, objects, key, targets, lit):
     """Where the points' shadow rays go."""
     for k in range(len(positions)):
-        drawn = sample_emitters(direct, scene, row(positions, k), row(normals, k), objects[k], True, key, k, 0)
+        at = row(positions, k), row(normals, k), objects[k], DIFFUSE_RAY
+        drawn = sample_emitters(direct, scene, *at, True, key, k, 0)
         put(targets, k, drawn[0])
         lit[k] = drawn[3]
 

@@ -9,9 +9,9 @@ from photon_bake.addon.bsdf.closure import bsdf_of
 from photon_bake.addon.core.sampling.sobol import sobol_points, sobol_seeds
 from photon_bake.addon.core.vec3 import ONE, ZERO, put, row
 from photon_bake.addon.scene import Channel, Closures, Materials
-from photon_bake.tests.core.scenes import chi_square, plane, scene_of
+from photon_bake.tests.core.scenes import chi_square, fewer, plane, scene_of
 
-N = 1 << 16
+N = fewer(1 << 16)
 SCALARS = ("fresnel_ior", "layer_f0", "glass_ior", "preserves_energy", "glass_fresnel")
 
 compiled = numba.njit(error_model="numpy", _nrt=False)

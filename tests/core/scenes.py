@@ -3,9 +3,15 @@
 from dataclasses import fields, replace
 
 import numpy as np
+from photon_bake.addon.core.compiling import jit
 from photon_bake.addon.receivers import Receivers
 from photon_bake.addon.scene import LightKind, Lights, Materials, Scene, SceneObjects, World
 from scipy import stats
+
+
+def fewer(n):
+    """So many samples; where kernels run as plain Python, a 256th, for tests whose bounds follow the noise."""
+    return n if jit() else max(n >> 8, 100)
 
 
 def scene_of(vertices, triangles, albedo=0.5, emission=0.0, lights=None, world=0.0, material=None, hidden=()) -> Scene:
@@ -46,7 +52,7 @@ def of_objects(scene, object_of_triangle) -> Scene:
     """The scene, whose triangles belong to objects (t,) instead of one each."""
     object_of_triangle = np.asarray(object_of_triangle, np.int32)
     first = np.unique(object_of_triangle, return_index=True)[1]
-    columns = {f.name: getattr(scene.objects, f.name) for f in fields(scene.objects)}
+    columns = {f.name: getattr(scene.objects, f.name) for f in fields(scene.objects) if f.name != "links"}
     chosen = {name: tuple(c[k] for k in first) if name == "names" else c[first] for name, c in columns.items()}
     return replace(scene, objects=SceneObjects(**chosen), object_of_triangle=object_of_triangle)
 

@@ -13,8 +13,10 @@ from photon_bake.addon.gather import DirectLight, direct_irradiance
 from photon_bake.addon.scene import Channel, LightKind, Lights, Textures, World
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
-from photon_bake.tests.core.scenes import lamp, merge, plane, receivers_at, scene_of
+from photon_bake.tests.core.scenes import fewer, lamp, merge, plane, receivers_at, scene_of
 from photon_bake.tests.core.world_loops import radiance_along
+
+MANY = fewer(40_000)
 
 
 def direct_of(scene):
@@ -22,13 +24,13 @@ def direct_of(scene):
     return DirectLight(scene, tracer, light_sources(scene, Sphere(np.zeros(3, np.float32), 2.0)))
 
 
-def irradiance(position, normal, lights=None, n=40_000, **scene):
+def irradiance(position, normal, lights=None, n=MANY, **scene):
     """Mean of n estimates at one point, and its standard error."""
     mesh = scene.pop("mesh", plane(0.1, z=-50.0))
     return mean_at(scene_of(*mesh, lights=lights, **scene), position, normal, n)
 
 
-def mean_at(scene, position, normal, n=40_000, objects=None):
+def mean_at(scene, position, normal, n=MANY, objects=None):
     """As `irradiance`, of a scene, and of light that is linked to `objects`."""
     direct = direct_of(scene)
     at = receivers_at(np.repeat([position], n, 0), normal)

@@ -14,10 +14,10 @@ from photon_bake.addon.gather import DirectLight
 from photon_bake.addon.scene import Channel, LightKind, Lights, Textures, World
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
-from photon_bake.tests.core.scenes import chi_square_of_directions, lamp, merge, plane, scene_of
+from photon_bake.tests.core.scenes import chi_square_of_directions, fewer, lamp, merge, plane, scene_of
 
 WHOLE = Sphere(np.zeros(3, np.float32), 3.0)
-N = 1 << 17
+N = fewer(1 << 17)
 
 
 def source_of(lights=None, region=WHOLE, **scene):

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from photon_bake.addon.blender.read.lamps.lamps import in_light_group
 from photon_bake.addon.blender.read.lamps.light_links import link_lights
-from photon_bake.addon.blender.warn import Warnings
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.gather import DirectLight
-from photon_bake.addon.scene import LightKind, SceneObjects
+from photon_bake.addon.scene import LightKind, PatternDomain, RayKind, SceneObjects
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.host import scenes
@@ -141,7 +140,7 @@ def linked(scene):
     """A scene with its lamps linked, of a file in which each object is itself."""
     data = scenes.bpy.data.objects
     lamps, objects = [data[name] for name in scene.lights.names], [(data[name], None) for name in scene.objects.names]
-    return link_lights(scene, lamps, objects, Warnings([]))
+    return link_lights(scene, lamps, objects)
 
 
 @pytest.mark.parametrize("kind", ["POINT", "SPOT"])
@@ -241,9 +240,9 @@ def test_instances_are_linked_by_what_instances_them():
     scene = replace(scene, objects=SceneObjects.seen_by_all(("Cube", "Cube")))
     placed = [(cube, None), (cube, instancer)]
     lamp.light_linking.receiver_collection = collection_of(included=[cube])
-    assert link_lights(scene, [lamp], placed, Warnings([])).lights.illuminates.tolist() == [[True, True]]
+    assert link_lights(scene, [lamp], placed).lights.illuminates.tolist() == [[True, True]]
     lamp.light_linking.receiver_collection = collection_of(included=[cube], excluded=[instancer])
-    assert link_lights(scene, [lamp], placed, Warnings([])).lights.illuminates.tolist() == [[True, False]]
+    assert link_lights(scene, [lamp], placed).lights.illuminates.tolist() == [[True, False]]
 
 
 def test_light_groups():
@@ -277,30 +276,81 @@ def test_sun_at_an_angle():
     assert scenes.cycles_bake(floor, "DIRECT", 4).mean() == pytest.approx(expected, rel=1e-3)
 
 
-def test_what_diffuse_surfaces_do_not_see():
-    scenes.add_lamp("POINT").visible_diffuse = False
+def test_what_surfaces_do_not_see():
+    unseen = scenes.add_lamp("POINT")
+    unseen.visible_diffuse = False
     scenes.add_lamp("AREA").data.cycles.is_portal = True
+    lights = scenes.extracted().lights
+    assert not lights.seen_by(RayKind.DIFFUSE)[0] and lights.seen_by(RayKind.GLOSSY).tolist() == [True]
+    unseen.visible_glossy = unseen.visible_transmission = False
     assert len(scenes.extracted().lights) == 0
 
 
-def test_lamps_whose_nodes_cannot_be_read_are_named():
-    light = scenes.add_lamp("POINT", "Gobo").data
+def with_strength(light, kind, output=0, **inputs):
+    """Make the strength of a lamp's Emission node that of a new node; returns the node."""
     if scenes.bpy.app.version < (5, 2, 0):
         light.use_nodes = True
     emission = next(node for node in light.node_tree.nodes if node.type == "EMISSION")
-    noise = light.node_tree.nodes.new("ShaderNodeTexNoise")
-    light.node_tree.links.new(noise.outputs[0], emission.inputs["Strength"])
+    node = light.node_tree.nodes.new(kind)
+    for name, value in inputs.items():
+        node.inputs[name].default_value = value
+    light.node_tree.links.new(node.outputs[output], emission.inputs["Strength"])
+    return node
+
+
+@pytest.mark.parametrize("kind", ["POINT", "SPOT", "AREA"])
+def test_lamps_with_a_texture_give_what_cycles_has_of_them(kind):
+    lamp = scenes.add_lamp(kind, "Gobo", location=(0.4, 0.2, 2), energy=100)
+    node = with_strength(lamp.data, "ShaderNodeTexNoise", Scale=3.0)
+    tree = lamp.data.node_tree
+    tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["UV" if kind == "AREA" else "Normal"], node.inputs[0])
+    scene = compare_at_places()
+    pattern = scene.lights.patterns[0]
+    assert np.ptp(pattern.values) > 0.1 and (pattern.domain == PatternDomain.PLACES) == (kind == "AREA")
+
+
+def test_an_ies_profile_gives_what_cycles_has_of_it():
+    lamp = scenes.add_lamp("POINT", location=(0.4, 0.2, 2), energy=100)
+    profile = scenes.bpy.data.texts.new("Profile")
+    profile.write("IESNA:LM-63-1995\nTILT=NONE\n1 1000 1 5 5 1 2 0 0 0\n1 1 1\n0 30 60 90 180\n0 90 180 270 360\n")
+    profile.write("200 180 150 120 100\n200 200 180 150 100\n200 160 120 90 100\n200 170 140 110 100\n")
+    profile.write("200 180 150 120 100\n")
+    with_strength(lamp.data, "ShaderNodeTexIES").ies = profile
+    assert compare_at_places().lights.patterns[0].angle == pytest.approx(pi)
+
+
+@pytest.mark.parametrize("output", ["Quadratic", "Linear", "Constant"])
+@pytest.mark.parametrize("kind", ["POINT", "AREA"])
+def test_light_falls_off_as_in_cycles(kind, output):
+    lamp = scenes.add_lamp(kind, location=(0.4, 0.2, 2), energy=100)
+    with_strength(lamp.data, "ShaderNodeLightFalloff", output, Strength=1.5, Smooth=0.7)
+    scene = compare_at_places()
+    assert scene.lights.patterns == (None,) and scene.lights.smoothing[0] == pytest.approx(0.7)
+
+
+def test_a_fall_off_that_cannot_be_told_is_named():
+    light = scenes.add_lamp("POINT", "Odd").data
+    node = with_strength(light, "ShaderNodeLightFalloff", "Linear")
+    value = light.node_tree.nodes.new("ShaderNodeTexNoise")
+    light.node_tree.links.new(value.outputs[0], node.inputs["Smooth"])
     warnings = []
     scenes.extracted(warnings)
-    assert len(warnings) == 1 and "'Gobo'" in warnings[0]
+    assert len(warnings) == 1 and "'Odd'" in warnings[0] and "distance" in warnings[0]
 
 
-def test_emissive_objects_that_are_linked_are_named():
-    material, emission = scenes.add_material(node="ShaderNodeEmission")
-    glow = scenes.add_plane("Glow", material=material)
+def test_nothing_of_a_rendered_lamp_is_left():
+    with_strength(scenes.add_lamp("AREA").data, "ShaderNodeTexNoise")
+    before = {name: len(getattr(scenes.bpy.data, name)) for name in ("lights", "objects", "scenes", "meshes", "images")}
+    scenes.extracted()
+    assert {name: len(getattr(scenes.bpy.data, name)) for name in before} == before
+
+
+def test_emissive_objects_are_linked():
+    material, _ = scenes.add_material(node="ShaderNodeEmission")
+    glow, other = (scenes.add_plane(name, material=material) for name in ("Glow", "Other"))
     glow.light_linking.receiver_collection = collection_of(included=[glow])
-    assert emission
-    warnings = []
-    scene = scenes.extracted()
-    link_lights(scene, [], [(glow, None)], Warnings(warnings))
-    assert len(warnings) == 1 and "'Glow'" in warnings[0]
+    scene = linked(scenes.extracted())
+    k, other = scene.objects.names.index("Glow"), scene.objects.names.index("Other")
+    links = scene.objects.links
+    assert links.group[other] == -1 and links.illuminates[links.group[k]].tolist() == [i == k for i in range(2)]
+    assert links.blocked_by.all()

@@ -11,6 +11,7 @@ from photon_bake.addon.blender.warn import Warnings
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.gather import DirectLight
+from photon_bake.addon.scene import RayKind
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.host import scenes
@@ -250,9 +251,12 @@ def test_mixed_backgrounds_of_one_color():
 
 def test_black_worlds():
     gradient()
-    bpy.context.scene.world.cycles_visibility.diffuse = False
+    visibility = bpy.context.scene.world.cycles_visibility
+    visibility.diffuse = False
+    assert read().hidden_from == {RayKind.DIFFUSE}
+    visibility.glossy = visibility.transmission = False
     assert read().black
-    bpy.context.scene.world.cycles_visibility.diffuse = True
+    visibility.diffuse = visibility.glossy = visibility.transmission = True
     bpy.context.view_layer.lightgroups.add(name="Key")
     assert read(light_group="Key").black
     bpy.context.scene.world.lightgroup = "Key"

@@ -12,6 +12,7 @@ from ...core.errors import BakeError
 from ...core.progress import Progress
 from ...scene import LightGroups, Lights, NormalSpace, Scene, SceneObjects, ShadingFrames, World
 from ..warn import Warnings
+from .lamps.lamp_nodes import LampNodes, with_patterns
 from .lamps.lamps import in_light_group, light_group_of
 from .lamps.light_links import Placed, link_lights
 from .lamps.world import WorldReading, light_group_of_world, read_world
@@ -34,7 +35,7 @@ BATCH = 500_000
 
 @dataclass(frozen=True)
 class SceneReading:
-    """What was read of a dependency graph: everything but a world that Cycles has to render.
+    """What was read of a dependency graph: everything but what Cycles has to render of a world and of lamps.
 
     Attributes
     ----------
@@ -43,13 +44,15 @@ class SceneReading:
     """
 
     light_groups: LightGroups
-    _lit_by_nothing: Scene
+    _half_lit: Scene
+    _nodes_of_lamps: list[LampNodes | None]
     _world: WorldReading
     _warnings: Warnings
 
     def scene(self, of: "bpy.types.Scene") -> Scene:
         """The whole scene; not while Cycles or anything else bakes. `of` is whose frame it is."""
-        return replace(self._lit_by_nothing, world=self._world.world(of, self._warnings))
+        lights = with_patterns(self._half_lit.lights, self._nodes_of_lamps, of, self._warnings)
+        return replace(self._half_lit, lights=lights, world=self._world.world(of, self._warnings))
 
 
 def read_scene(
@@ -112,8 +115,8 @@ def read_scene(
     scene = replace(scene, frames=_frames(scene, placed, matrices, found.sources, left))
     warn_of_missing_files(depsgraph, materials.readable_images, warn)
     groups = _light_groups(depsgraph, found.groups_of_lamps, objects)
-    linked = link_lights(scene, found.lamps, objects, warn)
-    return SceneReading(groups, linked, read_world(depsgraph, light_group), warn)
+    linked = link_lights(scene, found.lamps, objects)
+    return SceneReading(groups, linked, found.nodes_of_lamps, read_world(depsgraph, light_group), warn)
 
 
 def _frames(

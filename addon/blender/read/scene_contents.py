@@ -8,6 +8,7 @@ import numpy as np
 from ...core.progress import Progress
 from ...scene import Lights
 from ..warn import Warnings
+from .lamps.lamp_nodes import LampNodes
 from .lamps.lamps import in_light_group, light_group_of, read_lamp
 from .lamps.light_links import Placed
 from .materials.materials import READING, MaterialTable
@@ -82,6 +83,7 @@ class SceneContents:
         self.lights: list[Lights] = []
         self.lamps: list[bpy.types.Object] = []
         self.groups_of_lamps: list[str] = []
+        self.nodes_of_lamps: list[LampNodes | None] = []
         self._depsgraph = depsgraph
         self._light_group = light_group
         self._counted_rays = ALL_RAYS if for_camera else LIGHT_RAYS
@@ -161,9 +163,11 @@ class SceneContents:
     def _add_lamp(self, instance: "bpy.types.DepsgraphObjectInstance", name: str, placed_by: Placed) -> None:
         if in_light_group(*placed_by, self._light_group):
             lamp = read_lamp(instance.object, np.array(instance.matrix_world, np.float64), name, self._warnings)
-            self.lights.append(lamp)
-            self.lamps += [placed_by[0]] * len(lamp)
-            self.groups_of_lamps += [light_group_of(*placed_by)] * len(lamp)
+            n = len(lamp.lights)
+            self.lights.append(lamp.lights)
+            self.nodes_of_lamps += [lamp.nodes] * n
+            self.lamps += [placed_by[0]] * n
+            self.groups_of_lamps += [light_group_of(*placed_by)] * n
 
     def _of_parent(self, parent: "bpy.types.Object | None") -> "tuple[bpy.types.Object | None, int]":
         """The original of an instance's parent, and the mask of the `RAYS` that see what it instances."""

@@ -15,7 +15,7 @@ from ...scene import Scene
 from ...tracing import Hits, TransparencyTracer
 from ...tracing.embree import new_ray
 from .lamp_choice import lamp_grid
-from .sampling import MAX_CANDIDATES, DirectArrays, met_radiance, sample_emitters
+from .sampling import DIFFUSE_RAY, MAX_CANDIDATES, DirectArrays, met_radiance, sample_emitters
 from .visible import arriving, visible_share
 
 
@@ -61,7 +61,7 @@ class DirectLight:
         # After the lamps come all emissive triangles, and the world
         power, n_lamps = np.zeros(len(scene.lights) + 2), len(scene.lights)
         for source in sources:
-            if source.sampled_directly:
+            if source.sampled_directly and (source.kind != WORLD or scene.world.image is not None):
                 power[{MESH: n_lamps, WORLD: n_lamps + 1}.get(source.kind, source.lamp)] = source.importance
         lit = power > 0
         # Half by power, half evenly: a weak lamp close by must not be missed.
@@ -71,7 +71,7 @@ class DirectLight:
             of.lamps,
             of.mesh,
             of.world,
-            lamp_grid(scene, lit[:-2]),
+            lamp_grid(scene, of.lamps.patterns, lit[:-2]),
             lamps,
             mesh,
             world,
@@ -160,9 +160,14 @@ class DirectLight:
 
 def _blockers(scene: Scene) -> tuple[np.ndarray, np.ndarray]:
     """`has_blockers` and `blockers` of `DirectArrays`."""
-    blocked_by, casts_shadow = scene.lights.blocked_by, scene.objects.casts_shadow
-    if blocked_by is None:
+    of_lamps, links, casts_shadow = scene.lights.blocked_by, scene.objects.links, scene.objects.casts_shadow
+    if of_lamps is None and links is None:
         return np.zeros(0, np.bool_), np.zeros((0, 0), np.bool_)
+    n_lamps, n_objects = len(scene.lights), len(casts_shadow)
+    all_do = np.ones((n_lamps if of_lamps is None else 0, n_objects), bool)
+    rest = np.ones((2, n_objects), bool)
+    of_groups = [] if links is None else [links.blocked_by]
+    blocked_by = np.concatenate([all_do if of_lamps is None else of_lamps, rest, *of_groups])
     return (casts_shadow & ~blocked_by).any(axis=1), kernel_array(blocked_by, np.bool_)
 
 
@@ -199,7 +204,7 @@ def _sample_many(direct, tracing, room, positions, normals, objects, rays_own, k
     for k in range(len(positions)):
         position, normal = row(positions, k), row(normals, k)
         at = position, normal, objects[k]
-        target, light, lamp, lit = sample_emitters(direct, tracing.scene, *at, rays_own, key, k, 0)
+        target, light, lamp, lit = sample_emitters(direct, tracing.scene, *at, DIFFUSE_RAY, rays_own, key, k, 0)
         if lit:
             light = mul(light, visible_share(direct, tracing, room, lamp, position, target))
         way, _ = direction_to(position, target)
@@ -215,6 +220,6 @@ def _meet_many(direct, scene, triangle, distance, u, v, directions, sides, radia
         for side in range(len(sides)):
             cosine = dot(direction, row(sides, side))
             if cosine > ZERO:
-                at = triangle[k], distance[k], u[k], v[k], direction, row(sides, side)
+                at = triangle[k], distance[k], u[k], v[k], direction, row(sides, side), np.int32(-1)
                 total = plus(total, times(met_radiance(direct, scene, *at), cosine * cosine))
         put(radiance, k, total)

@@ -8,6 +8,8 @@ from ...core.compiling import by_reference, part
 from ...core.sampling.cutpoint_table import CutpointTable, chance_of, cutpoint_table, drawn_cell
 from ...core.vec3 import minus
 from ...emitters.area import areas_of
+from ...emitters.patterns.arrays import PatternArrays
+from ...emitters.patterns.pattern import fall_offs
 from ...scene import LightKind, Scene
 
 _MAX_CELLS_A_SIDE = 16
@@ -35,7 +37,7 @@ class LampGrid(NamedTuple):
     table: CutpointTable
 
 
-def lamp_grid(scene: Scene, lit: np.ndarray) -> LampGrid:
+def lamp_grid(scene: Scene, patterns: PatternArrays, lit: np.ndarray) -> LampGrid:
     """The grid of a scene's lamps, of which those may be drawn that are `lit` (l,) bool."""
     per_side = int(np.cbrt(_MAX_CHANCES / max(len(lit), 1)))
     per_side = 1 if lit.sum() <= 1 else min(max(per_side, 1), _MAX_CELLS_A_SIDE)
@@ -43,7 +45,7 @@ def lamp_grid(scene: Scene, lit: np.ndarray) -> LampGrid:
     cell = np.maximum((high - low) / per_side, np.float32(1e-6)).astype(np.float32)
     steps = np.arange(per_side) + 0.5
     middles = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
-    give = _irradiance(scene, (low + middles * cell).astype(np.float32), float((cell**2).sum()) / 4) * lit
+    give = _irradiance(scene, patterns, (low + middles * cell).astype(np.float32), float((cell**2).sum()) / 4) * lit
     chance = (1 - _EVEN) * give / np.maximum(give.sum(axis=1, keepdims=True), 1e-300)
     chance += lit * (1 - chance.sum(axis=1, keepdims=True)) / max(lit.sum(), 1)
     corner, size = (tuple(np.float32(x) for x in triple) for triple in (low, cell))
@@ -67,7 +69,7 @@ def choose_lamp(grid, cell, u):
     return lamp, np.float32(chance_of(grid.table, cell, lamp))
 
 
-def _irradiance(scene: Scene, positions: np.ndarray, least: float) -> np.ndarray:
+def _irradiance(scene: Scene, patterns: PatternArrays, positions: np.ndarray, least: float) -> np.ndarray:
     """About the irradiance that each lamp gives, or takes from, surfaces at positions that face it, (n, l) float64.
 
     Parameters
@@ -77,10 +79,13 @@ def _irradiance(scene: Scene, positions: np.ndarray, least: float) -> np.ndarray
     """
     lights = scene.lights
     strength = np.abs(lights.emission).mean(axis=1, dtype=np.float64)
+    strength *= [1 if of is None else np.abs(of.values).mean(dtype=np.float64) for of in lights.patterns]
     strength = strength * np.where(lights.kind >= LightKind.RECTANGLE, areas_of(lights), 1)
     give = np.empty((len(positions), len(lights)))
     for lamp, position in enumerate(lights.position):
         distance2 = ((positions - position) ** 2).sum(axis=1)
         far = lights.kind[lamp] == LightKind.SUN
         give[:, lamp] = strength[lamp] * (1 if far else 1 / (distance2 + least))
+        if patterns.differs[lamp]:
+            give[:, lamp] *= fall_offs(patterns, lamp, np.sqrt(distance2 + least))
     return give

@@ -18,8 +18,8 @@ from ...core.compiling import by_reference, part, routine
 from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, ZERO, along, dot, mean, row, times
 from ...emitters.lamps import LampArrays, lights_object, sample_lamp
-from ...emitters.mesh import MeshArrays, mesh_density, sample_mesh
-from ...emitters.world import WorldArrays, sample_world, world_pdf, world_radiance
+from ...emitters.mesh import MeshArrays, lights_up, mesh_density, sample_mesh
+from ...emitters.world import WorldArrays, sample_world, world_pdf, world_seen
 from ...scene import RayKind
 from ...scene.hit import emitted, is_back
 from .lamp_choice import LampGrid, cell_of, choose_lamp
@@ -28,7 +28,7 @@ MAX_CANDIDATES = 4
 N_PAIRS = 1 + 2 * MAX_CANDIDATES
 """Pairs of a path's numbers that `sample_emitters` uses up."""
 
-_DIFFUSE_RAY = int(RayKind.DIFFUSE)
+DIFFUSE_RAY, GLOSSY_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY)
 _PER_PI, _TINY, _BELOW_ONE = np.float32(1 / np.pi), np.float32(1e-30), np.float32(1 - 2**-24)
 
 
@@ -43,10 +43,11 @@ class DirectArrays(NamedTuple):
     n_candidates : int
     far : float32, m
         How far away suns and the world are.
-    has_blockers : (l,) bool
-        Lamps whose light some objects do not keep away that cast shadows; (0,) where all lamps have the same blockers.
-    blockers : (l, o) bool
-        What keeps the light of those lamps away.
+    has_blockers : (l + 2 + g,) bool
+        Lamps, the g `EmitterLinks` after them and two more, whose light some objects do not keep away that cast
+        shadows; (0,) where all have the same blockers.
+    blockers : (l + 2 + g, o) bool
+        What keeps the light of those away.
     """
 
     lamps: LampArrays
@@ -63,7 +64,7 @@ class DirectArrays(NamedTuple):
 
 
 @routine
-def sample_emitters(direct, scene, position, normal, object_, rays_own, key, path, i):
+def sample_emitters(direct, scene, position, normal, object_, ray_kind, rays_own, key, path, i):
     """A point of an emitter, and the irradiance that it stands for if nothing is between.
 
     Parameters
@@ -72,6 +73,8 @@ def sample_emitters(direct, scene, position, normal, object_, rays_own, key, pat
         A point off its surface, m, and the unit normal of the side that is lit.
     object_ : int
         That the point is on, for lamps that do not light all; −1: they light all.
+    ray_kind : int
+        `RayKind` of the rays that follow the lobe that is lit, from which emitters may be hidden.
     rays_own : bool
         Leave out what a cosine-weighted ray finds more often; `met_radiance` says what that is.
     i : int
@@ -81,13 +84,13 @@ def sample_emitters(direct, scene, position, normal, object_, rays_own, key, pat
     -------
     target, irradiance : triples, m and W/m²
     lamp : int
-        From the number of lamps on: emissive meshes, and the world.
+        From the number of lamps on: emissive meshes, the world, and groups of emissive objects with own blockers.
     lit : bool
     """
     start, choice = two_numbers(key, path, i)
     total = kept = ZERO
     target, light, lamp = position, BLACK, np.int64(len(direct.lamps.kind))
-    point = cell_of(direct.grid, position), position, normal, object_, rays_own
+    point = cell_of(direct.grid, position), position, normal, object_, ray_kind, rays_own
     for j in range(direct.n_candidates):
         place = min((np.float32(j) + start) / np.float32(direct.n_candidates), _BELOW_ONE)
         at, given, of = _candidate(direct, scene, *point, place, key, path, i + 1 + 2 * j)
@@ -106,24 +109,28 @@ def sample_emitters(direct, scene, position, normal, object_, rays_own, key, pat
 
 
 @part
-def _candidate(direct, scene, cell, position, normal, object_, rays_own, place, key, path, i):
+def _candidate(direct, scene, cell, position, normal, object_, ray_kind, rays_own, place, key, path, i):
     """A point of an emitter that a number chooses, the irradiance from it over its density, and which emitter it is."""
     u, v = two_numbers(key, path, i)
     by_lamps, n_lamps = direct.lamp_chance, np.int64(len(direct.lamps.kind))
     if place < by_lamps or (direct.mesh_chance == ZERO and direct.world_chance == ZERO):
         lamp, chance = choose_lamp(direct.grid, cell, min(place / by_lamps, _BELOW_ONE))
-        if not lights_object(direct.lamps, lamp, object_):
+        if not (direct.lamps.seen[ray_kind, lamp] and lights_object(direct.lamps, lamp, object_)):
             return position, BLACK, lamp
         target, light = sample_lamp(direct.lamps, lamp, position, normal, u, v, direct.far)
         return target, times(light, ONE / max(chance * by_lamps, _TINY)), lamp
     if place < by_lamps + direct.mesh_chance or direct.world_chance == ZERO:
         of, chance = n_lamps, direct.mesh_chance
         w, _ = two_numbers(key, path, i + 1)
-        target, way, light, density = sample_mesh(scene, direct.mesh, position, w, u, v)
+        target, way, light, density, emitter = sample_mesh(scene, direct.mesh, position, w, u, v)
+        if not lights_up(scene, emitter, object_):
+            return target, BLACK, of
+        if has_own_blockers(direct, scene, emitter):
+            of, rays_own = n_lamps + 2 + scene.link_group[emitter], False
     else:
         of, chance, way = n_lamps + 1, direct.world_chance, sample_world(direct.world, u, v)
         density, target = world_pdf(direct.world, way), along(position, direct.far, way)
-        light = times(world_radiance(direct.world, way), ONE / max(density, _TINY))
+        light = times(world_seen(direct.world, way, ray_kind), ONE / max(density, _TINY))
     cosine = dot(way, normal)
     if cosine <= ZERO or (rays_own and cosine * _PER_PI > chance * density):
         return target, BLACK, of
@@ -131,7 +138,7 @@ def _candidate(direct, scene, cell, position, normal, object_, rays_own, place, 
 
 
 @routine
-def met_radiance(direct, scene, triangle, distance, u, v, direction, normal):
+def met_radiance(direct, scene, triangle, distance, u, v, direction, normal, object_):
     """Radiance that a cosine-weighted ray meets and that is its own: of emissive triangles, and of the world.
 
     A constant world is all the rays'. What see-through surfaces on the way leave of it is for the caller to apply.
@@ -142,22 +149,36 @@ def met_radiance(direct, scene, triangle, distance, u, v, direction, normal):
         Where the ray ends; −1 where it meets no triangle.
     direction, normal : triples
         Of the ray, and of the surface that it starts from.
+    object_ : int
+        Of that surface, for emissive objects that do not light all.
     """
     cosine = dot(direction, normal)
     if triangle < 0:
         if direct.world.height > 0 and cosine * _PER_PI <= direct.world_chance * world_pdf(direct.world, direction):
             return BLACK
-        return world_radiance(direct.world, direction)
+        return world_seen(direct.world, direction, DIFFUSE_RAY)
     if direct.mesh_chance == ZERO or direct.mesh.density[triangle] <= ZERO:
+        return BLACK
+    emitter = scene.object[triangle]
+    if not lights_up(scene, emitter, object_) or has_own_blockers(direct, scene, emitter):
         return BLACK
     facing = abs(dot(direction, row(scene.normals, triangle)))
     if cosine * _PER_PI <= direct.mesh_chance * mesh_density(direct.mesh, triangle, distance, facing):
         return BLACK
     # Rays stop in proportion to the coverage, so that it must not weigh what they meet
-    return emitted(scene, triangle, u, v, is_back(scene, triangle, direction), _DIFFUSE_RAY)
+    return emitted(scene, triangle, u, v, is_back(scene, triangle, direction), DIFFUSE_RAY)
 
 
 @part
-def unsampled_sky(direct):
-    """Radiance of a constant world; none of one that is a picture, whose light is sampled."""
-    return direct.world.color if direct.world.height == 0 else BLACK
+def has_own_blockers(direct, scene, emitter):
+    """Whether some objects that cast shadows do not keep an emissive object's light away; rays would end on them."""
+    if len(scene.link_group) == 0:
+        return False
+    group = scene.link_group[emitter]
+    return group >= 0 and direct.has_blockers[len(direct.lamps.kind) + 2 + group]
+
+
+@part
+def unsampled_sky(direct, ray_kind):
+    """Radiance of a constant world that rays of a kind see; none of one that is a picture, whose light is sampled."""
+    return direct.world.color if direct.world.height == 0 and direct.world.seen[ray_kind] else BLACK

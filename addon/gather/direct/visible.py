@@ -7,12 +7,12 @@ from ...core.vec3 import BLACK, direction_to, minus, mul, times, to_world
 from ...scene import RayKind
 from ...tracing.embree import SHORT_OF_TARGET
 from ...tracing.transparency import closest_hit, transmittance, visibility
-from .sampling import N_PAIRS, met_radiance, sample_emitters, unsampled_sky
+from .sampling import DIFFUSE_RAY, N_PAIRS, met_radiance, sample_emitters, unsampled_sky
 
 N_PAIRS_OF_LIGHT = N_PAIRS + 1
 """Pairs of a path's numbers that `arriving` uses up."""
 
-_DIFFUSE, _SHADOW = int(RayKind.DIFFUSE), int(RayKind.SHADOW)
+_SHADOW = int(RayKind.SHADOW)
 
 
 @part
@@ -44,7 +44,8 @@ def arriving(direct, tracing, room, position, normal, object_, key, path, i, wit
     towards, light, direction, met : triples
         Where each part comes from, undefined where it is black, and its irradiance.
     """
-    target, light, lamp, lit = sample_emitters(direct, tracing.scene, position, normal, object_, True, key, path, i)
+    at = position, normal, object_, DIFFUSE_RAY
+    target, light, lamp, lit = sample_emitters(direct, tracing.scene, *at, True, key, path, i)
     if lit:
         light = mul(light, visible_share(direct, tracing, room, lamp, position, target))
     towards, _ = direction_to(position, target)
@@ -52,8 +53,8 @@ def arriving(direct, tracing, room, position, normal, object_, key, path, i, wit
         return towards, light, normal, BLACK
     u, v = two_numbers(key, path, i + N_PAIRS)
     direction = to_world(cosine_hemisphere(u, v), normal)
-    triangle, distance, a, b, tint = closest_hit(tracing, room, position, direction, _DIFFUSE)
-    met = met_radiance(direct, tracing.scene, triangle, distance, a, b, direction, normal)
+    triangle, distance, a, b, tint = closest_hit(tracing, room, position, direction, DIFFUSE_RAY)
+    met = met_radiance(direct, tracing.scene, triangle, distance, a, b, direction, normal, object_)
     if not with_sky and triangle < 0:
-        met = minus(met, unsampled_sky(direct))
+        met = minus(met, unsampled_sky(direct, DIFFUSE_RAY))
     return towards, light, direction, times(mul(tint, met), PI)

@@ -15,7 +15,7 @@ from ...core.sampling.path_numbers import path_key, two_numbers
 from ...core.sampling.warps import cosine_hemisphere
 from ...core.vec3 import BLACK, ONE, TWO, ZERO, dot, minus, mul, plus, put, row, times, to_world
 from ...photons import Photons
-from ...scene import Scene
+from ...scene import RayKind, Scene
 from ...scene.hit import off_surface, shading_normal
 from ...tracing import TransparencyTracer
 from ..direct.direct_light import DirectLight
@@ -94,7 +94,8 @@ def gather_at_sides(
     """
     key, gathered = path_key(workers.seed, _REFINE), np.zeros((len(sides), 3), np.float32)
     points, at, world = stratified_set(n_rays), (scene.arrays, elements.arrays), scene.world
-    sky = np.zeros(3, np.float32) if world.image is not None else world.color
+    unseen = world.image is not None or RayKind.DIFFUSE in world.hidden_from
+    sky = np.zeros(3, np.float32) if unseen else world.color
 
     def gather(chunk: slice, _: np.random.Generator) -> None:
         some, first = sides[chunk], chunk.start * n_rays

@@ -15,7 +15,8 @@ from ...core.parallel import Workers
 from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, ZERO, direction_to, largest, mul, negative, plus, put, row, to_local
 from ...emitters.lamps import meet_lamp, radiance_of_lamps
-from ...emitters.world import world_radiance
+from ...emitters.mesh import lights_up
+from ...emitters.world import world_seen
 from ...receivers import CameraPoints
 from ...scene import RayKind, Scene
 from ...scene.hit import emitted, hit_at, is_back, off_surface
@@ -23,7 +24,7 @@ from ...tracing import TransparencyTracer
 from ...tracing.embree import new_ray
 from ...tracing.transparency import closest_hit
 from ..direct.direct_light import DirectLight
-from ..direct.sampling import sample_emitters
+from ..direct.sampling import GLOSSY_RAY, sample_emitters
 from ..direct.visible import visible_share
 from .lobe_rays import mean_over_rays, ray_counts
 
@@ -84,8 +85,8 @@ def _by_points_of_lights(tracing, room, direct, hit, direction, key, path):
     """What a point of a light gives that rays by the rough glossy lobes find less often."""
     scene = tracing.scene
     origin, normal = off_surface(scene, hit, ONE), axis_at(scene, hit, direction)
-    object_ = scene.object[hit.triangle]
-    target, irradiance, lamp, lit = sample_emitters(direct, scene, origin, normal, object_, False, key, path, 4)
+    at = origin, normal, scene.object[hit.triangle], GLOSSY_RAY
+    target, irradiance, lamp, lit = sample_emitters(direct, scene, *at, False, key, path, 4)
     if not lit:
         return BLACK
     towards, _ = direction_to(origin, target)
@@ -118,7 +119,7 @@ def _by_rays(tracing, room, direct, hit, direction, key, path):
     object_ = scene.object[hit.triangle]
     met = radiance_of_lamps(direct.lamps, on.origin, on.direction, distance, on.kind, object_, least_density)
     if triangle < 0 and (on.specular or direct.world.height == 0):
-        met = plus(met, world_radiance(direct.world, on.direction))
-    elif triangle >= 0 and on.specular:
+        met = plus(met, world_seen(direct.world, on.direction, on.kind))
+    elif triangle >= 0 and on.specular and lights_up(scene, scene.object[triangle], object_):
         met = plus(met, emitted(scene, triangle, u, v, is_back(scene, triangle, on.direction), on.kind))
     return mul(mul(on.weight, tint), met)

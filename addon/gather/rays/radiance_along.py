@@ -40,10 +40,11 @@ from ...core.compiling import by_reference, part
 from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, largest, mul, negative, plus, row, times, to_local
 from ...emitters.lamps import radiance_of_lamps
-from ...emitters.world import world_radiance
+from ...emitters.mesh import lights_up
+from ...emitters.world import world_seen
 from ...scene.hit import emitted, hit_at, is_back, off_surface
 from ...tracing.transparency import closest_hit
-from ..direct.sampling import DirectArrays, met_radiance, sample_emitters, unsampled_sky
+from ..direct.sampling import DIFFUSE_RAY, GLOSSY_RAY, DirectArrays, met_radiance, sample_emitters, unsampled_sky
 from ..direct.visible import visible_share
 from ..radiance_cache.radiance_cache import CacheArrays, side_at
 
@@ -157,7 +158,7 @@ def _direct_light_reflected(tracing, room, direct, key, path, i, hit, bsdf):
     """Direct light that the diffuse lobe reflects; what rays own of it comes with the next ray."""
     scene = tracing.scene
     origin, object_ = off_surface(scene, hit, ONE), scene.object[hit.triangle]
-    at = origin, lit_normal(scene, hit), object_
+    at = origin, lit_normal(scene, hit), object_, DIFFUSE_RAY
     target, irradiance, lamp, lit = sample_emitters(direct, scene, *at, True, key, path, i)
     if not lit:
         return BLACK
@@ -173,7 +174,8 @@ def _highlight(tracing, room, direct, key, path, i, hit, bsdf, direction):
     scene = tracing.scene
     origin, object_ = off_surface(scene, hit, ONE), scene.object[hit.triangle]
     normal = axis_at(scene, hit, direction)
-    target, irradiance, lamp, lit = sample_emitters(direct, scene, origin, normal, object_, False, key, path, i)
+    at = origin, normal, object_, GLOSSY_RAY
+    target, irradiance, lamp, lit = sample_emitters(direct, scene, *at, False, key, path, i)
     if not lit:
         return BLACK
     towards, _ = direction_to(origin, target)
@@ -187,16 +189,24 @@ def _highlight(tracing, room, direct, key, path, i, hit, bsdf, direction):
 @part
 def _emission_met(scene, direct, hit, on, triangle, distance, u, v, specular):
     """What shines along a ray that a surface sent on and that is not found by points of lights."""
+    object_ = scene.object[hit.triangle]
     if on.lobe < GLOSSY:
         normal = lit_normal(scene, hit)
         if on.lobe == TRANSLUCENT:
             normal = negative(normal)
-        return met_radiance(direct, scene, triangle, distance, u, v, on.direction, normal)
+        return met_radiance(direct, scene, triangle, distance, u, v, on.direction, normal, object_)
     if specular and on.specular:
-        if triangle >= 0:
-            shining = emitted(scene, triangle, u, v, is_back(scene, triangle, on.direction), on.kind)
-        else:
-            shining = world_radiance(direct.world, on.direction)
-        at = on.origin, on.direction, distance, on.kind, scene.object[hit.triangle]
+        shining = _seen(scene, direct, triangle, u, v, on, object_)
+        at = on.origin, on.direction, distance, on.kind, object_
         return plus(shining, radiance_of_lamps(direct.lamps, *at, _INFINITY))
-    return BLACK if triangle >= 0 else unsampled_sky(direct)
+    return BLACK if triangle >= 0 else unsampled_sky(direct, on.kind)
+
+
+@part
+def _seen(scene, direct, triangle, u, v, on, object_):
+    """What a ray from an object sees of a triangle's emission, or of the world."""
+    if triangle < 0:
+        return world_seen(direct.world, on.direction, on.kind)
+    if not lights_up(scene, scene.object[triangle], object_):
+        return BLACK
+    return emitted(scene, triangle, u, v, is_back(scene, triangle, on.direction), on.kind)

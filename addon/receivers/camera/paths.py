@@ -12,7 +12,8 @@ from ...core.sampling.path_numbers import two_numbers
 from ...core.sampling.vectors import rows
 from ...core.vec3 import BLACK, ONE, ZERO, add, dot, mean, mul, plus, put, row
 from ...emitters.lamps import lamp_arrays, radiance_of_lamps
-from ...emitters.world import world_arrays, world_radiance
+from ...emitters.mesh import lights_up
+from ...emitters.world import world_arrays, world_seen
 from ...scene import RayKind, Scene
 from ...scene.hit import emitted, hit_at, is_back
 from ...tracing import Hits, TransparencyTracer
@@ -156,10 +157,11 @@ def _branch(tracing, room, lamps, world, key, path, branch, direction, met, thro
             way += distance
         n_followed += 1
     if n_followed > 1:
-        if triangle >= 0:
-            shining = emitted(scene, triangle, u, v, is_back(scene, triangle, direction), kind)
+        if triangle < 0:
+            shining = world_seen(world, direction, kind)
         else:
-            shining = world_radiance(world, direction)
+            lit = lights_up(scene, scene.object[triangle], scene.object[hit.triangle])
+            shining = emitted(scene, triangle, u, v, is_back(scene, triangle, direction), kind) if lit else BLACK
         light = plus(light, mul(throughput, shining))
     return (triangle, u, v, direction, throughput, share, way, n_followed), light, n_splits
 

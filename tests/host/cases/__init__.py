@@ -1,6 +1,17 @@
 """Cases, one feature each: small scenes with probes, for which Cycles' mean light stands in tests/references."""
 
-from . import emitters, lamps, shapes, surfaces, textures
+from . import emitters, lamp_nodes, lamps, light_visibility, shapes, surfaces, textures
 from .registry import CASES, GROUPS, Case
 
-__all__ = ["CASES", "GROUPS", "Case", "emitters", "lamps", "shapes", "surfaces", "textures"]
+__all__ = [
+    "CASES",
+    "GROUPS",
+    "Case",
+    "emitters",
+    "lamp_nodes",
+    "lamps",
+    "light_visibility",
+    "shapes",
+    "surfaces",
+    "textures",
+]

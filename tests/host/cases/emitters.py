@@ -1,9 +1,10 @@
 """Surfaces that emit, and worlds."""
 
+import bpy
 import numpy as np
 
 from .registry import case
-from .stage import box, glow, lamp, missing_picture, nodes, picture, probes, quad, room, shader, sky, world
+from .stage import box, glow, lamp, matte, missing_picture, nodes, picture, probes, quad, room, shader, sky, world
 
 GROUP = "Emitting surfaces and worlds"
 
@@ -224,6 +225,85 @@ def world_not_diffuse():
     open_room()
     world((0.2, 0.5, 1), 2).cycles_visibility.diffuse = False
     lamp("POINT", energy=100, color=(1, 0.6, 0.3))
+
+
+@case("Portal of a window, world of a picture", GROUP, effort=4)
+def portal():
+    # The area lamp in the window only guides Cycles' samples; the window is 80 cm wide.
+    open_room()
+    for x, z, half_x, half_z in ((-1.2, 0, 0.8, 2), (1.2, 0, 0.8, 2), (0, 1.2, 0.4, 0.8), (0, -1.2, 0.4, 0.8)):
+        quad("Wall", (x, -2, z), (half_x, 0, 0), (0, 0, half_z), matte((0.6, 0.6, 0.6), "Wall"))
+    tree = sky()
+    image = tree.add("TexEnvironment", image=picture(halves((0.2, 0.3, 0.6), (1, 0.8, 0.5), 16, 32)))
+    tree.done(tree.add("Background", {"Color": image, "Strength": 4.0}), "OutputWorld")
+    light = lamp("AREA", (0, -2, 0), (0, 0, 0), size=0.8, energy=1000)
+    light.data.cycles.is_portal = True
+
+
+def linked(*objects):
+    """A collection outside the scene, for linking lights."""
+    collection = bpy.data.collections.new("Linked")
+    for obj in objects:
+        collection.objects.link(obj)
+    return collection
+
+
+@case("Light linking of an emissive mesh", GROUP)
+def emissive_linked():
+    # It lights the red wall alone.
+    emitter = lit_by(glow((1, 0.8, 0.5), 5))
+    emitter.light_linking.receiver_collection = linked(bpy.data.objects["Left"])
+
+
+@case("Light linking of two emissive meshes, one excluding", GROUP)
+def emissive_excluding():
+    # The blue one lights all but the floor.
+    lit_by(glow((1, 0.6, 0.3), 2))
+    other = quad("Other", (0.9, 0, 0), (0, 0.5, 0), (0, 0, 0.5), glow((0.2, 0.4, 1), 5))
+    collection = linked(bpy.data.objects["Floor"])
+    collection.collection_objects[0].light_linking.link_state = "EXCLUDE"
+    other.light_linking.receiver_collection = collection
+
+
+@case("Shadow linking of an emissive mesh", GROUP)
+def emissive_shadow_linked():
+    # Of two plates under it, one casts a shadow.
+    emitter = lit_by(glow((1, 0.8, 0.5), 5))
+    black = matte((0, 0, 0), "Black")
+    first = quad("First", (0.5, 0, 0.8), (0.5, 0, 0), (0, 1.2, 0), black)
+    quad("Second", (-0.5, 0, 0.8), (0.5, 0, 0), (0, 1.2, 0), black)
+    emitter.light_linking.blocker_collection = linked(first)
+
+
+def under_sky(strength=0.1, **settings):
+    """The room, open in front, under a Sky Texture."""
+    open_room()
+    tree = sky()
+    texture = tree.add("TexSky", **settings)
+    tree.done(tree.add("Background", {"Color": texture, "Strength": strength}), "OutputWorld")
+
+
+def single_scattering():
+    """What this Blender calls Nishita's sky."""
+    kinds = bpy.types.ShaderNodeTexSky.bl_rna.properties["sky_type"].enum_items.keys()
+    return "SINGLE_SCATTERING" if "SINGLE_SCATTERING" in kinds else "NISHITA"
+
+
+@case("Sky Texture, single scattering, with the sun's own disc", GROUP, effort=2)
+def sky_single():
+    # The sun is 0.545° wide, and shines onto the floor and the green wall.
+    settings = {"sun_elevation": 0.5, "sun_rotation": 2.6, "sun_size": 0.0095}
+    under_sky(0.02, sky_type=single_scattering(), **settings)
+
+
+@case("Sky Texture, single scattering, without a sun", GROUP)
+def sky_single_dark():
+    under_sky(0.1, sky_type=single_scattering(), sun_disc=False, sun_elevation=0.1, sun_rotation=2.0)
+
+
+@case("Preetham's sky", GROUP)
+def sky_preetham():
+    under_sky(0.3, sky_type="PREETHAM", turbidity=4, sun_direction=(-0.4, -0.7, 0.4))
 
 
 @case("World and a sun", GROUP)

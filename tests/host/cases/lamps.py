@@ -290,6 +290,11 @@ def lamp_max_bounces():
     lamp("POINT", (1, 0, -0.3), energy=500, shadow_soft_size=0.1, name="None").data.cycles.max_bounces = 0
 
 
+@case("Max Bounces 2 of an area lamp", GROUP)
+def lamp_two_bounces():
+    lit_room("AREA", (-0.5, 0, 1), size=0.5, energy=100).data.cycles.max_bounces = 2
+
+
 @case("Negative power", GROUP)
 def lamp_negative():
     # Beside the green wall a lamp takes away a third of what the one beside the red wall gives.

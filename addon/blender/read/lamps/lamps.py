@@ -9,14 +9,16 @@ the lamp's world matrix:
 - area: radiance Φ / (π · area), the area as scaled in the world; without Normalize Φ / π. A spread does not change the
   power.
 
+Nodes multiply Φ: by a constant; or by a pattern over directions or places, and by a fall-off (`lamp_nodes`).
+
 Negative power takes light away. Max Bounces are read as Cycles has them: surfaces between the lamp and who looks.
 
-Rays that gloss or glass sends on see lamps as Ray Visibility says, and none without Multiple Importance.
+Surfaces scatter a lamp's light by the lobes that Ray Visibility says; rays meet no lamp without Multiple Importance.
 
 These were measured with Cycles 4.5 and 5.2 and are held by tests/host/test_extract_lamps.py.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import pi, sin
 
 import bpy
@@ -26,10 +28,19 @@ from ....core.errors import Advice
 from ....scene import ALL_BOUNCES, LightKind, Lights
 from ...warn import Warnings
 from ..materials.nodes import Place, output_node, uses_nodes
+from .lamp_nodes import LampNodes, falling_off
 from .light_shader import constant_emission
 
 
-def read_lamp(obj: "bpy.types.Object", matrix: np.ndarray, name: str, warnings: Warnings) -> Lights:
+@dataclass(frozen=True)
+class LampReading:
+    """At most one lamp, and what of its light only Cycles can tell, if anything."""
+
+    lights: Lights
+    nodes: LampNodes | None = None
+
+
+def read_lamp(obj: "bpy.types.Object", matrix: np.ndarray, name: str, warnings: Warnings) -> LampReading:
     """One lamp.
 
     Parameters
@@ -44,19 +55,31 @@ def read_lamp(obj: "bpy.types.Object", matrix: np.ndarray, name: str, warnings: 
 
     Returns
     -------
-    Lights
-        One lamp, or none if diffuse surfaces never see its light.
+    LampReading
+        Without a lamp if surfaces never see its light.
     """
     light = obj.data
-    if not obj.visible_diffuse or getattr(getattr(light, "cycles", None), "is_portal", False):
-        return Lights.none()
+    cycles, kinds = getattr(light, "cycles", None), ("diffuse", "glossy", "transmission")
+    seen = [bool(getattr(obj, f"visible_{kind}")) for kind in kinds]
+    if not any(seen) or getattr(cycles, "is_portal", False):
+        return LampReading(Lights.none())
     lengths = np.linalg.norm(matrix[:3, :3], axis=0)
-    power = _power(light, name, warnings)
+    factor = _node_factor(light)
+    power = _power(light) * (1.0 if factor is None else factor)
     lights = _shining(light, power, matrix, lengths, name, warnings)
-    cycles = getattr(light, "cycles", None)
     met = bool(getattr(cycles, "use_multiple_importance_sampling", True))
-    lights = lights.seen(met and obj.visible_glossy, met and obj.visible_transmission)
-    return replace(lights, max_bounces=np.full(len(lights), getattr(cycles, "max_bounces", ALL_BOUNCES), np.int32))
+    diffuse, glossy, transmitted, of_rays = (np.full(len(lights), one) for one in (*seen, met))
+    lights = replace(
+        lights,
+        seen_by_diffuse=diffuse,
+        seen_in_gloss=glossy,
+        seen_through_glass=transmitted,
+        met_by_rays=of_rays,
+        max_bounces=np.full(len(lights), getattr(cycles, "max_bounces", ALL_BOUNCES), np.int32),
+    )
+    if factor is not None or not len(lights):
+        return LampReading(lights)
+    return LampReading(falling_off(lights, light, name, warnings), LampNodes.of(light, lights, matrix, name, warnings))
 
 
 def _shining(
@@ -95,29 +118,18 @@ def light_group_of(obj: "bpy.types.Object", instancer: "bpy.types.Object | None"
     return str(obj.lightgroup or (instancer.lightgroup if instancer else ""))
 
 
-def _power(light: "bpy.types.Light", name: str, warnings: Warnings) -> np.ndarray:
-    """Φ of the formulas above, (3,) float64."""
+def _power(light: "bpy.types.Light") -> np.ndarray:
+    """Φ of the formulas above without nodes, (3,) float64."""
     power = np.array(light.color, np.float64) * light.energy * 2.0 ** getattr(light, "exposure", 0.0)
-    if getattr(light, "use_temperature", False):
-        power *= np.array(light.temperature_color)
-    if uses_nodes(light):
-        power *= _node_factor(light, name, warnings)
-    return power
+    return power * np.array(light.temperature_color) if getattr(light, "use_temperature", False) else power
 
 
-def _node_factor(light: "bpy.types.Light", name: str, warnings: Warnings) -> np.ndarray:
-    """What the lamp's nodes multiply its power by, (3,) float64."""
-    output = output_node(light)
-    if output is None:
-        return np.zeros(3)
-    factor = constant_emission(Place(output.inputs["Surface"]))
-    if factor is None:
-        warnings.add(
-            f"Light '{name}': its nodes give a light that differs by direction or distance, which cannot be baked yet, "
-            "so its own color and power are baked: give its Emission node one color and strength."
-        )
+def _node_factor(light: "bpy.types.Light") -> np.ndarray | None:
+    """What the lamp's nodes multiply its power by, (3,) float64; None where that is not the same everywhere."""
+    if not uses_nodes(light):
         return np.ones(3)
-    return factor
+    output = output_node(light)
+    return np.zeros(3) if output is None else constant_emission(Place(output.inputs["Surface"]))
 
 
 def _normalized(light: "bpy.types.Light") -> bool:

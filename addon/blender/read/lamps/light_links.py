@@ -1,4 +1,4 @@
-"""Light and shadow linking: which objects a lamp lights, and which keep its light away."""
+"""Light and shadow linking: which objects a lamp or an emissive object lights, and which keep its light away."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -6,15 +6,14 @@ from dataclasses import replace
 import bpy
 import numpy as np
 
-from ....scene import Scene
-from ...warn import Warnings
+from ....scene import EmitterLinks, Scene
 
 Placed = tuple["bpy.types.Object", "bpy.types.Object | None"]
 """An original object, and the one that instances it."""
 
 
-def link_lights(scene: Scene, lamps: "list[bpy.types.Object]", objects: list[Placed], warnings: Warnings) -> Scene:
-    """The scene with its lamps linked to its objects as Cycles links them.
+def link_lights(scene: Scene, lamps: "list[bpy.types.Object]", objects: list[Placed]) -> Scene:
+    """The scene with its lamps and emissive objects linked to its objects as Cycles links them.
 
     Parameters
     ----------
@@ -24,8 +23,6 @@ def link_lights(scene: Scene, lamps: "list[bpy.types.Object]", objects: list[Pla
         The original of each of the scene's lamps.
     objects : list of Placed
         The original of each of the scene's objects.
-    warnings : Warnings
-        Told of objects that emit light and are linked.
     """
     illuminates = _linked([_receivers(lamp) for lamp in lamps], objects)
     blocked_by = _linked([_blockers(lamp) for lamp in lamps], objects)
@@ -33,14 +30,24 @@ def link_lights(scene: Scene, lamps: "list[bpy.types.Object]", objects: list[Pla
     if shadowless.any():
         blocked_by = np.ones((len(lamps), len(objects)), bool) if blocked_by is None else blocked_by
         blocked_by[shadowless] = False
+    lights = replace(scene.lights, illuminates=illuminates, blocked_by=blocked_by)
+    return replace(scene, lights=lights, objects=replace(scene.objects, links=_links_of_emitters(scene, objects)))
+
+
+def _links_of_emitters(scene: Scene, objects: list[Placed]) -> EmitterLinks | None:
+    """What the emissive objects of a scene light; None where all light all."""
     glows = scene.materials.emits[scene.material_of_triangle]
+    of_pair: dict[tuple, int] = {}
+    group = np.full(len(objects), -1, np.int32)
     for index in np.unique(scene.object_of_triangle[glows]):
-        if _receivers(objects[index][0]) or _blockers(objects[index][0]):
-            name = scene.objects.names[index]
-            warnings.add(
-                f"Object '{name}': light linking of emissive surfaces cannot be baked; it shines on everything."
-            )
-    return replace(scene, lights=replace(scene.lights, illuminates=illuminates, blocked_by=blocked_by))
+        pair = _receivers(objects[index][0]), _blockers(objects[index][0])
+        if any(pair):
+            group[index] = of_pair.setdefault(pair, len(of_pair))
+    if not of_pair:
+        return None
+    everything = np.ones((len(of_pair), len(objects)), bool)
+    linked = (_linked([pair[k] for pair in of_pair], objects) for k in (0, 1))
+    return EmitterLinks(group, *(everything if rows is None else rows for rows in linked))
 
 
 def _receivers(obj: "bpy.types.Object") -> "bpy.types.Collection | None":

@@ -1,10 +1,64 @@
-"""What the shaders of lamps and worlds emit, where it is the same everywhere."""
+"""What the shaders of lamps and worlds emit where it is the same everywhere, and what of it differs."""
+
+from dataclasses import dataclass
 
 import bpy
 import numpy as np
 
 from ..materials.expressions import constant
-from ..materials.nodes import Place
+from ..materials.nodes import Place, reached_nodes
+
+_POWERS = {"Quadratic": 0, "Linear": 1, "Constant": 2}
+"""Of the distance, with which each output of a Light Falloff node multiplies what falls off by 1/d²."""
+
+_BY_DIRECTION = {("NEW_GEOMETRY", "Incoming"), ("TEX_COORD", "Reflection"), ("TEX_COORD", "Camera")}
+_BY_FACING = {"LAYER_WEIGHT", "FRESNEL", "CAMERA"}
+_BY_PLACE = {("NEW_GEOMETRY", "Position"), ("NEW_GEOMETRY", "Parametric"), ("TEX_COORD", "Generated")}
+_BY_PLACE |= {("TEX_COORD", "UV"), ("TEX_COORD", "Object"), ("TEX_COORD", "Window")}
+
+
+@dataclass(frozen=True)
+class Falloff:
+    """How a lamp's light falls off, as in `Lights`: `distance_power`, and `smoothing`, m².
+
+    `known` is false where nodes say different things of it.
+    """
+
+    distance_power: int = 0
+    smoothing: float = 0.0
+    known: bool = True
+
+
+def falloff_of(light: "bpy.types.Light") -> Falloff:
+    """What the Light Falloff nodes of a lamp say, as factors of all of its light."""
+    said = set()
+    for node in reached_nodes(light):
+        if node.type == "LIGHT_FALLOFF":
+            smooth = constant(Place(node.inputs["Smooth"]))
+            smoothing = 0.0 if smooth is None else max(float(smooth[0]), 0.0)
+            linked = [_POWERS[output.identifier] for output in node.outputs if output.is_linked]
+            said |= {Falloff(power, smoothing, smooth is not None) for power in linked}
+        elif node.type == "LIGHT_PATH" and node.outputs["Ray Length"].is_linked:
+            said.add(Falloff(known=False))
+    return said.pop() if len(said) == 1 else Falloff(known=not said)
+
+
+def differs_by(light: "bpy.types.Light") -> set[str]:
+    """Of what an area lamp's nodes ask: "direction", "place", or both."""
+    asked = set()
+    for node in reached_nodes(light):
+        linked = {(node.type, output.identifier) for output in node.outputs if output.is_linked}
+        if linked & _BY_DIRECTION or node.type in _BY_FACING:
+            asked.add("direction")
+        if linked & _BY_PLACE or node.type == "UVMAP" or _takes_places(node):
+            asked.add("place")
+    return asked
+
+
+def _takes_places(node: "bpy.types.Node") -> bool:
+    """Whether a texture is without coordinates, for which it takes those of the surface."""
+    vector = node.inputs.get("Vector")
+    return node.type.startswith("TEX_") and node.type != "TEX_IES" and vector is not None and not vector.is_linked
 
 
 def constant_emission(surface: Place) -> np.ndarray | None:

@@ -1,11 +1,11 @@
 """Blender's world as radiance."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
 
-from ....scene import World
+from ....scene import RayKind, World
 from ...temporary import CyclesError
 from ...warn import Warnings
 from ..materials.nodes import Place, output_node, uses_nodes
@@ -33,7 +33,7 @@ class WorldReading:
         if self.picture_of is None:
             return self.light
         try:
-            return _compact(picture_of_world(self.picture_of, scene))
+            return _hidden(_compact(picture_of_world(self.picture_of, scene)), self.light.hidden_from)
         except CyclesError as error:
             warnings.add(
                 f"World '{self.picture_of.name}': Cycles could not render it ({error}), so the Background node's own "
@@ -54,20 +54,23 @@ def read_world(depsgraph: "bpy.types.Depsgraph", light_group: str = "") -> World
     black = WorldReading(World.constant(0))
     view_layer = depsgraph.view_layer
     world = _world_of(depsgraph)
-    if world is None or not view_layer.use_sky or not _seen_by_diffuse_rays(world):
+    if world is None or not view_layer.use_sky:
+        return black
+    hidden_from = _hidden_from(world)
+    if hidden_from == set(_FLAGS):
         return black
     if light_group and world.lightgroup != light_group:
         return black
     if not uses_nodes(world):
-        return WorldReading(World.constant(world.color[:3]))
+        return WorldReading(_hidden(World.constant(world.color[:3]), hidden_from))
     output = output_node(world)
     if output is None:
         return black
     surface = Place(output.inputs["Surface"])
     color = constant_emission(surface)
     if color is not None:
-        return WorldReading(World.constant(color))
-    return WorldReading(World.constant(_own_values(surface)), world.original)
+        return WorldReading(_hidden(World.constant(color), hidden_from))
+    return WorldReading(_hidden(World.constant(_own_values(surface)), hidden_from), world.original)
 
 
 def light_group_of_world(depsgraph: "bpy.types.Depsgraph") -> str:
@@ -95,6 +98,14 @@ def _compact(picture: np.ndarray) -> World:
     return World(np.ones(3, np.float32), picture)
 
 
-def _seen_by_diffuse_rays(world: "bpy.types.World") -> bool:
+_FLAGS = {RayKind.DIFFUSE: "diffuse", RayKind.GLOSSY: "glossy", RayKind.TRANSMITTED: "transmission"}
+
+
+def _hidden_from(world: "bpy.types.World") -> frozenset[RayKind]:
+    """The rays that its Ray Visibility hides a world from."""
     visibility = getattr(world, "cycles_visibility", None)
-    return bool(getattr(visibility, "diffuse", True))
+    return frozenset(kind for kind, name in _FLAGS.items() if not getattr(visibility, name, True))
+
+
+def _hidden(light: World, hidden_from: frozenset[RayKind]) -> World:
+    return replace(light, hidden_from=hidden_from)
