@@ -6,6 +6,7 @@ from photon_bake.addon.core.compiling import jit, kernel
 from photon_bake.addon.core.sampling.cutpoint_table import chance_of
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.core.vec3 import row
+from photon_bake.addon.emitters.patterns.arrays import pattern_arrays
 from photon_bake.addon.gather.direct.lamp_choice import cell_of, choose_lamp, lamp_grid
 from photon_bake.addon.gather.direct.ray_directions import gather_directions, shifted, stratified_set
 from photon_bake.addon.scene import LightKind, Lights
@@ -43,7 +44,8 @@ def shift_all(points, a, b, out):
 def grid_of(*lights, lit=None):
     """The grid of a box from −1 to 1 with lamps."""
     scene = scene_of(*box(), lights=Lights.join(list(lights)))
-    return scene, lamp_grid(scene, np.ones(len(lights), bool) if lit is None else np.array(lit))
+    chosen = np.ones(len(lights), bool) if lit is None else np.array(lit)
+    return scene, lamp_grid(scene, pattern_arrays(scene.lights), chosen)
 
 
 def test_cells_of_positions():
