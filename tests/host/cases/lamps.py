@@ -3,7 +3,7 @@
 import bpy
 
 from .registry import case
-from .stage import Nodes, box, lamp, matte, probes, put, quad, room
+from .stage import Nodes, box, lamp, matte, probes, put, quad, room, shader
 
 GROUP = "Lamps"
 BLACK = (0, 0, 0)
@@ -288,6 +288,15 @@ def lamp_max_bounces():
     # The lamp beside the red wall lights what its light meets first and no more; the other is not seen in the room.
     lit_room("POINT", (-1, 0, 0.3), energy=100, shadow_soft_size=0.1).data.cycles.max_bounces = 1
     lamp("POINT", (1, 0, -0.3), energy=500, shadow_soft_size=0.1, name="None").data.cycles.max_bounces = 0
+
+
+@case("Max Bounces 0", GROUP)
+def lamp_no_bounce():
+    # Nothing of the red lamp is left in indirect light; it is not even reflected by the mirror.
+    light = lit_room("POINT", (-1, 0, 0.3), energy=300, color=(1, 0.2, 0.1), shadow_soft_size=0, name="None")
+    light.data.cycles.max_bounces = 0
+    lamp("POINT", (1, 0, -0.3), energy=100, shadow_soft_size=0.1)
+    quad("Mirror", (0, 1.5, 0), (0.8, 0, 0), (0, 0, 0.8), shader("BsdfGlossy", {"Roughness": 0.0}))
 
 
 @case("Max Bounces 2 of an area lamp", GROUP)

@@ -53,6 +53,14 @@ def waves(tree):
     return tree.add("Math", {0: turns}, operation="SINE")
 
 
+@case("Displacement of a fine mesh in world space", GROUP)
+def displacement_waves():
+    def up(tree):
+        return tree.add("Displacement", {"Height": waves(tree), "Midlevel": 0.0, "Scale": 0.15}, space="WORLD")
+
+    grid(moved(up), n=40, scale=0.5, smooth=True)
+
+
 @case("Displacement by a texture of a scaled object", GROUP)
 def displacement_noise():
     def up(tree):
