@@ -10,6 +10,7 @@ from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.photons import PathKind, trace_photons
 from photon_bake.addon.scene import Channel, LightKind, Lights, Materials
+from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import (
     box,
@@ -25,7 +26,7 @@ from photon_bake.tests.core.scenes import (
 def trace(scene, n=100_000, max_bounces=64, seed=1, **workers):
     return trace_photons(
         scene,
-        EmbreeTracer(scene),
+        TransparencyTracer(scene, EmbreeTracer(scene)),
         light_sources(scene, region_of(scene.vertices)),
         n,
         max_bounces,
