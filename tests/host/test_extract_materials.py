@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from photon_bake.addon.blender.read.materials.pictures.texels import MAX_SIDE, StoredImage
 from photon_bake.addon.emitters.mesh import radiance_of
+from photon_bake.addon.scene import RayKind
 from photon_bake.tests.host import scenes
 
 CHECK = np.random.default_rng(3).uniform(0.1, 1, (2, 2, 4))
@@ -77,8 +78,9 @@ def test_image_that_is_not_colour():
 @pytest.mark.parametrize("alpha_is_used", [True, False])
 @pytest.mark.parametrize("mode", ["STRAIGHT", "CHANNEL_PACKED", "NONE"])
 def test_transparent_texels(mode, alpha_is_used):
-    material, surface = scenes.add_material(node="ShaderNodeBsdfDiffuse")
-    node = scenes.add_image_node(material, surface.inputs["Color"], np.array([[[0.8, 0.5, 0.3, 0.5]]]))
+    material, surface = scenes.add_material()
+    surface.inputs["Specular IOR Level"].default_value = 0
+    node = scenes.add_image_node(material, surface.inputs["Base Color"], np.array([[[0.8, 0.5, 0.3, 0.5]]]))
     node.image.alpha_mode = mode
     if alpha_is_used:
         tree = material.node_tree
@@ -288,4 +290,5 @@ def test_negative_world():
 def test_world_that_diffuse_rays_do_not_see():
     scenes.set_world((1, 1, 1))
     bpy.context.scene.world.cycles_visibility.diffuse = False
-    assert not extract().world.color.any()
+    world = extract().world
+    assert world.color.all() and world.hidden_from == {RayKind.DIFFUSE}

@@ -54,7 +54,7 @@ def glass_beckmann():
     divided(glass("BECKMANN", 0.5), 0.2)
 
 
-@case("Glass BSDF, Beckmann, roughness 0.2", GROUP, effort=9)
+@case("Glass BSDF, Beckmann, roughness 0.2", GROUP, effort=14)
 def glass_beckmann_sharp():
     divided(glass("BECKMANN", 0.2), 0.2)
 
@@ -69,13 +69,13 @@ def refraction_beckmann():
     divided(glass("BECKMANN", 0.4, "Refraction"), 0.2)
 
 
-@case("Metallic BSDF, a dark edge (F82)", GROUP, effort=6)
+@case("Metallic BSDF, a dark edge (F82)", GROUP, effort=16)
 def metallic_f82():
     inputs = {"Base Color": (0.9, 0.7, 0.5), "Edge Tint": (0.1, 0.4, 0.9), "Roughness": 0.3}
     grazed_floor(shader("BsdfMetallic", inputs))
 
 
-@case("Principled metal with a specular tint", GROUP, effort=6)
+@case("Principled metal with a specular tint", GROUP, effort=12)
 def metal_tinted():
     inputs = {"Base_Color": (0.6, 0.5, 0.4), "Metallic": 1.0, "Specular_Tint": (0.2, 0.6, 1)}
     grazed_floor(principled(**inputs, Roughness=0.4))
