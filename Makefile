@@ -65,7 +65,13 @@ bake: env
 		BLENDER_USER_RESOURCES="$$resources" '$(baker)' -b '$(SCENE)' -c photon_bake $(ARGS)
 endif
 
-test: lint types test-core test-plain test-host
+# Core and host tests each keep one core busy, so they run beside each other.
+test: lint types
+	@$(call say,'Core tests run beside the host tests; what they say comes last')
+	@mkdir -p build
+	@{ $(MAKE) --no-print-directory test-core test-plain >build/test_core.log 2>&1; echo $$? >build/test_core.status; } & \
+		$(MAKE) --no-print-directory test-host; host=$$?; wait; cat build/test_core.log; \
+		[ $$host -eq 0 ] && [ "$$(cat build/test_core.status)" -eq 0 ]
 
 # pyproject.toml leaves out the tests that are marked so.
 test-long: override ARGS := -m long $(ARGS)

@@ -162,7 +162,7 @@ def digest(path: Path) -> str:
 
 def repack(source: Path, destination: Path) -> None:
     """Copy a zip with its files sorted and dated alike, so that equal inputs give equal zips."""
-    partial = destination.with_suffix(".partial")
+    partial = destination.with_suffix(f".{os.getpid()}.partial")
     with zipfile.ZipFile(source) as old, zipfile.ZipFile(partial, "w") as new:
         for info in sorted(old.infolist(), key=lambda info: info.filename):
             compression = zipfile.ZIP_STORED if info.filename.endswith(".whl") else zipfile.ZIP_DEFLATED

@@ -14,6 +14,9 @@ from ...core.progress import Progress
 
 COMPILING = "Compiling kernels (first use)"
 _SCRIPT = Path(__file__).with_name("process.py")
+_PLACE = Path(__file__).parents[3]
+"""The extension's folder by the path that it is imported from, links and all: Numba keeps kernels by that path."""
+
 _LOOK = 0.05
 """Seconds between two looks at the process."""
 
@@ -113,7 +116,7 @@ def _begun(log: Path) -> "subprocess.Popen[bytes]":
         low = subprocess.BELOW_NORMAL_PRIORITY_CLASS | subprocess.CREATE_NO_WINDOW
     with log.open("wb") as said:
         return subprocess.Popen(
-            [sys.executable, str(_SCRIPT), compiling.PACKAGE, str(compiling.ROOT)],
+            [sys.executable, str(_SCRIPT), compiling.PACKAGE, str(_PLACE)],
             stdin=subprocess.PIPE,  # closed by the end of this process
             stdout=said,
             stderr=subprocess.STDOUT,
