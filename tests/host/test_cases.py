@@ -5,6 +5,9 @@ from photon_bake.tests.host.cases import CASES
 from photon_bake.tests.host.cases.references import lacking, load
 from photon_bake.tests.host.cases.table import PATH, measure_row
 
+LONG = 5
+"""Effort above which a case takes over five seconds of CPU, and is left to `make test-long`."""
+
 
 @pytest.fixture(scope="module")
 def rows(request):
@@ -19,7 +22,7 @@ def rows(request):
 
 def marks(case):
     """Cases that need much work to be told from noise are long: others have the same features in easier light."""
-    return pytest.mark.long if case.effort > 9 else ()
+    return pytest.mark.long if case.effort > LONG else ()
 
 
 @pytest.mark.parametrize("case", [pytest.param(case, marks=marks(case), id=case.name) for case in CASES.values()])
