@@ -1,5 +1,7 @@
 """Beckmann: facets whose slopes are a normal distribution with the variance α²/2."""
 
+from math import erf
+
 import numpy as np
 
 from ...core.compiling import part, routine
@@ -12,8 +14,6 @@ _UNMASKED = np.float32(0.39)  # (α tan θ)² below which the fit is 0
 _OVER = np.float32(-1.259), np.float32(0.396)
 _UNDER = np.float32(3.535), np.float32(2.181)
 _N_STEPS = 5  # of Newton's method; it has converged after three or four
-_ERF = tuple(np.float32(c) for c in (0.254829592, -0.284496736, 1.421413741, -1.453152027, 1.061405429))
-_ERF_SCALE = np.float32(0.3275911)
 _CENTRE = tuple(
     np.float32(c)
     for c in (
@@ -78,7 +78,7 @@ def _slope_along(cot, u):
     the root is with exp(−t²) ≈ 1 − b² (Jakob, "An Improved Visible Normal Sampling Routine for the Beckmann
     Distribution", 2014).
     """
-    end, k = erf(cot), ONE / (cot * _ROOT_PI)
+    end, k = np.float32(erf(cot)), ONE / (cot * _ROOT_PI)
     level = u * (ONE + end + k * np.exp(-cot * cot))
     nearly = k - u * (ONE + end + k * (ONE - end * end)) + ONE
     b = -nearly / (_HALF + np.sqrt(k * nearly + _QUARTER))
@@ -90,14 +90,6 @@ def _slope_along(cot, u):
         b = max(b - (ONE + b + k * np.exp(-t * t) - level) / slope, -_BELOW_ONE)
         t = inverse_erf(min(b, end))
     return min(t, cot)
-
-
-@part
-def erf(x):
-    """The error function of x ≥ 0 to 2e-7: Abramowitz and Stegun, 7.1.26."""
-    t = ONE / (ONE + _ERF_SCALE * x)
-    tail = t * (_ERF[0] + t * (_ERF[1] + t * (_ERF[2] + t * (_ERF[3] + t * _ERF[4]))))
-    return ONE - tail * np.exp(-x * x)
 
 
 @part
