@@ -12,9 +12,9 @@ import numpy as np
 
 from ..core.compiling import part, routine
 from ..core.sampling.warps import TWO_PI
-from ..core.vec3 import ONE, ZERO, dot, minus, negative, normalized, plus, row, times, to_local, to_world
+from ..core.vec3 import ONE, ZERO, dot, minus, negative, normalized, plus, times, to_local, to_world
 from ..scene.closures import NARROW, Lobe, NormalSpace
-from ..scene.hit import channel_at, shading_normal_at, texel
+from ..scene.hit import between_corners, channel_at, corners, shading_normal_at
 
 _TRANSLUCENT = int(Lobe.TRANSLUCENT)
 _MIRRORING = sum(1 << lobe for lobe in (Lobe.TRANSLUCENT, *NARROW))
@@ -67,7 +67,7 @@ def _turn(corner_tangents, triangle, u, v, normal, axis, turns):
     """The azimuth of a tangent around an axis of the local frame of a normal, turned further about it."""
     if len(corner_tangents) == 0:
         return THE_POINTS.turn
-    tangent = _corner_axis(corner_tangents, triangle, 2, ONE - u - v, u, v)
+    tangent = _tangent(corner_tangents, 2, triangle, u, v)
     x, y, _ = to_local(to_local(tangent, normal), axis)
     size = np.sqrt(x * x + y * y)
     if size <= ZERO:
@@ -114,14 +114,8 @@ def own_normal(scene, bsdf, k, view):
 @routine
 def _own_normal(scene, k, triangle, u, v, back, shading, geometric, view, mirrors):
     """`own_normal` of a closure that has one, and of one that `mirrors` such that the view is to the right side."""
-    closures, w = scene.materials.closures, ONE - u - v
-    space, vector, image = closures.normal_space[k], row(closures.normal.value, k), closures.normal.texture[k]
-    uvs = scene.corner_uvs
-    if image >= 0:
-        x = w * uvs[triangle, 0, 0] + u * uvs[triangle, 1, 0] + v * uvs[triangle, 2, 0]
-        y = w * uvs[triangle, 0, 1] + u * uvs[triangle, 1, 1] + v * uvs[triangle, 2, 1]
-        vector = texel(scene.textures, image, x, y)
-    strength = ONE
+    closures, strength = scene.materials.closures, ONE
+    space, vector = closures.normal_space[k], channel_at(scene, closures.normal, k, triangle, u, v)
     if space == _HEIGHT:
         strength = vector[2]
         slope = _slope(scene, triangle, vector[0], vector[1])
@@ -131,10 +125,10 @@ def _own_normal(scene, k, triangle, u, v, back, shading, geometric, view, mirror
     else:
         if space == _TANGENT:
             normal = plus(
-                times(_corner_axis(scene.corner_tangents, triangle, 0, w, u, v), vector[0]),
-                times(_corner_axis(scene.corner_tangents, triangle, 1, w, u, v), vector[1]),
+                times(_tangent(scene.corner_tangents, 0, triangle, u, v), vector[0]),
+                times(_tangent(scene.corner_tangents, 1, triangle, u, v), vector[1]),
             )
-            normal = plus(normal, times(_corner_normal(scene.corner_normals, triangle, w, u, v), vector[2]))
+            normal = plus(normal, times(between_corners(scene.corner_normals, triangle, u, v), vector[2]))
         else:
             strength, normal = np.sqrt(dot(vector, vector)), vector
             if space == _OBJECT:
@@ -147,23 +141,9 @@ def _own_normal(scene, k, triangle, u, v, back, shading, geometric, view, mirror
 
 
 @part
-def _corner_axis(tangents, triangle, i, w, u, v):
-    """The i-th of a triangle's tangents (t, 3, 3, 3), interpolated."""
-    return (
-        w * tangents[triangle, 0, i, 0] + u * tangents[triangle, 1, i, 0] + v * tangents[triangle, 2, i, 0],
-        w * tangents[triangle, 0, i, 1] + u * tangents[triangle, 1, i, 1] + v * tangents[triangle, 2, i, 1],
-        w * tangents[triangle, 0, i, 2] + u * tangents[triangle, 1, i, 2] + v * tangents[triangle, 2, i, 2],
-    )
-
-
-@part
-def _corner_normal(normals, triangle, w, u, v):
-    """A triangle's normals (t, 3, 3), interpolated."""
-    return (
-        w * normals[triangle, 0, 0] + u * normals[triangle, 1, 0] + v * normals[triangle, 2, 0],
-        w * normals[triangle, 0, 1] + u * normals[triangle, 1, 1] + v * normals[triangle, 2, 1],
-        w * normals[triangle, 0, 2] + u * normals[triangle, 1, 2] + v * normals[triangle, 2, 2],
-    )
+def _tangent(tangents, i, triangle, u, v):
+    """The i-th of the tangents at triangles' corners (t, 3, 3, 3), interpolated."""
+    return between_corners(tangents[:, :, i], triangle, u, v)
 
 
 @part
@@ -179,12 +159,7 @@ def _turned(matrices, k, a):
 @part
 def _slope(scene, triangle, x, y):
     """Gradient over a triangle of a height with derivatives x, y by texture coordinates."""
-    t, uvs = scene.triangles, scene.corner_uvs
-    a, b, c = (
-        row(scene.vertices, t[triangle, 0]),
-        row(scene.vertices, t[triangle, 1]),
-        row(scene.vertices, t[triangle, 2]),
-    )
+    uvs, (a, b, c) = scene.corner_uvs, corners(scene, triangle)
     first, second = minus(b, a), minus(c, a)
     along_first = x * (uvs[triangle, 1, 0] - uvs[triangle, 0, 0]) + y * (uvs[triangle, 1, 1] - uvs[triangle, 0, 1])
     along_second = x * (uvs[triangle, 2, 0] - uvs[triangle, 0, 0]) + y * (uvs[triangle, 2, 1] - uvs[triangle, 0, 1])

@@ -116,9 +116,7 @@ def shading_normal_at(scene, triangle, u, v, normal, back):
     """`shading_normal` of a point of a triangle; `normal` is the geometric one of its side."""
     if not scene.smooth[triangle]:
         return normal
-    n, w = scene.corner_normals, ONE - u - v
-    a, b, c = _corner(n, triangle, 0), _corner(n, triangle, 1), _corner(n, triangle, 2)
-    smooth = plus(plus(times(a, w), times(b, u)), times(c, v))
+    smooth = between_corners(scene.corner_normals, triangle, u, v)
     size = length(smooth)
     if size <= _SHORTEST_NORMAL:
         return normal
@@ -127,8 +125,15 @@ def shading_normal_at(scene, triangle, u, v, normal, back):
 
 
 @part
+def between_corners(values, triangle, u, v):
+    """A (t, 3, 3) array of triples at triangles' corners, interpolated."""
+    a, b, c = _corner(values, triangle, 0), _corner(values, triangle, 1), _corner(values, triangle, 2)
+    return plus(plus(times(a, ONE - u - v), times(b, u)), times(c, v))
+
+
+@part
 def _corner(values, triangle, k):
-    """The triple of a triangle's k-th corner in a (t, 3, 3) array."""
+    """The triple of a triangle's k-th corner."""
     return values[triangle, k, 0], values[triangle, k, 1], values[triangle, k, 2]
 
 
