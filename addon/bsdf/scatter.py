@@ -88,25 +88,12 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light, seen):
     if from_light and scene.materials.two_faced[scene.material[hit.triangle]]:
         way, bsdf, choice, lobes, inverse = _way_of_photon(scene, bsdf, choice, lobes, seen)
     sample = sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light)
-    weight, wi, own_wi = times(sample.weight, inverse), sample.wi, into(sample.frame, sample.wi)
+    weight, wi, lambertian = times(sample.weight, inverse), sample.wi, sample.lobe < GLOSSY
     if way * wi[2] < ZERO:
         weight = BLACK
     if bsdf.perturbed:
-        if sample.lobe < GLOSSY:
-            own_wi = wi if from_light else own_wi
-            light = wo if from_light else wi
-            if sample.lobe != TRANSLUCENT:
-                weight = times(weight, bump_shadowing_in(scene, bsdf, sample.frame, light))
-            if from_light:
-                cosine = max(dot(wo, sample.frame.axis), ZERO)
-                weight = times(weight, min(cosine / max(wo[2], _LEAST_COS), _MAX_CORRECTION))
-        else:
-            if from_light:
-                weight = times(weight, adjoint(wo, wi, into(sample.frame, wo), own_wi))
-            if BUMPED_LOBES >> sample.lobe & 1:
-                light = wo if from_light else wi
-                weight = times(weight, bump_shadowing_in(scene, bsdf, sample.frame, light))
-    elif sample.lobe < GLOSSY:
+        weight = times(weight, _own_normal_correction(scene, bsdf, sample, wo, from_light))
+    elif lambertian:
         axis = shading_normal(scene, hit)
         if from_light:
             weight = times(weight, shading_normal_correction(axis, hit.normal, direction))
@@ -115,8 +102,21 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light, seen):
         left = abs(dot(to_world(wi, axis), hit.normal)) / max(wi[2], _LEAST_COS)
         correction = shading_normal_correction(axis, hit.normal, direction)
         weight = times(weight, correction * min(left, _MAX_CORRECTION))
-    onward = wi, own_wi[2], weight, sample.lobe, sample.specular, sample.rough
-    return _gone_on(scene, hit, axis, *onward)
+    cos = wi[2] if from_light and lambertian else into(sample.frame, wi)[2]
+    return _gone_on(scene, hit, axis, wi, cos, weight, sample.lobe, sample.specular, sample.rough)
+
+
+@part
+def _own_normal_correction(scene, bsdf, sample, wo, from_light):
+    """What a sample's weight is multiplied by for its closure's own normal: what bumps shadow, and photons' cosines."""
+    wi, frame, correction = sample.wi, sample.frame, ONE
+    if (1 << DIFFUSE | BUMPED_LOBES) >> sample.lobe & 1:
+        correction = bump_shadowing_in(scene, bsdf, frame, wo if from_light else wi)
+    if not from_light:
+        return correction
+    if sample.lobe < GLOSSY:  # they leave by the cosine with the geometric normal already
+        return correction * min(max(dot(wo, frame.axis), ZERO) / max(wo[2], _LEAST_COS), _MAX_CORRECTION)
+    return correction * adjoint(wo, wi, into(frame, wo), into(frame, wi))
 
 
 @part
