@@ -40,6 +40,15 @@ def rendered(scene, path, compose):
     return read(path)
 
 
+def add_baked_pass(scene, folder):
+    """Bake the pass of the scene's camera at medium into files, which the compositor then adds."""
+    job = BakeJob.prepare(bpy.context, [CameraRequest(CameraSettings(), folder)], Progress())
+    solved = job.solve(settings_for("medium"), Progress())
+    job.write(solved, Progress())
+    add_pass(scene, solved.files)
+    return solved.files
+
+
 def pictures(name, path, size, exposure):
     """Direct light, the pass, both, and the full render, in two rows."""
     scene = open_scene(path, *size)
@@ -47,13 +56,10 @@ def pictures(name, path, size, exposure):
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         full = rendered(scene, folder / "full.exr", compose=False)
-        job = BakeJob.prepare(bpy.context, [CameraRequest(CameraSettings(), folder)], Progress())
-        solved = job.solve(settings_for("medium"), Progress())
-        job.write(solved, Progress())
-        add_pass(scene, solved.files)
+        files = add_baked_pass(scene, folder)
         direct = rendered(scene, folder / "direct.exr", compose=False)
         both = rendered(scene, folder / "both.exr", compose=True)
-        ours = read(solved.files[0], "PhotonBake.Indirect.")
+        ours = read(files[0], "PhotonBake.Indirect.")
     print(f"{name}: mean of the sum over that of the full render {both.mean() / full.mean():.4f}")
     rows = np.concatenate([np.concatenate([direct, ours], axis=1), np.concatenate([both, full], axis=1)])
     return (255 * np.clip(rows * 2.0**exposure, 0, 1) ** (1 / 2.2) + 0.5).astype(np.uint8)

@@ -14,14 +14,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 import photon_bake
-from camera_pictures import rendered
-from photon_bake.addon.blender.compositing.nodes import add_pass
-from photon_bake.addon.core.progress import Progress
+from camera_pictures import add_baked_pass, rendered
 from photon_bake.addon.output.png import write_png
-from photon_bake.addon.settings.bake import settings_for
-from photon_bake.addon.settings.camera import CameraSettings
-from photon_bake.operators.jobs.bake_job import BakeJob
-from photon_bake.operators.targets.camera import CameraRequest
 from photon_bake.tests.host.cases.cycles import set_cycles
 from photon_bake.tests.host.cases.stage import lamp, nodes, put, room, shader, world
 
@@ -130,10 +124,7 @@ def pair():
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         cycles = rendered(scene, folder / "full.exr", compose=False)
-        job = BakeJob.prepare(bpy.context, [CameraRequest(CameraSettings(), folder)], Progress())
-        solved = job.solve(settings_for("medium"), Progress())
-        job.write(solved, Progress())
-        add_pass(scene, solved.files)
+        add_baked_pass(scene, folder)
         return rendered(scene, folder / "both.exr", compose=True), cycles
 
 

@@ -20,28 +20,13 @@ WAVES = 0.5 + 0.2 * np.sin(2 * np.pi * (np.arange(SIDE) + 0.5) / SIDE)
 HEIGHTS = np.repeat((WAVES[:, None] * WAVES)[..., None], 4, axis=2)
 
 
-class Tree:
+class Tree(stage.Nodes):
     """The nodes of a diffuse material."""
 
     def __init__(self):
-        self.material, self.surface = scenes.add_material(node="ShaderNodeBsdfDiffuse")
-        self.tree = self.material.node_tree
-
-    def add(self, kind, inputs=(), **properties):
-        node = self.tree.nodes.new("ShaderNode" + kind)
-        for name, value in properties.items():
-            setattr(node, name, value)
-        for name, value in dict(inputs).items():
-            self.feed(node.inputs[name], value)
-        return node
-
-    def feed(self, socket, value):
-        if isinstance(value, bpy.types.Node):
-            value = value.outputs[0]
-        if isinstance(value, bpy.types.NodeSocket):
-            self.tree.links.new(value, socket)
-        else:
-            socket.default_value = value
+        super().__init__(bpy.data.materials.new("Diffuse"))
+        self.surface = self.add("BsdfDiffuse")
+        self.done(self.surface)
 
     def image(self, pixels, **properties):
         node = self.add("TexImage", image=scenes.new_image(pixels, byte=False), **properties)
@@ -119,7 +104,7 @@ def assert_as_cycles(plane):
 def test_normals_are_cycles(name):
     tree = Tree()
     tree.feed(tree.surface.inputs["Normal"], NORMALS[name](tree))
-    theirs = assert_as_cycles(scenes.add_plane(material=tree.material))
+    theirs = assert_as_cycles(scenes.add_plane(material=tree.block))
     assert (np.ptp(theirs, axis=(0, 1)).max() > 0.2) == (name != "none")
 
 
@@ -128,13 +113,13 @@ def test_displacement_that_only_bends_normals():
     output = next(node for node in tree.tree.nodes if node.type == "OUTPUT_MATERIAL")
     moved = tree.add("Displacement", {"Height": tree.noise(), "Scale": 0.5})
     tree.feed(output.inputs["Displacement"], moved)
-    tree.material.displacement_method = "BUMP"
-    theirs = assert_as_cycles(scenes.add_plane(material=tree.material))
+    tree.block.displacement_method = "BUMP"
+    theirs = assert_as_cycles(scenes.add_plane(material=tree.block))
     assert np.ptp(theirs, axis=(0, 1)).max() > 0.2
 
 
 def spaces(tree):
-    scenes.add_plane(material=tree.material)
+    scenes.add_plane(material=tree.block)
     return scenes.extracted().materials.closures.normal_space.tolist()
 
 
@@ -165,7 +150,7 @@ def test_maps_by_the_tangents_of_two_uv_maps():
     tree.feed(tree.surface.inputs["Normal"], tree.map(uv_map="UVMap"))
     output = next(node for node in tree.tree.nodes if node.type == "OUTPUT_MATERIAL")
     tree.feed(output.inputs["Surface"], tree.add("MixShader", {1: tree.surface, 2: other}))
-    plane = scenes.add_plane(material=tree.material)
+    plane = scenes.add_plane(material=tree.block)
     plane.data.uv_layers.new(name="Other").uv.foreach_set("vector", [0, 0, 0, 1, 1, 1, 1, 0])
     assert scenes.extracted().materials.closures.normal_space.tolist() == [NormalSpace.TANGENT, NormalSpace.OBJECT]
 
@@ -175,7 +160,7 @@ def test_receivers_take_the_light_of_their_own_normals():
     tree = Tree()
     tree.feed(tree.surface.inputs["Normal"], tree.add("CombineXYZ", {"X": 0.7, "Z": 0.7}))
     stage.room()
-    patch = stage.quad("Patch", (0, 0, -0.5), (0.2, 0, 0), (0, 0.2, 0), tree.material)
+    patch = stage.quad("Patch", (0, 0, -0.5), (0.2, 0, 0), (0, 0.2, 0), tree.block)
     stage.lamp("AREA", (0.5, 0, 0), (2, 0, 0), size=0.5, energy=50)
     lights = {}
     for counts in (False, True):

@@ -6,7 +6,6 @@ I cos θ / (π d²). What an area lamp shows from place to place a camera in fro
 a plate that faces it.
 """
 
-from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
@@ -20,6 +19,7 @@ from ....scene import LightKind, LightPattern, PatternDomain
 from ...temporary import Temporary, frozen_copy
 from ..content_key import scene_key, tree_key
 from ..materials.nodes import all_nodes
+from ..recent import Recent
 from .cycles_stage import left_as_it_was, panorama, shot, stage
 
 HEIGHT, WIDTH = 256, 512
@@ -34,7 +34,7 @@ _PARTS = 4
 
 _LEAST_SEEN = 1e-3
 _BY_WORLD = {"NEW_GEOMETRY", "VECT_TRANSFORM", "OBJECT_INFO", "CAMERA", "LAYER_WEIGHT", "FRESNEL"}
-_kept: OrderedDict[tuple, LightPattern] = OrderedDict()
+_kept = Recent(N_KEPT)
 
 
 @dataclass(frozen=True)
@@ -79,12 +79,7 @@ def pattern_of_lamp(light: "bpy.types.Light", shape: LampShape, scene: "bpy.type
     of_spot = (light.spot_size, *np.linalg.norm(shape.matrix[:3, :3], axis=0)) if light.type == "SPOT" else ()
     own = shape.kind, shape.domain, shape.angle, shape.size, of_spot, turned.tobytes()
     key = (tree_key(light.node_tree), scene_key(light, scene), *own)
-    if key not in _kept:
-        _kept[key] = _pattern(light, shape, scene)
-        while len(_kept) > N_KEPT:
-            _kept.popitem(last=False)
-    _kept.move_to_end(key)
-    return _kept[key]
+    return _kept.found(key, lambda: _pattern(light, shape, scene))
 
 
 def _reads_world(node: "bpy.types.Node") -> bool:

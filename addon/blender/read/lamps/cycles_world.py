@@ -1,13 +1,12 @@
 """Worlds as Cycles sees them: a copy, rendered into an equirectangular picture around an empty scene."""
 
-from collections import OrderedDict
-
 import bpy
 import numpy as np
 
 from ...temporary import Temporary, frozen_copy
 from ..content_key import scene_key, tree_key
 from ..materials.nodes import all_nodes, output_node
+from ..recent import Recent
 from .cycles_stage import left_as_it_was, panorama, shot, stage
 
 WIDTH, HEIGHT = 1024, 512
@@ -25,7 +24,7 @@ LEAST_SUN = 0.02
 
 MARGIN = 4
 N_KEPT = 4
-_rendered: OrderedDict[tuple, np.ndarray] = OrderedDict()
+_rendered = Recent(N_KEPT)
 
 
 def picture_of_world(world: "bpy.types.World", scene: "bpy.types.Scene") -> np.ndarray:
@@ -43,12 +42,7 @@ def picture_of_world(world: "bpy.types.World", scene: "bpy.types.Scene") -> np.n
     CyclesError
     """
     key = tree_key(world.node_tree), scene_key(world, scene)
-    if key not in _rendered:
-        _rendered[key] = _render(world, scene)
-        while len(_rendered) > N_KEPT:
-            _rendered.popitem(last=False)
-    _rendered.move_to_end(key)
-    return _rendered[key]
+    return _rendered.found(key, lambda: _render(world, scene))
 
 
 def _render(world: "bpy.types.World", scene: "bpy.types.Scene") -> np.ndarray:

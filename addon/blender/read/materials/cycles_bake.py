@@ -4,7 +4,6 @@ The values are wired to an Emission shader in a copy of the material, on a copy 
 all of it is removed afterwards.
 """
 
-from collections import OrderedDict
 from dataclasses import dataclass
 from math import prod
 
@@ -15,6 +14,7 @@ from ...lightmap.atlas import Atlas
 from ...temporary import CyclesError, Temporary, cycles_scene, frozen_copy
 from ..content_key import mesh_key, scene_key, tree_key
 from ..meshes.object_values import Reading
+from ..recent import Recent
 from .nodes import FROM_FRONT, Place, View, all_nodes, output_node, socket, source
 
 N_SAMPLES = 1
@@ -74,7 +74,7 @@ class BakeRequest:
         return tree, frame, mesh_key(self.mesh), self.atlas.uvs.tobytes(), names, where, read, self.view
 
 
-_baked: OrderedDict[tuple, list[np.ndarray]] = OrderedDict()
+_baked = Recent(CACHE_BYTES, lambda values: sum(value.nbytes for value in values))
 
 
 def bake_values(request: BakeRequest) -> list[np.ndarray]:
@@ -86,13 +86,7 @@ def bake_values(request: BakeRequest) -> list[np.ndarray]:
     ------
     CyclesError
     """
-    key = request.key()
-    if key not in _baked:
-        _baked[key] = _bake(request)
-        while len(_baked) > 1 and sum(value.nbytes for values in _baked.values() for value in values) > CACHE_BYTES:
-            _baked.popitem(last=False)
-    _baked.move_to_end(key)
-    return _baked[key]
+    return _baked.found(request.key(), lambda: _bake(request))
 
 
 def bake_at_corners(
