@@ -6,6 +6,7 @@ import sys
 import bpy
 import photon_bake
 import pytest
+from photon_bake.addon.blender.read.materials import cycles_bake
 from photon_bake.addon.pipeline.warm_up import compiler
 
 from .scenes import add_cube, add_lamp, add_plane
@@ -27,6 +28,12 @@ def empty_scene(registered):
     """A new file with one scene and nothing in it."""
     bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
     return bpy.context.scene
+
+
+@pytest.fixture
+def empty_cache():
+    """None of Cycles' earlier bakes of sockets is known."""
+    cycles_bake._baked.clear()
 
 
 @pytest.fixture

@@ -9,10 +9,7 @@ from photon_bake.addon.blender.read.materials.materials import DEFAULT_GREY
 from photon_bake.addon.blender.temporary import CyclesError
 from photon_bake.tests.host import scenes
 
-
-@pytest.fixture(autouse=True)
-def empty_cache():
-    cycles_bake._baked.clear()
+pytestmark = pytest.mark.usefixtures("empty_cache")
 
 
 def procedural(kind, socket="Base Color", output=0, name="Procedural"):

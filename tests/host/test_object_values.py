@@ -3,14 +3,10 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender.read.materials import cycles_bake
 from photon_bake.addon.blender.read.meshes.instance_groups import groups_of_instances
 from photon_bake.tests.host import scenes
 
-
-@pytest.fixture(autouse=True)
-def empty_cache():
-    cycles_bake._baked.clear()
+pytestmark = pytest.mark.usefixtures("empty_cache")
 
 
 def glowing(kind, output="Color", noise=False, **properties):
