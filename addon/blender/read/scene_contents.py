@@ -67,7 +67,7 @@ class _Look:
 
 
 class SceneContents:
-    """The lamps and meshes of a dependency graph.
+    """The lamps and meshes of a dependency graph, and the table that their materials are in.
 
     Of its instances there may be very many, and asking Blender is slow: what they have in common is asked once.
     """
@@ -87,7 +87,7 @@ class SceneContents:
         self._depsgraph = depsgraph
         self._light_group = light_group
         self._counted_rays = ALL_RAYS if for_camera else LIGHT_RAYS
-        self._materials = materials
+        self.materials = materials
         self._warnings = warnings
         self._looks: dict[tuple[bpy.types.Object, bpy.types.ID | None, int], _Look | None] = {}
         self._values_of_row: dict[int, dict[Reading, np.ndarray]] = {}
@@ -156,7 +156,7 @@ class SceneContents:
 
     def _differing(self, obj: "bpy.types.Object") -> tuple[list[Reading], int]:
         """What the materials of an evaluated object read that differs by instance, and as how many it may be held."""
-        of_slots = [self._materials.differing(material) for material in self._slots(obj)]
+        of_slots = [self.materials.differing(material) for material in self._slots(obj)]
         readings = sorted({reading for readings, _ in of_slots for reading in readings})
         return readings, min((most for readings, most in of_slots if readings), default=0)
 
@@ -197,6 +197,6 @@ class SceneContents:
             self._used_slots[mesh] = used_slots(mesh)
         slots = self._slots(obj)
         return {
-            used: self._materials.add(slots[min(used, len(slots) - 1)], obj, mesh, values)
+            used: self.materials.add(slots[min(used, len(slots) - 1)], obj, mesh, values)
             for used in self._used_slots[mesh]
         }
