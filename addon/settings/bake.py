@@ -1,6 +1,6 @@
 """Every knob of a bake: unit, default, range and meaning, said once for the panel, the command line and the docs."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -130,16 +130,15 @@ def part_of_shutter(settings: BakeSettings, step: int) -> BakeSettings:
     The mean over n steps has then about the error of one bake with all of it: errors fall with the root of the number.
     """
     n = max(settings.motion_blur, 1)
-    shares = {
-        name: max(knob_.metadata["low"], -(-getattr(settings, name) // n))
-        for knob_ in fields(BakeSettings)
-        if (name := knob_.name) in _SHARED_OUT
-    }
+    of_settings = {name: getattr(settings, name) for name in _LEAST_SHARES}
+    shares = {name: max(min(whole, _LEAST_SHARES[name]), -(-whole // n)) for name, whole in of_settings.items()}
     seed = (settings.seed + step * _STRIDE) % 2**31
     return replace(settings, **shares, seed=seed, time=settings.time / n, noise=min(1.0, settings.noise * n**0.5))
 
 
-_SHARED_OUT = ("n_photons", "n_gather_rays", "n_cache_rays", "n_volume_rays", "n_nearest")
+_LEAST_SHARES = {"n_photons": 1000, "n_gather_rays": 64, "n_cache_rays": 1, "n_volume_rays": 4, "n_nearest": 8}
+"""What a step gets at least, if there is as much: of fewer gather rays too little is known of what is near."""
+
 _STRIDE = 0x2545F491  # between the seeds of steps
 
 

@@ -121,7 +121,7 @@ class BakeJob:
         def read_now(depsgraph: Any, progress: Progress) -> tuple[list[Target], SceneReading]:
             targets = [one.read(depsgraph, asked, names, progress, warnings) for one in requests]
             for_camera = any(isinstance(target, CameraTarget) for target in targets)
-            return targets, read_scene(depsgraph, warnings, light_group, for_camera, progress)
+            return targets, read_scene(depsgraph, warnings, light_group, for_camera, progress, motion_blur > 0)
 
         def read(depsgraph: Any) -> tuple[list[Target], SceneReading, list[Moment]]:
             if motion_blur:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from ...addon.blender import (
     Movement,
     SceneReading,
+    check_simulations,
     displace,
     move_to_frame,
     other_times,
@@ -50,8 +51,9 @@ def read_shutter(
     Raises
     ------
     BakeError
-        If an object that gets light has other faces at one of them.
+        If an object that gets light has other faces at one of them, or a simulation is not baked.
     """
+    check_simulations(scene)
     displaced: dict[int, Any] = {}
 
     def go_to(frame: float) -> None:

@@ -22,7 +22,7 @@ from .materials.stretches import Tangents
 from .meshes.meshes import LocalMesh, count_triangles, read_mesh
 from .meshes.placing import Model, Models, PlacedMeshes
 from .meshes.tangents import corner_tangents, tangents_around
-from .movement import Layout, Movement
+from .motion.movement import Layout, Movement
 from .scene_contents import SceneContents, Source
 from .transforms import normal_matrices
 from .visibility import RAYS, warn_of_hair
@@ -42,12 +42,12 @@ class SceneReading:
     ----------
     light_groups : LightGroups
         Those of the view layer.
-    layout : Layout
-        Which rows of the scene's arrays are which objects', to find them again at other times.
+    layout : Layout or None
+        Which rows of the scene's arrays are which objects', to find them again at other times; None where nobody asked.
     """
 
     light_groups: LightGroups
-    layout: Layout
+    layout: Layout | None
     _half_lit: Scene
     _nodes_of_lamps: list[LampNodes | None]
     _world: WorldReading
@@ -63,6 +63,7 @@ class SceneReading:
     def moved(self, depsgraph: "bpy.types.Depsgraph", progress: Progress) -> Movement:
         """Where everything is at another time, to which the graph was moved."""
         warn, for_camera = Warnings([]), self._for_camera
+        assert self.layout is not None
         found = SceneContents(depsgraph, MaterialTable(warn, for_camera), self._light_group, for_camera, warn)
         found.walk(progress.part(0, 0.5))
         matrices = _matrices(depsgraph)
@@ -76,6 +77,7 @@ def read_scene(
     light_group: str = "",
     for_camera: bool = False,
     progress: Progress | None = None,
+    moving: bool = False,
 ) -> SceneReading:
     """Everything that light meets in the scene of an evaluated dependency graph, in world space.
 
@@ -93,6 +95,8 @@ def read_scene(
     for_camera : bool
         Whether objects that only the camera sees are read too.
     progress : Progress, optional
+    moving : bool
+        Whether other times are to be read too, by `SceneReading.moved`.
 
     Returns
     -------
@@ -116,7 +120,8 @@ def read_scene(
     placed = _place(found.sources, matrices, materials, progress.part(_WALKED, _PLACED))
     for name in dict.fromkeys(placed.lost_names):
         warn.add(f"Object '{name}' has vertices or a transform that are not finite: what of it is there is left out.")
-    layout, left = Layout.of(found, placed), placed.drop_degenerate()
+    layout = Layout.of(found, placed) if moving else None
+    left = placed.drop_degenerate()
     objects = list(compress((by for source in found.sources for by in source.placed_by), left))
     scene = Scene(
         vertices=placed.vertices,

@@ -6,8 +6,9 @@ from contextlib import contextmanager
 import bpy
 import numpy as np
 
+from ....core.errors import BakeError
+from ..render_graph import move_to_frame
 from .animation_kept import animation_kept
-from .render_graph import move_to_frame
 
 _BEGINS = {"START": 0.0, "CENTER": -0.5, "END": -1.0}
 """Where the shutter opens, as a share of its time, after the frame."""
@@ -56,3 +57,23 @@ def other_times(scene: "bpy.types.Scene") -> Iterator[None]:
             yield
         finally:
             move_to_frame(frame)
+
+
+def check_simulations(scene: "bpy.types.Scene") -> None:
+    """Refuse simulations that are not baked: what they make of times between frames is not known, and asking for it
+    would take what they have from them.
+
+    Raises
+    ------
+    BakeError
+    """
+    world, remedy = scene.rigidbody_world, "bake it (Physics > Cache > Bake), or turn Motion Blur off."
+    if world is not None and world.collection and len(world.collection.objects) and not world.point_cache.is_baked:
+        raise BakeError(f"The cache of the rigid bodies of scene '{scene.name}' is not baked: {remedy}")
+    for obj in scene.objects:
+        for modifier in obj.modifiers:
+            cache = getattr(modifier, "point_cache", None)
+            if cache is not None and modifier.show_render and not cache.is_baked:
+                raise BakeError(
+                    f"The cache of modifier '{modifier.name}' of object '{obj.name}' is not baked: {remedy}"
+                )

@@ -12,12 +12,11 @@ from hashlib import blake2b
 import bpy
 import numpy as np
 
-from ...scene import Lights, Scene, ShadingFrames
-from .lamps.light_links import Placed
-from .meshes.meshes import corner_vertex, count_triangles, face_sizes
-from .meshes.placing import PlacedMeshes
-from .scene_contents import SceneContents
-from .transforms import normal_matrices
+from ....scene import Lights, Scene, ShadingFrames
+from ..meshes.meshes import corner_vertex, count_triangles, face_sizes
+from ..meshes.placing import PlacedMeshes
+from ..scene_contents import SceneContents
+from ..transforms import normal_matrices
 
 _PLACES = ("position", "axis_x", "axis_y", "direction")
 """The columns of `Lights` that move."""
@@ -75,7 +74,7 @@ class Layout:
             n_triangles=n_triangles,
             whole=placed.whole[: ends[-1] if len(ends) else 0].copy(),
             instance=np.array([row for source in sources for row in source.rows], np.int64),
-            moves=np.array([_moves(by) for source in sources for by in source.placed_by], bool),
+            moves=np.array([moves for source in sources for moves in source.moves], bool),
             lights=Lights.join(found.lights) if found.lights else Lights.none(),
         )
 
@@ -93,11 +92,6 @@ def _keys(names: Iterable[str]) -> list[Key]:
         keys.append((name, seen[name]))
         seen[name] += 1
     return keys
-
-
-def _moves(placed_by: Placed) -> bool:
-    """Whether the Motion Blur of an object, and of what instances it, is on."""
-    return all(getattr(getattr(one, "cycles", None), "use_motion_blur", True) for one in placed_by)
 
 
 def _digest(mesh: "bpy.types.Mesh") -> bytes:
