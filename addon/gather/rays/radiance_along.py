@@ -1,10 +1,11 @@
 """The way of one gather ray, and the radiance that it meets.
 
-A ray that ends far away takes what the surface there reflects diffusely from the cache. Two things are found as a path
-tracer would find them, by direct light at the point and a further ray for the rest:
+A ray that ends far away takes what the surface there reflects diffusely from the cache. Three things are found as a
+path tracer would find them, by direct light at the point and a further ray for the rest:
 
 - What ends nearer than the cache can resolve (in a corner, under a cupboard), where it would read an element that is
   partly elsewhere (the secondary final gather of the π-engine, section 3.2.2).
+- What ends on hair or points, of which an element has the mean of what is seen and of what lies deep in them.
 - What glossy and glass lobes reflect and transmit, which depends on the direction. Rays follow them in proportion to
   their albedo. Light that lamps send over mirrors, glass and narrow gloss is left out: those are caustics, which
   photons find far better. Where there are none, in what a camera sees in gloss, rays may be told to bring it.
@@ -93,8 +94,9 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         bsdf, side = bsdf_at(scene, hit, kind), side_at(cache, hit)
 
         # What broad lobes reflect the cache says, but not to those who are too near, or see another surface
-        near = distance < cache.reach[side >> 1] or seen_otherwise(scene, hit, kind)
-        near = step < _MAX_NEAR_HITS and near and _only_reflects(scene, bsdf)
+        reach = cache.reach[side >> 1]
+        near = distance < reach or seen_otherwise(scene, hit, kind)
+        near = (step < _MAX_NEAR_HITS or reach == _INFINITY) and near and _only_reflects(scene, bsdf)
         if near:
             at = light.direct, key, path, i + _DIFFUSE_LIGHT, hit, bsdf
             broad = plus(_direct_light_reflected(tracing, room, *at), row(cache.caustic, side))
