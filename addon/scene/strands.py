@@ -100,20 +100,25 @@ class Tubes:
     along : (k,) float32
         Share of each strand's length before each ring.
     sides : int
+    closed : bool
+        Whether the ends of tubes are, which look along the strands.
     """
 
     rings: Strands
     along: np.ndarray
     sides: int
+    closed: bool
 
     @staticmethod
-    def of(strands: Strands, straight: bool = False, most: int = MOST_TRIANGLES) -> "Tubes":
+    def of(strands: Strands, straight: bool = False, closed: bool = False, most: int = MOST_TRIANGLES) -> "Tubes":
         """Tubes around `whole` strands, of at most about so many triangles.
 
         Parameters
         ----------
         straight : bool
             Whether keys are joined by straight lines, not by curves.
+        closed : bool
+            Whether the tubes' ends are.
         """
         segments = wanted_segments(strands, straight)
         n = int(segments.sum())
@@ -126,7 +131,7 @@ class Tubes:
         rings = replace(strands, positions=positions, radii=radii, start=_ends(segments + 1))
         areas = _areas(rings)
         radii = radii * (_curve_areas(strands, straight) / np.maximum(areas, 1e-30)).astype(np.float32)[strand]
-        return Tubes(replace(rings, radii=radii), _along(rings), sides)
+        return Tubes(replace(rings, radii=radii), _along(rings), sides, closed)
 
     @property
     def n_vertices(self) -> int:
@@ -134,6 +139,11 @@ class Tubes:
 
     @property
     def n_triangles(self) -> int:
+        return self.n_around + (2 * (self.sides - 2) * len(self.rings) if self.closed else 0)
+
+    @property
+    def n_around(self) -> int:
+        """How many of the triangles, the first, lie around strands and not over their ends."""
         return 2 * self.sides * (len(self.rings.positions) - len(self.rings))
 
     @property
@@ -146,7 +156,15 @@ class Tubes:
         ring = np.delete(np.arange(len(self.rings.positions)), self.rings.start[1:] - 1)
         a = ring[:, None] * self.sides + np.arange(self.sides)
         b = ring[:, None] * self.sides + (np.arange(self.sides) + 1) % self.sides
-        return np.stack([a, b, b + self.sides, a, b + self.sides, a + self.sides], -1).reshape(-1, 3).astype(np.int32)
+        around = np.stack([a, b, b + self.sides, a, b + self.sides, a + self.sides], -1).reshape(-1, 3)
+        if not self.closed:
+            return around.astype(np.int32)
+        fan = np.stack([np.zeros(self.sides - 2), np.arange(1, self.sides - 1), np.arange(2, self.sides)], 1).astype(
+            int
+        )
+        low = self.sides * self.rings.start[:-1, None, None] + fan[:, ::-1]
+        high = self.sides * (self.rings.start[1:, None, None] - 1) + fan
+        return np.concatenate([around, low.reshape(-1, 3), high.reshape(-1, 3)]).astype(np.int32)
 
     def outward(self) -> np.ndarray:
         """Unit vector from each ring's middle to each of its vertices, (v, 3) float32."""

@@ -57,6 +57,17 @@ def test_normals_point_outward():
         assert (np.einsum("ij,ij->i", normals, middle) >= 0).all()
 
 
+@pytest.mark.parametrize("n", [1, 60_000])
+def test_closed_tubes_have_ends(n):
+    """Closed bodies: their normals add up to nothing."""
+    tubes = Tubes.of(strands_of(*[[(0, 0, 0), (0, 0.2, 1)]] * n), closed=True)
+    normals = normals_of(triangles_of(tubes))
+    assert len(normals) == tubes.n_triangles
+    assert normals.sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-6 * n)
+    around = normals_of(triangles_of(Tubes.of(strands_of([(0, 0, 0), (0, 0.2, 1)]))))
+    assert np.abs(np.einsum("ij,j->i", around, [0, 0.2, 1])).max() < 1e-6
+
+
 def test_tubes_are_turned_at_random():
     """A prism's faces look to every side equally often, so that many scatter as cylinders do."""
     tubes = Tubes.of(strands_of(*[[(0, 0, 0), (0, 0, 1)]] * 50_000))

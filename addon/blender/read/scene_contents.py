@@ -121,7 +121,7 @@ class SceneContents:
         self._parents: dict[bpy.types.Object, tuple[bpy.types.Object, int]] = {}
         self._used_slots: dict[bpy.types.Mesh, list[int]] = {}
         self._for_render = depsgraph.mode == "RENDER"
-        self._straight = getattr(getattr(depsgraph.scene, "cycles_curves", None), "shape", "") == "THICK_LINEAR"
+        self._drawn = getattr(getattr(depsgraph.scene, "cycles_curves", None), "shape", "RIBBONS")
         self._fibres: dict[bpy.types.ID, Fibres | None] = {}
         self._sources: dict[bpy.types.Mesh | Fibres, dict[tuple[int, ...], Source]] = {}
 
@@ -227,7 +227,7 @@ class SceneContents:
     def _fibres_of(self, obj: "bpy.types.Object") -> Fibres | None:
         """What stands for an object's hair curves or point cloud; read once of each data-block."""
         if obj.data not in self._fibres:
-            of = partial(fibres_of_curves, straight=self._straight) if obj.type == "CURVES" else fibres_of_points
+            of = partial(fibres_of_curves, drawn=self._drawn) if obj.type == "CURVES" else fibres_of_points
             self._fibres[obj.data] = of(obj.data, obj.name, self._warnings)
         return self._fibres[obj.data]
 
@@ -240,7 +240,7 @@ class SceneContents:
         """The sources of an object's particle systems."""
         found = []
         for modifier in hair_systems(obj, self._for_render):
-            fibres = fibres_of_particles(obj, modifier, self._for_render, self._straight, self._warnings)
+            fibres = fibres_of_particles(obj, modifier, self._for_render, self._drawn, self._warnings)
             if fibres is not None:
                 slot = max(modifier.particle_system.settings.material - 1, 0)
                 values = ObjectValues(obj, tuple(obj.matrix_world.translation), random_of_name(obj.name))

@@ -16,7 +16,8 @@ ROOT_UV = "surface_uv_coordinate"
 def read_curves(curves: "bpy.types.Curves") -> tuple[Strands, int]:
     """Strands of evaluated hair curves, and how many of them there were; where they are too many, some are thicker."""
     start = np.zeros(len(curves.curves) + 1, np.int32)
-    curves.curve_offset_data.foreach_get("value", start)
+    if len(start) > 1:
+        curves.curve_offset_data.foreach_get("value", start)
     positions, radii = np.zeros((len(curves.points), 3), np.float32), np.full(len(curves.points), RADIUS, np.float32)
     at, thickness = curves.attributes.get("position"), curves.attributes.get("radius")
     if at is not None and len(at.data):
@@ -28,7 +29,7 @@ def read_curves(curves: "bpy.types.Curves") -> tuple[Strands, int]:
     n = len(start) - 1
     chosen = thinned(n, MOST_STRANDS)
     strands = Strands(positions, radii, start.astype(np.int64), _uvs(curves), random_numbers(n))
-    return thicker(strands.take(chosen), n).whole(), n
+    return thicker(strands.take(chosen), n), n
 
 
 def thicker(strands: Strands, n: int) -> Strands:

@@ -39,7 +39,7 @@ def read_particles(
     strands = _strands(positions.reshape(-1, n_keys, 3), settings)
     uvs = _uvs(obj, modifier, numbers)
     whole = Strands(strands.positions, strands.radii, strands.start, uvs, random_numbers(len(strands)))
-    return thicker(whole, n).whole(), n
+    return thicker(whole, n), n
 
 
 def _keys_a_strand(settings: "bpy.types.ParticleSettings", for_render: bool) -> int:

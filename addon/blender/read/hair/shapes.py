@@ -63,32 +63,36 @@ class Fibres:
     def read(self) -> LocalMesh:
         """Their triangles."""
         outward, triangles = self.shape.outward(), self.shape.triangles()
-        normals, of_corner = outward, triangles
-        if not self.is_smooth:  # without a direction: the triangles' own are taken
-            normals, of_corner = np.zeros((1, 3), np.float32), np.zeros_like(triangles)
+        # The last has no direction: there the triangles' own are taken
+        normals, of_corner = np.append(outward, np.zeros((1, 3), np.float32), axis=0), triangles.copy()
+        n_smooth = 0 if not self.is_smooth else self.shape.n_around if isinstance(self.shape, Tubes) else len(triangles)
+        of_corner[n_smooth:] = len(outward)
         maps = self.shape.rings.uvs if isinstance(self.shape, Tubes) else {}
         uvs = VertexUVs(maps, self._owner_of_vertex)
         slots = np.zeros(len(triangles), np.int32)
         return LocalMesh(self.shape.vertices(outward), triangles, normals, of_corner, triangles, slots, uvs)
 
 
-def fibres_of_curves(curves: "bpy.types.Curves", name: str, warn: Warnings, straight: bool) -> Fibres | None:
-    """Hair curves; None where there are none."""
-    return _fibres(*read_curves(curves), name, straight, warn)
+def fibres_of_curves(curves: "bpy.types.Curves", name: str, warn: Warnings, drawn: str) -> Fibres | None:
+    """Hair curves; None where there are none. `drawn` is the shape that Cycles gives them."""
+    return _fibres(*read_curves(curves), name, drawn, warn)
 
 
 def fibres_of_particles(
     obj: "bpy.types.Object",
     modifier: "bpy.types.ParticleSystemModifier",
     for_render: bool,
-    straight: bool,
+    drawn: str,
     warn: Warnings,
 ) -> Fibres | None:
     """Hair of a particle system; None where there is none."""
-    return _fibres(*read_particles(obj, modifier, for_render), obj.name, straight, warn)
+    return _fibres(*read_particles(obj, modifier, for_render), obj.name, drawn, warn)
 
 
-def _fibres(strands: Strands, n: int, name: str, straight: bool, warn: Warnings) -> Fibres | None:
+def _fibres(strands: Strands, n: int, name: str, drawn: str, warn: Warnings) -> Fibres | None:
+    if not (np.isfinite(strands.positions).all() and np.isfinite(strands.radii).all()):
+        warn.add(f"Object '{name}' has hair that is not finite: those strands are left out.")
+    strands = strands.whole()
     if not len(strands):
         return None
     if n > MOST_STRANDS:
@@ -96,7 +100,7 @@ def _fibres(strands: Strands, n: int, name: str, straight: bool, warn: Warnings)
             f"Object '{name}' has {n:,} strands, of which {MOST_STRANDS:,} are baked, as much thicker as stand for "
             "the others."
         )
-    return Fibres(Tubes.of(strands, straight))
+    return Fibres(Tubes.of(strands, straight=drawn == "THICK_LINEAR", closed=drawn != "RIBBONS"))
 
 
 def fibres_of_points(points: "bpy.types.PointCloud", name: str, warn: Warnings) -> Fibres | None:
@@ -109,6 +113,8 @@ def fibres_of_points(points: "bpy.types.PointCloud", name: str, warn: Warnings) 
     at.data.foreach_get("vector", positions.ravel())
     if size is not None and size.data_type == "FLOAT":
         size.data.foreach_get("value", radii)
+    if not (np.isfinite(positions).all() and np.isfinite(radii).all()):
+        warn.add(f"Object '{name}' has points that are not finite: those are left out.")
     chosen = thinned(n, MOST_POINTS)
     if len(chosen) < n:
         warn.add(
