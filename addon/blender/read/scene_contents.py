@@ -41,6 +41,8 @@ class Source:
     rays : list of int
         Masks of the `RAYS` that see them.
     placed_by : list of Placed
+    moves : list of bool
+        Whether their own Motion Blur is on.
     """
 
     mesh: "bpy.types.Mesh | Fibres"
@@ -49,6 +51,7 @@ class Source:
     names: list[str] = field(default_factory=list)
     rays: list[int] = field(default_factory=list)
     placed_by: list[Placed] = field(default_factory=list)
+    moves: list[bool] = field(default_factory=list)
 
     @property
     def n_vertices(self) -> int:
@@ -58,12 +61,13 @@ class Source:
     def n_triangles(self) -> int:
         return self.mesh.n_triangles if isinstance(self.mesh, Fibres) else count_triangles(self.mesh)
 
-    def place(self, row: int, name: str, rays: int, placed_by: Placed) -> None:
+    def place(self, row: int, name: str, rays: int, placed_by: Placed, moves: bool) -> None:
         """Add an instance."""
         self.rows.append(row)
         self.names.append(name)
         self.rays.append(rays)
         self.placed_by.append(placed_by)
+        self.moves.append(moves)
 
     def local_mesh(self) -> LocalMesh:
         """Its triangles in its own space."""
@@ -81,12 +85,15 @@ class _Look:
     original : bpy.types.Object
     rays : int
         Mask of the `RAYS` that see it.
+    moves : bool
+        Whether its own Motion Blur is on.
     """
 
     kind: str
     name: str
     original: "bpy.types.Object"
     rays: int
+    moves: bool = True
     known: bool = False
     source: Source | None = None
     is_hairy: bool = False
@@ -94,7 +101,7 @@ class _Look:
 
 
 class SceneContents:
-    """The lamps and meshes of a dependency graph.
+    """The lamps and meshes of a dependency graph, and the table that their materials are in.
 
     Of its instances there may be very many, and asking Blender is slow: what they have in common is asked once.
     """
@@ -114,11 +121,11 @@ class SceneContents:
         self._depsgraph = depsgraph
         self._light_group = light_group
         self._counted_rays = ALL_RAYS if for_camera else LIGHT_RAYS
-        self._materials = materials
+        self.materials = materials
         self._warnings = warnings
         self._looks: dict[tuple[bpy.types.Object, bpy.types.ID | None, int], _Look | None] = {}
         self._values_of_row: dict[int, dict[Reading, np.ndarray]] = {}
-        self._parents: dict[bpy.types.Object, tuple[bpy.types.Object, int]] = {}
+        self._parents: dict[bpy.types.Object, tuple[bpy.types.Object, int, bool]] = {}
         self._used_slots: dict[bpy.types.Mesh, list[int]] = {}
         self._for_render = depsgraph.mode == "RENDER"
         self._drawn = getattr(getattr(depsgraph.scene, "cycles_curves", None), "shape", "RIBBONS")
@@ -147,12 +154,12 @@ class SceneContents:
             look = self._look(instance.object, known)
             if look is None or not (instance.show_self or look.is_hairy):
                 continue
-            parent, rays = self._of_parent(instance.parent)
+            parent, rays, moves = self._of_parent(instance.parent)
             placed_by, rays = (look.original, parent), look.rays & rays
             if look.is_hairy and instance.show_particles and rays & self._counted_rays:
                 look.hair = self._hair(instance.object) if look.hair is None else look.hair
                 for source in look.hair:
-                    source.place(row, look.name, rays, placed_by)
+                    source.place(row, look.name, rays, placed_by, look.moves and moves)
             if not instance.show_self:
                 continue
             if look.kind == "LIGHT":
@@ -162,13 +169,14 @@ class SceneContents:
                     values = ObjectValues.of(instance, dict(known))
                     look.known, look.source = True, self._source(instance.object, values)
                 if look.source is not None:
-                    look.source.place(row, look.name, rays, placed_by)
+                    look.source.place(row, look.name, rays, placed_by, look.moves and moves)
 
     def _look(self, obj: "bpy.types.Object", known: dict[Reading, np.ndarray]) -> _Look | None:
         """What is known of an evaluated object of which materials read some values; None where it is our own."""
         key = (obj.original, obj.data, id(known) if known else 0)
         if key not in self._looks:
-            look = _Look(obj.type, obj.name, obj.original, rays_that_see(obj, self._depsgraph.view_layer))
+            rays = rays_that_see(obj, self._depsgraph.view_layer)
+            look = _Look(obj.type, obj.name, obj.original, rays, _moves(obj))
             look.is_hairy = obj.type == "MESH" and any(hair_systems(obj, self._for_render))
             self._looks[key] = None if is_stand_in(obj.original) else look
         return self._looks[key]
@@ -188,7 +196,7 @@ class SceneContents:
 
     def _differing(self, obj: "bpy.types.Object") -> tuple[list[Reading], int]:
         """What the materials of an evaluated object read that differs by instance, and as how many it may be held."""
-        of_slots = [self._materials.differing(material) for material in self._slots(obj)]
+        of_slots = [self.materials.differing(material) for material in self._slots(obj)]
         readings = sorted({reading for readings, _ in of_slots for reading in readings})
         return readings, min((most for readings, most in of_slots if readings), default=0)
 
@@ -201,12 +209,15 @@ class SceneContents:
             self.lamps += [placed_by[0]] * n
             self.groups_of_lamps += [light_group_of(*placed_by)] * n
 
-    def _of_parent(self, parent: "bpy.types.Object | None") -> "tuple[bpy.types.Object | None, int]":
-        """The original of an instance's parent, and the mask of the `RAYS` that see what it instances."""
+    def _of_parent(self, parent: "bpy.types.Object | None") -> "tuple[bpy.types.Object | None, int, bool]":
+        """The original of an instance's parent, the mask of the `RAYS` that see what it instances, and whether that
+        moves.
+        """
         if parent is None:
-            return None, ALL_RAYS
+            return None, ALL_RAYS, True
         if parent not in self._parents:
-            self._parents[parent] = parent.original, rays_that_see(parent, self._depsgraph.view_layer)
+            rays = rays_that_see(parent, self._depsgraph.view_layer)
+            self._parents[parent] = parent.original, rays, _moves(parent)
         return self._parents[parent]
 
     def _source(self, obj: "bpy.types.Object", values: Values) -> Source | None:
@@ -234,7 +245,7 @@ class SceneContents:
     def _fibrous(self, obj: "bpy.types.Object", fibres: Fibres, slot: int, values: Values) -> Source:
         """The source of fibres with the material of an object's slot."""
         slots = self._slots(obj)
-        return self._shared(fibres, {0: self._materials.add_on_fibres(slots[min(slot, len(slots) - 1)], values)})
+        return self._shared(fibres, {0: self.materials.add_on_fibres(slots[min(slot, len(slots) - 1)], values)})
 
     def _hair(self, obj: "bpy.types.Object") -> list[Source]:
         """The sources of an object's particle systems."""
@@ -258,6 +269,11 @@ class SceneContents:
             self._used_slots[mesh] = used_slots(mesh)
         slots = self._slots(obj)
         return {
-            used: self._materials.add(slots[min(used, len(slots) - 1)], obj, mesh, values)
+            used: self.materials.add(slots[min(used, len(slots) - 1)], obj, mesh, values)
             for used in self._used_slots[mesh]
         }
+
+
+def _moves(obj: "bpy.types.Object") -> bool:
+    """Whether the Motion Blur of an evaluated object is on; asking an original would store its defaults in the file."""
+    return bool(getattr(getattr(obj, "cycles", None), "use_motion_blur", True))

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from hashlib import blake2b
 
 import bpy
 import numpy as np
@@ -48,6 +49,13 @@ class Fibres:
     @property
     def n_triangles(self) -> int:
         return self.shape.n_triangles
+
+    def digest(self) -> bytes:
+        """Of which vertices the triangles have."""
+        digest = blake2b(str(self.n_vertices).encode(), digest_size=16)
+        if isinstance(self.shape, Tubes):
+            digest.update(f"{self.shape.sides} {self.shape.closed}".encode() + self.shape.rings.start.tobytes())
+        return digest.digest()
 
     @property
     def is_smooth(self) -> bool:
