@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.scene import balls, strands
-from photon_bake.addon.scene.balls import Balls, octahedron, swelling
-from photon_bake.addon.scene.strands import Strands, Tubes, thinned, wanted_segments
+from photon_bake.addon.scene.fibres import balls, strands
+from photon_bake.addon.scene.fibres.balls import Balls, octahedron, swelling
+from photon_bake.addon.scene.fibres.strands import Strands, Tubes, thinned, wanted_segments
 
 
 def strands_of(*curves, radii=None):

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.scene.strands import MOST_STRANDS, MOST_TRIANGLES
+from photon_bake.addon.scene.fibres.strands import MOST_STRANDS, MOST_TRIANGLES
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.cases.shapes.hair import made_by_nodes
 

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 
-from ....scene.strands import MOST_STRANDS, Strands, thinned
+from ....scene.fibres.strands import MOST_STRANDS, Strands, thinned
 from ..meshes.meshes import VALUE_OF
 
 RADIUS = 0.005

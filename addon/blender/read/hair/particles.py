@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import bpy
 import numpy as np
 
-from ....scene.strands import MOST_STRANDS, Strands, thinned
+from ....scene.fibres.strands import MOST_STRANDS, Strands, thinned
 from .curves import random_numbers, thicker
 
 

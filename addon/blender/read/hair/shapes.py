@@ -7,8 +7,8 @@ from hashlib import blake2b
 import bpy
 import numpy as np
 
-from ....scene.balls import MOST_POINTS, SMOOTH, Balls
-from ....scene.strands import MOST_STRANDS, ROUND, Strands, Tubes, thinned
+from ....scene.fibres.balls import MOST_POINTS, SMOOTH, Balls
+from ....scene.fibres.strands import MOST_STRANDS, ROUND, Strands, Tubes, thinned
 from ...warn import Warnings
 from ..meshes.meshes import LocalMesh
 from .curves import read_curves
