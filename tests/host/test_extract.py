@@ -57,7 +57,7 @@ def test_modifiers_are_applied():
 
 
 def test_linked_duplicates_and_collection_instances_share_one_reading(monkeypatch):
-    from photon_bake.addon.blender.read import scene as module
+    from photon_bake.addon.blender.read import scene_contents as module
 
     calls = []
     read = module.read_mesh
