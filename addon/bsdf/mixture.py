@@ -25,6 +25,7 @@ SPECULAR_LOBES, BROAD_LOBES, DIRECTED_LOBES = (sum(1 << lobe for lobe in lobes) 
 """Sets of lobes as bits: those that a radiance cache, which knows no directions, does not answer for; those of which it
 knows the light that comes; and those among them that it does not answer for but for caustics."""
 _GLOSSY_LOBES = 1 << GLOSSY | 1 << GLOSSY_TOON
+_LAMBERTIAN_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT
 _DIFFUSE_LOBES = 1 << DIFFUSE | BROAD_LOBES
 BUMPED_LOBES = BROAD_LOBES & ~(1 << int(Lobe.VELVET))
 """Broad lobes that Cycles shadows where bumps turn from the light."""
@@ -80,6 +81,8 @@ def sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light):
 @part
 def choose_closure(scene, bsdf, wo, choice, lobes, from_light):
     """A closure by what each scatters: which, −1 for none; 1 over its probability; and the choice, fresh again."""
+    if bsdf.last - bsdf.first == 1 and (lobes & _LAMBERTIAN_LOBES) >> scene.materials.closures.kind[bsdf.first] & 1:
+        return bsdf.first, ONE, choice
     total, share, chosen = ZERO, ONE, np.int32(-1)
     for k in range(bsdf.first, bsdf.last):  # one after the other takes its share of the choice
         if not lobes >> scene.materials.closures.kind[k] & 1:
@@ -238,7 +241,7 @@ def pdf_glossy(scene, bsdf, wo, wi):
     return density / total if total > ZERO else ZERO
 
 
-@routine
+@part
 def total_weight(scene, bsdf, kind):
     """Sum of the weights of closures of one kind: albedo or transmission, before what layers take."""
     return weight_of_kind(scene, kind, bsdf.first, bsdf.last, bsdf.triangle, bsdf.u, bsdf.v)

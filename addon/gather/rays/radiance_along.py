@@ -90,18 +90,22 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         if triangle < 0 or largest(throughput) <= ZERO:
             break
         i, hit = step * _NUMBERS_A_STEP, hit_at(scene, direction, triangle, distance, u, v)
-        bsdf, side = bsdf_at(scene, hit, kind), side_at(cache, hit)
+        side, directional = side_at(cache, hit), scene.materials.directional[scene.material[triangle]]
 
         # What broad lobes reflect the cache says, but not to those who are too near, or see another surface
-        near = distance < cache.reach[side >> 1] or seen_otherwise(scene, hit, kind)
-        near = step < _MAX_NEAR_HITS and near and _only_reflects(scene, bsdf)
+        near = step < _MAX_NEAR_HITS and (distance < cache.reach[side >> 1] or seen_otherwise(scene, hit, kind))
+        if not (near or directional):
+            radiance, triangle = plus(radiance, mul(throughput, row(cache.radiance, side))), np.int32(-1)
+            break
+        bsdf = bsdf_at(scene, hit, kind)
+        near = near and _only_reflects(scene, bsdf)
         if near:
             at = light.direct, key, path, i + _DIFFUSE_LIGHT, hit, bsdf
             broad = plus(_direct_light_reflected(tracing, room, *at), row(cache.caustic, side))
         else:
             broad = row(cache.radiance, side)
         chance = ONE if near else ZERO  # of going on
-        if scene.materials.directional[scene.material[triangle]]:
+        if directional:
             wo, directed = to_local(negative(direction), axis_at(scene, hit, direction)), BLACK
             spreads = scene.materials.broad[scene.material[triangle]]
             broad = mul(broad, base_transmittance(scene, bsdf, wo))
@@ -147,10 +151,9 @@ def _only_reflects(scene, bsdf):
     """Whether a surface reflects diffusely, and nothing shines through it: that is lit from its other side, and only
     the cache knows both.
     """
-    reflects = (
-        largest(total_weight(scene, bsdf, DIFFUSE)) > ZERO or scene.materials.broad[scene.material[bsdf.triangle]]
-    )
-    return reflects and largest(total_weight(scene, bsdf, TRANSLUCENT)) <= ZERO
+    materials, material = scene.materials, scene.material[bsdf.triangle]
+    reflects = largest(total_weight(scene, bsdf, DIFFUSE)) > ZERO or materials.broad[material]
+    return reflects and (materials.matte[material] or largest(total_weight(scene, bsdf, TRANSLUCENT)) <= ZERO)
 
 
 @part
