@@ -22,6 +22,7 @@ from .materials.stretches import Tangents
 from .meshes.meshes import LocalMesh, count_triangles, read_mesh
 from .meshes.placing import Model, Models, PlacedMeshes
 from .meshes.tangents import corner_tangents, tangents_around
+from .motion.movement import Layout, Movement
 from .scene_contents import SceneContents, Source
 from .transforms import normal_matrices
 from .visibility import RAYS, warn_of_hair
@@ -41,18 +42,33 @@ class SceneReading:
     ----------
     light_groups : LightGroups
         Those of the view layer.
+    layout : Layout or None
+        Which rows of the scene's arrays are which objects', to find them again at other times; None where nobody asked.
     """
 
     light_groups: LightGroups
+    layout: Layout | None
     _half_lit: Scene
     _nodes_of_lamps: list[LampNodes | None]
     _world: WorldReading
     _warnings: Warnings
+    _light_group: str
+    _for_camera: bool
 
     def scene(self, of: "bpy.types.Scene") -> Scene:
         """The whole scene; not while Cycles or anything else bakes. `of` is whose frame it is."""
         lights = with_patterns(self._half_lit.lights, self._nodes_of_lamps, of, self._warnings)
         return replace(self._half_lit, lights=lights, world=self._world.world(of, self._warnings))
+
+    def moved(self, depsgraph: "bpy.types.Depsgraph", progress: Progress) -> Movement:
+        """Where everything is at another time, to which the graph was moved."""
+        warn, for_camera = Warnings([]), self._for_camera
+        assert self.layout is not None
+        found = SceneContents(depsgraph, MaterialTable(warn, for_camera), self._light_group, for_camera, warn)
+        found.walk(progress.part(0, 0.5))
+        matrices = _matrices(depsgraph)
+        placed = _place(found.sources, matrices, found.materials, progress.part(0.5, 1))
+        return Movement.between(self._half_lit, self.layout, Layout.of(found, placed), placed, matrices)
 
 
 def read_scene(
@@ -61,6 +77,7 @@ def read_scene(
     light_group: str = "",
     for_camera: bool = False,
     progress: Progress | None = None,
+    moving: bool = False,
 ) -> SceneReading:
     """Everything that light meets in the scene of an evaluated dependency graph, in world space.
 
@@ -78,6 +95,8 @@ def read_scene(
     for_camera : bool
         Whether objects that only the camera sees are read too.
     progress : Progress, optional
+    moving : bool
+        Whether other times are to be read too, by `SceneReading.moved`.
 
     Returns
     -------
@@ -98,7 +117,11 @@ def read_scene(
     found.walk(progress.part(0, _WALKED))
     warn_of_hair(found.hairy, warn)
     matrices = _matrices(depsgraph)
-    placed, left = _place(found.sources, matrices, materials, warn, progress.part(_WALKED, _PLACED))
+    placed = _place(found.sources, matrices, materials, progress.part(_WALKED, _PLACED))
+    for name in dict.fromkeys(placed.lost_names):
+        warn.add(f"Object '{name}' has vertices or a transform that are not finite: what of it is there is left out.")
+    layout = Layout.of(found, placed) if moving else None
+    left = placed.drop_degenerate()
     objects = list(compress((by for source in found.sources for by in source.placed_by), left))
     scene = Scene(
         vertices=placed.vertices,
@@ -116,7 +139,8 @@ def read_scene(
     warn_of_missing_files(depsgraph, materials.readable_images, warn)
     groups = _light_groups(depsgraph, found.groups_of_lamps, objects)
     linked = link_lights(scene, found.lamps, objects)
-    return SceneReading(groups, linked, found.nodes_of_lamps, read_world(depsgraph, light_group), warn)
+    world = read_world(depsgraph, light_group)
+    return SceneReading(groups, layout, linked, found.nodes_of_lamps, world, warn, light_group, for_camera)
 
 
 def _frames(
@@ -158,10 +182,8 @@ def _matrices(depsgraph: "bpy.types.Depsgraph") -> np.ndarray:
     return columns.transpose(0, 2, 1)
 
 
-def _place(
-    sources: list[Source], matrices: np.ndarray, materials: MaterialTable, warn: Warnings, progress: Progress
-) -> tuple[PlacedMeshes, np.ndarray]:
-    """All instances of all sources, which become objects in the sources' order; and which of them are left, (o,)."""
+def _place(sources: list[Source], matrices: np.ndarray, materials: MaterialTable, progress: Progress) -> PlacedMeshes:
+    """All instances of all sources, which become objects in the sources' order."""
     n_copies = np.array([len(source.rows) for source in sources], np.int64)
     n_vertices = np.array([len(source.mesh.vertices) for source in sources], np.int64)
     n_triangles = np.array([count_triangles(source.mesh) for source in sources], np.int64)
@@ -175,9 +197,7 @@ def _place(
         used, of_used = np.unique(of_copy[batch], return_inverse=True)
         models = Models([reader.model(sources[source]) for source in used])
         placed.add(models, of_used, matrices[rows[batch]], names[batch])
-    for name in dict.fromkeys(placed.lost_names):
-        warn.add(f"Object '{name}' has vertices or a transform that are not finite: what of it is there is left out.")
-    return placed, placed.drop_degenerate()
+    return placed
 
 
 def _batches(n_triangles: np.ndarray) -> Iterator[slice]:

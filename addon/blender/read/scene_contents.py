@@ -37,6 +37,8 @@ class Source:
     rays : list of int
         Masks of the `RAYS` that see them.
     placed_by : list of Placed
+    moves : list of bool
+        Whether their own Motion Blur is on.
     """
 
     mesh: "bpy.types.Mesh"
@@ -45,6 +47,7 @@ class Source:
     names: list[str] = field(default_factory=list)
     rays: list[int] = field(default_factory=list)
     placed_by: list[Placed] = field(default_factory=list)
+    moves: list[bool] = field(default_factory=list)
 
 
 @dataclass
@@ -56,18 +59,21 @@ class _Look:
     original : bpy.types.Object
     rays : int
         Mask of the `RAYS` that see it.
+    moves : bool
+        Whether its own Motion Blur is on.
     """
 
     kind: str
     name: str
     original: "bpy.types.Object"
     rays: int
+    moves: bool = True
     known: bool = False
     source: Source | None = None
 
 
 class SceneContents:
-    """The lamps and meshes of a dependency graph.
+    """The lamps and meshes of a dependency graph, and the table that their materials are in.
 
     Of its instances there may be very many, and asking Blender is slow: what they have in common is asked once.
     """
@@ -87,11 +93,11 @@ class SceneContents:
         self._depsgraph = depsgraph
         self._light_group = light_group
         self._counted_rays = ALL_RAYS if for_camera else LIGHT_RAYS
-        self._materials = materials
+        self.materials = materials
         self._warnings = warnings
         self._looks: dict[tuple[bpy.types.Object, bpy.types.ID | None, int], _Look | None] = {}
         self._values_of_row: dict[int, dict[Reading, np.ndarray]] = {}
-        self._parents: dict[bpy.types.Object, tuple[bpy.types.Object, int]] = {}
+        self._parents: dict[bpy.types.Object, tuple[bpy.types.Object, int, bool]] = {}
         self._used_slots: dict[bpy.types.Mesh, list[int]] = {}
         self._sources: dict[bpy.types.Mesh, dict[tuple[int, ...], Source]] = {}
 
@@ -119,7 +125,7 @@ class SceneContents:
             look = self._look(instance.object, known)
             if look is None or look.kind not in {"MESH", "LIGHT"}:
                 continue
-            parent, rays = self._of_parent(instance.parent)
+            parent, rays, moves = self._of_parent(instance.parent)
             placed_by, rays = (look.original, parent), look.rays & rays
             if look.kind == "LIGHT":
                 self._add_lamp(instance, look.name, placed_by)
@@ -132,12 +138,14 @@ class SceneContents:
                     look.source.names.append(look.name)
                     look.source.rays.append(rays)
                     look.source.placed_by.append(placed_by)
+                    look.source.moves.append(look.moves and moves)
 
     def _look(self, obj: "bpy.types.Object", known: dict[Reading, np.ndarray]) -> _Look | None:
         """What is known of an evaluated object of which materials read some values; None where it is our own."""
         key = (obj.original, obj.data, id(known) if known else 0)
         if key not in self._looks:
-            look = _Look(obj.type, obj.name, obj.original, rays_that_see(obj, self._depsgraph.view_layer))
+            rays = rays_that_see(obj, self._depsgraph.view_layer)
+            look = _Look(obj.type, obj.name, obj.original, rays, _moves(obj))
             self._looks[key] = None if is_stand_in(obj.original) else look
         return self._looks[key]
 
@@ -156,7 +164,7 @@ class SceneContents:
 
     def _differing(self, obj: "bpy.types.Object") -> tuple[list[Reading], int]:
         """What the materials of an evaluated object read that differs by instance, and as how many it may be held."""
-        of_slots = [self._materials.differing(material) for material in self._slots(obj)]
+        of_slots = [self.materials.differing(material) for material in self._slots(obj)]
         readings = sorted({reading for readings, _ in of_slots for reading in readings})
         return readings, min((most for readings, most in of_slots if readings), default=0)
 
@@ -169,12 +177,15 @@ class SceneContents:
             self.lamps += [placed_by[0]] * n
             self.groups_of_lamps += [light_group_of(*placed_by)] * n
 
-    def _of_parent(self, parent: "bpy.types.Object | None") -> "tuple[bpy.types.Object | None, int]":
-        """The original of an instance's parent, and the mask of the `RAYS` that see what it instances."""
+    def _of_parent(self, parent: "bpy.types.Object | None") -> "tuple[bpy.types.Object | None, int, bool]":
+        """The original of an instance's parent, the mask of the `RAYS` that see what it instances, and whether that
+        moves.
+        """
         if parent is None:
-            return None, ALL_RAYS
+            return None, ALL_RAYS, True
         if parent not in self._parents:
-            self._parents[parent] = parent.original, rays_that_see(parent, self._depsgraph.view_layer)
+            rays = rays_that_see(parent, self._depsgraph.view_layer)
+            self._parents[parent] = parent.original, rays, _moves(parent)
         return self._parents[parent]
 
     def _source(self, obj: "bpy.types.Object", values: Values) -> Source | None:
@@ -197,6 +208,11 @@ class SceneContents:
             self._used_slots[mesh] = used_slots(mesh)
         slots = self._slots(obj)
         return {
-            used: self._materials.add(slots[min(used, len(slots) - 1)], obj, mesh, values)
+            used: self.materials.add(slots[min(used, len(slots) - 1)], obj, mesh, values)
             for used in self._used_slots[mesh]
         }
+
+
+def _moves(obj: "bpy.types.Object") -> bool:
+    """Whether the Motion Blur of an evaluated object is on; asking an original would store its defaults in the file."""
+    return bool(getattr(getattr(obj, "cycles", None), "use_motion_blur", True))
