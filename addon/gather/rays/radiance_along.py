@@ -106,22 +106,10 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
             broad = row(cache.radiance, side)
         chance = ONE if near else ZERO  # of going on
         if directional:
-            wo, directed = to_local(negative(direction), axis_at(scene, hit, direction)), BLACK
-            spreads = scene.materials.broad[scene.material[triangle]]
-            broad = mul(broad, base_transmittance(scene, bsdf, wo))
-            if spreads:
-                caustic, directed = row(cache.incident_caustic, side), broad_albedo(scene, bsdf, wo, DIRECTED_LOBES)
-                incident = caustic if near else row(cache.incident, side)
-                broad = plus(broad, mul(broad_albedo(scene, bsdf, wo, ~DIRECTED_LOBES), incident))
-                broad = plus(broad, mul(directed, caustic))
-            # Highlights are bright, however little gloss there is on average
-            if spreads or reflects_highlights(scene, bsdf):
-                seen = light.direct, key, path, i + _GLOSSY_LIGHT, hit, bsdf, direction
-                broad = plus(broad, _highlight(tracing, room, *seen))
+            of_point = light, key, path, i, hit, bsdf, side, direction, near
+            broad, followed = _with_other_lobes(tracing, room, *of_point, broad)
             if not near:
-                albedo = largest(glossy_albedo(scene, bsdf, wo)) + largest(glass_albedo(scene, bsdf))
-                albedo += largest(directed)
-                chance = min(_FOLLOWED * albedo * min(largest(throughput), ONE), ONE)
+                chance = min(_FOLLOWED * followed * min(largest(throughput), ONE), ONE)
         radiance = plus(radiance, mul(throughput, broad))
 
         # On, by those lobes that are not answered for
@@ -144,6 +132,28 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         shining = _emission_met(scene, light.direct, hit, on, triangle, distance, u, v, specular)
         radiance = plus(radiance, mul(throughput, shining))
     return radiance, (direction, kind, triangle, distance, u, v, throughput)
+
+
+@part
+def _with_other_lobes(tracing, room, light, key, path, i, hit, bsdf, side, direction, near, lambertian):
+    """What all lobes reflect that the cache or direct light answers for, and the albedo of those that rays follow."""
+    scene, cache = tracing.scene, light.cache
+    wo, directed = to_local(negative(direction), axis_at(scene, hit, direction)), BLACK
+    spreads = scene.materials.broad[scene.material[hit.triangle]]
+    reflected = mul(lambertian, base_transmittance(scene, bsdf, wo))
+    if spreads:
+        caustic, directed = row(cache.incident_caustic, side), broad_albedo(scene, bsdf, wo, DIRECTED_LOBES)
+        incident = caustic if near else row(cache.incident, side)
+        reflected = plus(reflected, mul(broad_albedo(scene, bsdf, wo, ~DIRECTED_LOBES), incident))
+        reflected = plus(reflected, mul(directed, caustic))
+    # Highlights are bright, however little gloss there is on average
+    if spreads or reflects_highlights(scene, bsdf):
+        seen = light.direct, key, path, i + _GLOSSY_LIGHT, hit, bsdf, direction
+        reflected = plus(reflected, _highlight(tracing, room, *seen))
+    followed = ZERO
+    if not near:
+        followed = largest(glossy_albedo(scene, bsdf, wo)) + largest(glass_albedo(scene, bsdf)) + largest(directed)
+    return reflected, followed
 
 
 @part
