@@ -63,7 +63,7 @@ def brought_forward(tracing, kind, triangle, u, v):
     return triangle, u, v
 
 
-@routine
+@part
 def coplanar_occluded(tracing, hit):
     """Whether an opaque surface lies where a `Hit` is, so that no light leaves it.
 

@@ -130,7 +130,7 @@ def visibility(tracing, room, origin, target):
     return transmittance(tracing, room, origin, direction, far, tracing.all_objects, _SHADOW, False)
 
 
-@routine
+@part
 def transmittance(tracing, room, origin, direction, far, blocks, seen, from_light):
     """What surfaces that cast shadows leave of light as far as `far`, of objects (o,) that block; see `let_through`."""
     scene, passes = tracing.scene, WHITE
