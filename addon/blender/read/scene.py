@@ -12,6 +12,7 @@ from ...core.errors import BakeError
 from ...core.progress import Progress
 from ...scene import LightGroups, Lights, NormalSpace, Scene, SceneObjects, ShadingFrames, World
 from ..warn import Warnings
+from .hair.shapes import Fibres
 from .lamps.lamp_nodes import LampNodes, with_patterns
 from .lamps.lamps import in_light_group, light_group_of
 from .lamps.light_links import Placed, link_lights
@@ -20,13 +21,13 @@ from .lamps.world import WorldReading, light_group_of_world, read_world
 from .materials.materials import READING, MaterialTable
 from .materials.pictures.missing_files import warn_of_missing_files
 from .materials.stretches import Tangents
-from .meshes.meshes import LocalMesh, count_triangles, read_mesh
+from .meshes.meshes import LocalMesh
 from .meshes.placing import Model, Models, PlacedMeshes
 from .meshes.tangents import corner_tangents, tangents_around
 from .motion.movement import Layout, Movement
 from .scene_contents import SceneContents, Source
 from .transforms import normal_matrices
-from .visibility import RAYS, warn_of_hair
+from .visibility import RAYS, warn_of_volumes
 
 _WALKED, _PLACED = 0.3, 0.6
 """Parts of the stage after which all is found, and all placed: the rest are materials that Cycles evaluates."""
@@ -117,7 +118,7 @@ def read_scene(
     materials = MaterialTable(warn, for_camera)
     found = SceneContents(depsgraph, materials, light_group, for_camera, warn)
     found.walk(progress.part(0, _WALKED))
-    warn_of_hair(found.hairy, warn)
+    warn_of_volumes(found.volumes, warn)
     matrices = _matrices(depsgraph)
     placed = _place(found.sources, matrices, materials, progress.part(_WALKED, _PLACED))
     for name in dict.fromkeys(placed.lost_names):
@@ -189,8 +190,8 @@ def _matrices(depsgraph: "bpy.types.Depsgraph") -> np.ndarray:
 def _place(sources: list[Source], matrices: np.ndarray, materials: MaterialTable, progress: Progress) -> PlacedMeshes:
     """All instances of all sources, which become objects in the sources' order."""
     n_copies = np.array([len(source.rows) for source in sources], np.int64)
-    n_vertices = np.array([len(source.mesh.vertices) for source in sources], np.int64)
-    n_triangles = np.array([count_triangles(source.mesh) for source in sources], np.int64)
+    n_vertices = np.array([source.n_vertices for source in sources], np.int64)
+    n_triangles = np.array([source.n_triangles for source in sources], np.int64)
     placed = PlacedMeshes(int(n_copies @ n_vertices), int(n_copies @ n_triangles))
     of_copy = np.repeat(np.arange(len(sources)), n_copies)
     rows = np.array([row for source in sources for row in source.rows], np.int64)
@@ -223,7 +224,7 @@ class _Reader:
         if self._last and self._last[0] is source:
             return self._last[1]
         same = self._last is not None and self._last[0].mesh == source.mesh
-        mesh = self._last[1].mesh if self._last and same else read_mesh(source.mesh)
+        mesh = self._last[1].mesh if self._last and same else source.local_mesh()
         of_slot = np.full(max(source.material_of_slot) + 1, -1, np.int32)
         of_slot[list(source.material_of_slot)] = list(source.material_of_slot.values())
         uvs = self._corner_uvs(mesh, source.material_of_slot)
@@ -244,7 +245,7 @@ class _Reader:
                 found[on, :, :2] = along(needed.normals)[on]
             if needed.stretched is not None and needed.stretched.uv_map is not None:
                 found[on, :, 2] = along(needed.stretched.uv_map)[on, :, 0]
-            elif needed.stretched is not None:
+            elif needed.stretched is not None and not isinstance(source.mesh, Fibres):
                 space = (np.array(one) for one in (source.mesh.texspace_location, source.mesh.texspace_size))
                 found[on, :, 2] = tangents_around(mesh, needed.stretched.axis, *space)[on]
         return found
@@ -275,6 +276,7 @@ def _objects(
     names = [name for source in sources for name in source.names]
     rays = np.array([mask for source in sources for mask in source.rays], np.int64)[left]
     seen = {name: (rays >> bit & 1).astype(bool) for bit, name in enumerate(RAYS)}
+    fibrous = np.array([isinstance(source.mesh, Fibres) for source in sources for _ in source.rows], bool)[left]
     return SceneObjects(
         names=tuple(compress(names, left)),
         scatters=seen["diffuse"],
@@ -284,4 +286,5 @@ def _objects(
         seen_by_camera=seen["camera" if for_camera else "diffuse"],
         emits=np.array([in_light_group(*by, light_group) for by in placed_by], bool)[left],
         held_out=np.array(held_out, bool)[left],
+        fibrous=fibrous if fibrous.any() else None,
     )

@@ -64,7 +64,8 @@ def build_radiance_cache(
     incident = (lit[:0], lit[:0])
     if scene.materials.broad.any():
         incident = photon_incidence(scene, photons, elements, sides.coverage)
-    cache = RadianceCache(elements, lit, caustic, *incident)
+    unresolved = _unresolved(scene, elements)
+    cache = RadianceCache(elements, lit, caustic, *incident, unresolved=unresolved)
     if n_rays == 0:
         return cache
 
@@ -76,7 +77,13 @@ def build_radiance_cache(
     lit[k] = (sides.radiance + caustic + sides.gathering(gathered))[k]
     if scene.materials.broad.any():
         incident[0][k] = gathered[k] + incident[1][k]
-    return RadianceCache(elements, lit, caustic, *incident)
+    return RadianceCache(elements, lit, caustic, *incident, unresolved=unresolved)
+
+
+def _unresolved(scene: Scene, elements: SurfaceElements) -> np.ndarray | None:
+    """Elements of hair and points, (e,) bool: they are the mean of what is seen and of what lies deep in it."""
+    fibrous = scene.objects.fibrous
+    return None if fibrous is None else elements.of_cells(fibrous[scene.object_of_triangle[elements.cells.triangle]])
 
 
 def gather_at_sides(

@@ -35,7 +35,7 @@ class CacheArrays(NamedTuple):
     incident, incident_caustic : (2 e, 3) or (0, 3) float32, W/(m² sr)
         See `RadianceCache`.
     reach : (e,) float32, m
-        Distance from which each element can be looked up.
+        Distance from which each element can be looked up; infinity where it never can.
     """
 
     elements: ElementArrays
@@ -64,6 +64,8 @@ class RadianceCache:
     incident, incident_caustic : (2 e, 3) float32, W/(m² sr)
         Mean radiance that comes to each side but for direct light, E/π, and the caustics' part of it; (0, 3) where no
         material of the scene is `broad`.
+    unresolved : (e,) bool, optional
+        Elements that are never asked: rays that end there go on.
     """
 
     elements: SurfaceElements
@@ -71,11 +73,14 @@ class RadianceCache:
     caustic: np.ndarray
     incident: np.ndarray = field(default_factory=_none)
     incident_caustic: np.ndarray = field(default_factory=_none)
+    unresolved: np.ndarray | None = None
 
     @cached_property
     def arrays(self) -> CacheArrays:
         """The cache as kernels take it."""
         reach = (NEAR * np.sqrt(self.elements.areas)).astype(np.float32)
+        if self.unresolved is not None:
+            reach[self.unresolved] = np.inf
         light = self.radiance, self.caustic, self.incident, self.incident_caustic
         return CacheArrays(self.elements.arrays, *light, reach)
 

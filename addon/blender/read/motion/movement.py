@@ -13,7 +13,8 @@ import bpy
 import numpy as np
 
 from ....scene import Lights, Scene, ShadingFrames
-from ..meshes.meshes import corner_vertex, count_triangles, face_sizes
+from ..hair.shapes import Fibres
+from ..meshes.meshes import corner_vertex, face_sizes
 from ..meshes.placing import PlacedMeshes
 from ..scene_contents import SceneContents
 from ..transforms import normal_matrices
@@ -62,7 +63,7 @@ class Layout:
         """That of what was found and placed; while the dependency graph is there, and before triangles are dropped."""
         sources = found.sources
         n_copies = [len(source.rows) for source in sources]
-        n_triangles = np.repeat(np.array([count_triangles(source.mesh) for source in sources], np.int64), n_copies)
+        n_triangles = np.repeat(np.array([source.n_triangles for source in sources], np.int64), n_copies)
         ends = np.cumsum(n_triangles)
         digests = [_digest(source.mesh) for source in sources]
         return Layout(
@@ -94,8 +95,10 @@ def _keys(names: Iterable[str]) -> list[Key]:
     return keys
 
 
-def _digest(mesh: "bpy.types.Mesh") -> bytes:
+def _digest(mesh: "bpy.types.Mesh | Fibres") -> bytes:
     """Of which vertices the corners of a mesh's faces have."""
+    if isinstance(mesh, Fibres):
+        return mesh.digest()
     digest = blake2b(corner_vertex(mesh).data, digest_size=16)
     digest.update(face_sizes(mesh).data)
     return digest.digest()
