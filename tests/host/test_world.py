@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
+from photon_bake.addon.blender import read_scene
 from photon_bake.addon.blender.read.lamps import cycles_world
 from photon_bake.addon.blender.read.lamps.world import read_world
 from photon_bake.addon.blender.temporary import CyclesError
@@ -13,7 +14,7 @@ from photon_bake.addon.blender.warn import Warnings
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.gather import DirectLight
-from photon_bake.addon.scene import RayKind
+from photon_bake.addon.scene import LightKind, RayKind
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.host import scenes
@@ -156,6 +157,30 @@ def test_pictures(name):
     found = radiant(world) + sum(from_sun(sun) for sun in suns)
     np.testing.assert_allclose(found, cycles, rtol=0.01, atol=1e-3 * cycles.max())
     assert len(suns) == ("sun" in name and "without" not in name) + (name == "sky")
+
+
+def test_the_sun_of_a_sky_is_a_lamp():
+    """At its height, as wide as it is, in the world's light group; the picture has nothing of it."""
+    sky(sun_size=0.0095)
+    bpy.context.view_layer.lightgroups.add(name="Sky")
+    bpy.context.scene.world.lightgroup = "Sky"
+    reading = scenes.in_graph(read_scene)
+    scene = reading.scene(bpy.context.scene)
+    lights, image = scene.lights, scene.world.image
+    assert lights.names == ("Sun of the world",) and lights.kind[0] == LightKind.SUN
+    assert lights.angle[0] == pytest.approx(0.0095)
+    assert -lights.direction[0, 2] == pytest.approx(np.sin(0.6), abs=2e-4)
+    assert image.max() < 0.01 * lights.emission[0].max() / (np.pi * np.sin(0.0095 / 2) ** 2)
+    (group,) = reading.light_groups.apart(scene).values()
+    assert len(group.lights) == 1
+
+
+def test_suns_that_no_rays_see_are_black():
+    tree = sky(sun_size=0.0095)
+    bpy.context.scene.world.cycles_visibility.diffuse = False
+    assert not scenes.extracted().lights.seen_by_diffuse.any()
+    tree.background.inputs["Strength"].default_value = 0.0
+    assert not scenes.extracted().lights.emission.any()
 
 
 def test_light_from_a_picture_as_a_bake_finds_it():
