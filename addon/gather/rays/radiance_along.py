@@ -12,6 +12,8 @@ tracer would find them, by direct light at the point and a further ray for the r
 Of broad lobes that are not Lambertian direct light is found at the point. The rest is what comes to the surface, by the
 cache, times the albedo of rough diffuse lobes; directed ones, as sheen, are followed as gloss is, and take from there
 caustics alone.
+
+What walked through a body is looked for by a walk from where the ray ends (`through_bodies`).
 """
 
 from typing import NamedTuple
@@ -43,10 +45,12 @@ from ...emitters.lamps import radiance_of_lamps
 from ...emitters.mesh import lights_up
 from ...emitters.world import world_seen
 from ...scene.hit import emitted, hit_at, is_back, off_surface
+from ...tracing.bodies.through import walk_key
 from ...tracing.transparency import closest_hit
 from ..direct.sampling import DIFFUSE_RAY, GLOSSY_RAY, DirectArrays, met_radiance, sample_emitters, unsampled_sky
 from ..direct.visible import visible_share
 from ..radiance_cache.radiance_cache import CacheArrays, side_at
+from .through_bodies import seen_through_body
 
 _MAX_NEAR_HITS = 4
 MAX_STEPS = 33
@@ -114,6 +118,9 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
             if spreads or reflects_highlights(scene, bsdf):
                 seen = light.direct, key, path, i + _GLOSSY_LIGHT, hit, bsdf, direction
                 broad = plus(broad, _highlight(tracing, room, *seen))
+            if scene.materials.subsurface[scene.material[triangle]]:
+                walk = walk_key(key, step), path, hit, bsdf, direction
+                broad = plus(broad, seen_through_body(tracing, room, cache, *walk))
             if not near:
                 albedo = largest(glossy_albedo(scene, bsdf, wo)) + largest(glass_albedo(scene, bsdf))
                 albedo += largest(directed)
@@ -144,9 +151,11 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
 
 @part
 def _only_reflects(scene, bsdf):
-    """Whether a surface reflects diffusely, and nothing shines through it: that is lit from its other side, and only
-    the cache knows both.
+    """Whether a surface reflects diffusely, and nothing shines through it: that is lit from its other side, or through
+    its body, and only the cache knows both.
     """
+    if scene.materials.subsurface[scene.material[bsdf.triangle]]:
+        return False
     reflects = (
         largest(total_weight(scene, bsdf, DIFFUSE)) > ZERO or scene.materials.broad[scene.material[bsdf.triangle]]
     )
