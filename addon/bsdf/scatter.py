@@ -160,7 +160,7 @@ def scatter_both_ways(scene, hit, direction, choice, u, v, seen):
     facet = glass.facet_of(closure, own_wo, u, v)
     up, reflected = glass.scatter(closure, own_wo, facet, True, False)
     down, refracted = glass.scatter(closure, own_wo, facet, False, False)
-    factor = times(transmittance_to(scene, bsdf, closure, wo), inverse)
+    factor = times(transmittance_to(scene, bsdf, chosen, wo), inverse)
     reflected, refracted = mul(reflected, factor), mul(refracted, factor)
     return (
         _gone_on(scene, hit, axis, out_of(frame, up), up[2], reflected, np.int32(GLASS), True, False),

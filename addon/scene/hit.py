@@ -191,7 +191,7 @@ def texel_at(scene, image, triangle, u, v):
     return texel(scene.textures, image, x, y)
 
 
-@routine
+@part
 def weight_of_kind(scene, kind, first, last, triangle, u, v):
     """Sum of the weights of closures `first` to `last` of a kind (`Lobe`): of Lambertian ones the albedo, before what
     layers take.

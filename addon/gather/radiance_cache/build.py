@@ -64,7 +64,9 @@ def build_radiance_cache(
     incident = (lit[:0], lit[:0])
     if scene.materials.broad.any() or scene.materials.subsurface.any():
         incident = photon_incidence(scene, photons, elements, sides.coverage)
-    cache = RadianceCache(elements, lit, caustic, *incident, sides.with_direct(incident[0]))
+    unresolved = _unresolved(scene, elements)
+    arriving = sides.with_direct(incident[0])
+    cache = RadianceCache(elements, lit, caustic, *incident, arriving, unresolved)
     if n_rays == 0:
         return cache
 
@@ -76,7 +78,13 @@ def build_radiance_cache(
     lit[k] = (sides.radiance + caustic + sides.gathering(gathered))[k]
     if len(incident[0]):
         incident[0][k] = gathered[k] + incident[1][k]
-    return RadianceCache(elements, lit, caustic, *incident, sides.with_direct(incident[0]))
+    return RadianceCache(elements, lit, caustic, *incident, sides.with_direct(incident[0]), unresolved)
+
+
+def _unresolved(scene: Scene, elements: SurfaceElements) -> np.ndarray | None:
+    """Elements of hair and points, (e,) bool: they are the mean of what is seen and of what lies deep in it."""
+    fibrous = scene.objects.fibrous
+    return None if fibrous is None else elements.of_cells(fibrous[scene.object_of_triangle[elements.cells.triangle]])
 
 
 def gather_at_sides(

@@ -180,8 +180,11 @@ def _light_points(tracing, direct, elements, hidden, room, key, start, end, firs
 @part
 def _taken(scene, bsdf, kind, arrived, factor):
     """What Lambertian closures of a kind take of light from two directions, as `arriving` has it."""
-    first = mul(weight_received(scene, bsdf, kind, arrived[0]), arrived[1])
-    second = mul(weight_received(scene, bsdf, kind, arrived[2]), arrived[3])
+    towards, light, direction, met = arrived
+    if not bsdf.perturbed:
+        return times(mul(total_weight(scene, bsdf, kind), plus(light, met)), factor)
+    first = mul(weight_received(scene, bsdf, kind, towards), light)
+    second = mul(weight_received(scene, bsdf, kind, direction), met)
     return times(plus(first, second), factor)
 
 

@@ -37,7 +37,7 @@ class CacheArrays(NamedTuple):
     arriving : (2 e, 3) or (0, 3) float32, W/(m² sr)
         See `RadianceCache`.
     reach : (e,) float32, m
-        Distance from which each element can be looked up.
+        Distance from which each element can be looked up; infinity where it never can.
     """
 
     elements: ElementArrays
@@ -70,6 +70,8 @@ class RadianceCache:
     arriving : (2 e, 3) float32, W/(m² sr)
         The same with direct light, E/π of all: that comes out of bodies where it meets the view's walk; (0, 3) where
         none of the scene's materials has subsurface scattering.
+    unresolved : (e,) bool, optional
+        Elements that are never asked: rays that end there go on.
     """
 
     elements: SurfaceElements
@@ -78,11 +80,14 @@ class RadianceCache:
     incident: np.ndarray = field(default_factory=_none)
     incident_caustic: np.ndarray = field(default_factory=_none)
     arriving: np.ndarray = field(default_factory=_none)
+    unresolved: np.ndarray | None = None
 
     @cached_property
     def arrays(self) -> CacheArrays:
         """The cache as kernels take it."""
         reach = (NEAR * np.sqrt(self.elements.areas)).astype(np.float32)
+        if self.unresolved is not None:
+            reach[self.unresolved] = np.inf
         light = self.radiance, self.caustic, self.incident, self.incident_caustic, self.arriving
         return CacheArrays(self.elements.arrays, *light, reach)
 
