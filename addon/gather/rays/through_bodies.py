@@ -1,6 +1,5 @@
 """What a gather ray sees of the light that walked through a body: a walk from where it ends (see `bsdf.subsurface`)."""
 
-from ...bsdf.closure import closure_at
 from ...bsdf.frames import frame_of, into, out_of
 from ...bsdf.mixture import SUBSURFACE, transmittance_to
 from ...bsdf.scatter import axis_at
@@ -9,6 +8,7 @@ from ...bsdf.subsurface.medium import medium_at
 from ...core.compiling import routine
 from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ZERO, dot, mul, negative, plus, row, to_local, to_world
+from ...scene.hit import channel_at
 from ...tracing.bodies.through import exit_of, outside_of
 from ...tracing.bodies.walk import N_PAIRS
 from ..radiance_cache.radiance_cache import side_at
@@ -35,7 +35,7 @@ def seen_through_body(tracing, room, cache, key, path, hit, bsdf, direction):
             continue
         exit_ = exit_of(tracing, room, hit, medium, inwards, key, path)
         if exit_.found:
-            closure = closure_at(scene, bsdf, k)
-            weight = mul(mul(closure.weight, exit_.weight), transmittance_to(scene, bsdf, closure, wo))
+            weight = mul(channel_at(scene, closures.weight, k, hit.triangle, hit.u, hit.v), exit_.weight)
+            weight = mul(weight, transmittance_to(scene, bsdf, k, wo))
             total = plus(total, mul(weight, row(cache.arriving, side_at(cache, outside_of(scene, exit_)))))
     return total
