@@ -7,6 +7,7 @@ import bpy
 from .materials.closures import ADDERS, Closure
 from .materials.expressions import constant
 from .materials.nodes import TAKEN_FOR_ONE, Place, all_nodes, is_used, output_node, source
+from .materials.shaders.hair import HAIR
 from .materials.stretches import tangent_sources
 
 NOT_BAKED = {
@@ -15,8 +16,8 @@ NOT_BAKED = {
 """What is said where an input is not zero."""
 
 
-def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Iterator[str]:
-    """Half sentences about what cannot be baked as it is."""
+def shortcomings(material: "bpy.types.Material", closures: list[Closure], on_fibres: bool = False) -> Iterator[str]:
+    """Half sentences about what cannot be baked as it is, on meshes or on hair."""
     output = output_node(material)
     if output and source(output.inputs["Volume"]):
         yield "its volume is not baked"
@@ -32,14 +33,16 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Ite
     if len(tangents) > 1:
         yield "all of its anisotropic shaders are baked with the tangents of the first"
     for closure in closures:
-        yield from _of_closure(closure)
+        yield from _of_closure(closure, on_fibres)
 
 
-def _of_closure(closure: Closure) -> Iterator[str]:
+def _of_closure(closure: Closure, on_fibres: bool) -> Iterator[str]:
     node = closure.node
     if node.type == "SUBSURFACE_SCATTERING":
         yield "its subsurface scattering is baked as diffuse"
-    elif node.type in {"BSDF_HAIR", "BSDF_HAIR_PRINCIPLED"}:
+    elif on_fibres and node.type == "BSDF_HAIR_PRINCIPLED" and node.model == "HUANG":
+        yield "its Principled Hair BSDF of Huang's model is baked by Chiang's"
+    elif node.type in HAIR and not on_fibres:
         yield f"its {node.bl_label} is baked without highlights, as a diffuse and a translucent surface"
     elif closure.kind not in ADDERS:
         yield f"its {node.bl_label} is baked as diffuse"
