@@ -6,6 +6,13 @@ light meets it. A strand is far thinner than what its light is wanted for, so th
 
     f = ½ ∫ Σ_p M_p(θ_o, θ_i) A_p(h, θ_o) N_p(h, φ) dh
 
+o is the view and i the light. A strand of a width D shows D cos θ to a ray, and f has no cosine of its own: what comes
+to the view is ∫ f L dω_i. It is not reciprocal, for as much light comes to a view from a photon as
+
+    f(o, i) cos θ_o / cos θ_i
+
+says, which is how photons are scattered, with A and N by the angle of the view, to which they fly.
+
 There are more models: Cycles' Hair BSDF, a Cauchy distribution about the cone of mirrored directions, and the
 translucent side of a strand.
 """
@@ -24,7 +31,7 @@ _PI, _HALF, _FOUR, _QUARTER = np.float32(np.pi), np.float32(0.5), np.float32(4),
 _HALF_PI = np.float32(np.pi / 2)
 _LOW_BITS = np.float32(4096)
 _TINY, _LEAST = np.float32(1e-7), np.float32(1e-5)
-_LEAST_VARIANCE = np.float32(1e-6)
+_LEAST_VARIANCE, _NOTHING, _MOST = np.float32(1e-6), np.float32(1e-20), np.float32(16)
 
 
 @routine
@@ -34,7 +41,7 @@ def sample(closure, wo, choice, u, v, from_light):
         return negative(cosine_hemisphere(u, v)), closure.weight
     if closure.distribution == _CHIANG:
         return _chiang(closure, wo, choice, u, v, from_light)
-    return _kajiya(closure, wo, u, v)
+    return _kajiya(closure, wo, u, v, from_light)
 
 
 @part
@@ -44,11 +51,14 @@ def _chiang(closure, wo, choice, u, v, from_light):
     cos_o = np.sqrt(max(ONE - sin_o * sin_o, ZERO))
     h, around = TWO * u - ONE, _low_bits(v)
     turn, left = _ways(closure, sin_o, cos_o, h)
-    p, weight = _chosen(left, choice)
+    p = _chosen(left, choice)
+    weight = times(_way(left, p), _inverse_chance(left, p))
     tilt, variance = _lobe(closure, p)
     if from_light:  # what tilts the view's angle tilts the other way for the light's
-        sin_i, cos_i = _longitudinal(sin_o, cos_o, variance, _low_bits(choice), _low_bits(u))
-        sin_i, cos_i = _tilted(sin_i, cos_i, -tilt)
+        sin_t, cos_t = _longitudinal(sin_o, cos_o, variance, _low_bits(choice), _low_bits(u))
+        sin_i, cos_i = _tilted(sin_t, cos_t, -tilt)
+        turn, of_view = _ways(closure, sin_i, cos_i, h)
+        weight = times(_way(of_view, p), _inverse_chance(left, p) * _adjoint(cos_i, cos_o) * _adjoint(cos_i, cos_t))
     else:
         sin_t, cos_t = _tilted(sin_o, cos_o, tilt)
         sin_i, cos_i = _longitudinal(sin_t, cos_t, variance, _low_bits(choice), _low_bits(u))
@@ -82,20 +92,38 @@ def _ways(closure, sin_o, cos_o, h):
 
 @part
 def _chosen(left, choice):
-    """A way by what is left along it, and that over its probability."""
+    """One of the ways, by what is left along each."""
+    r, tt, trt = mean(left[0]), mean(left[1]), mean(left[2])
+    at = choice * (r + tt + trt + mean(left[3]))
+    if at < r:
+        return 0
+    if at < r + tt:
+        return 1
+    return 2 if at < r + tt + trt else 3
+
+
+@part
+def _way(left, p):
+    """What is left along a way."""
     r, tt, trt, rest = left
-    a, b, c, d = mean(r), mean(tt), mean(trt), mean(rest)
-    total = a + b + c + d
-    if total <= ZERO:
-        return 0, BLACK
-    at = choice * total
-    if at < a:
-        return 0, times(r, total / a)
-    if at < a + b:
-        return 1, times(tt, total / b)
-    if at < a + b + c or d <= ZERO:
-        return (2, times(trt, total / c)) if c > ZERO else (0, BLACK)
-    return 3, times(rest, total / d)
+    if p == 0:
+        return r
+    if p == 1:
+        return tt
+    return trt if p == 2 else rest
+
+
+@part
+def _inverse_chance(left, p):
+    """1 over the probability of a way that was chosen."""
+    total = mean(left[0]) + mean(left[1]) + mean(left[2]) + mean(left[3])
+    return total / max(mean(_way(left, p)), _NOTHING)
+
+
+@part
+def _adjoint(cos_view, cos_light):
+    """What a photon's weight is multiplied by, since strands show less of themselves along them."""
+    return min(cos_view / max(cos_light, _TINY), _MOST)
 
 
 @part
@@ -137,14 +165,12 @@ def _logistic(s, u):
 
 
 @part
-def _kajiya(closure, wo, u, v):
+def _kajiya(closure, wo, u, v, from_light):
     """Cycles' Hair BSDF: about the cone of mirrored directions, on the view's side or on the other."""
     roughness, spread, offset = closure.roughness, max(closure.f90[0], _LEAST), closure.f90[1]
     theta_o = np.arcsin(min(max(wo[0], -ONE), ONE))
-    high = np.arctan(((_HALF_PI + theta_o) * _HALF - offset) / roughness)
-    low = np.arctan(((-_HALF_PI + theta_o) * _HALF - offset) / roughness)
-    half = np.tan(u * (high - low) + low) * roughness
-    theta = TWO * (half + offset) - theta_o
+    low, high = _bounds(theta_o, roughness, offset)
+    theta = TWO * (np.tan(low + u * (high - low)) * roughness + offset) - theta_o
     if closure.distribution == _REFLECTION:
         phi = TWO * np.arcsin(ONE - TWO * v) * spread
         if np.cos(phi) < ZERO:
@@ -153,7 +179,18 @@ def _kajiya(closure, wo, u, v):
         phi = _PI + spread * np.tan((v - _HALF) * TWO * np.arctan(_HALF_PI / spread))
     if abs(theta) >= _HALF_PI:
         return wo, BLACK
-    return _direction(wo, np.sin(theta), np.cos(theta), phi), closure.weight
+    weight = closure.weight
+    if from_light:
+        ratio, (least, most) = _adjoint(np.cos(theta), np.cos(theta_o)), _bounds(theta, roughness, offset)
+        weight = times(weight, min(ratio * ratio * (high - low) / max(most - least, _TINY), _MOST))
+    return _direction(wo, np.sin(theta), np.cos(theta), phi), weight
+
+
+@part
+def _bounds(theta, roughness, offset):
+    """Between which angles the Cauchy distribution of half the way to the light is cut, seen from an angle."""
+    low = np.arctan(((theta - _HALF_PI) * _HALF - offset) / roughness)
+    return low, np.arctan(((theta + _HALF_PI) * _HALF - offset) / roughness)
 
 
 @part

@@ -39,9 +39,8 @@ WAYS = [(0, 0, 1), (0.5, 0.2, 0.7), (-0.9, 0.3, 0.1)]
 
 @pytest.mark.plain
 @pytest.mark.parametrize("model", list(FibreModel))
-@pytest.mark.parametrize("from_light", [False, True])
-def test_clear_fibres_lose_nothing(model, from_light):
-    wi, weight = samples(closure_of(model), WAYS[1], from_light, 2_000)
+def test_clear_fibres_lose_nothing(model):
+    wi, weight = samples(closure_of(model), WAYS[1], n=2_000)
     np.testing.assert_allclose(np.linalg.norm(wi, axis=1), 1, atol=1e-4)
     np.testing.assert_allclose(weight[weight[:, 0] > 0], 1, atol=1e-4)
     assert (weight[:, 0] > 0).mean() > 0.99
@@ -82,3 +81,18 @@ def test_reflecting_and_transmitting_fibres_part_light():
     back, weight = samples(closure_of(FibreModel.REFLECTION, f90=(0.5, 0, 0)), WAYS[0])
     on, _ = samples(closure_of(FibreModel.TRANSMISSION, f90=(0.5, 0, 0)), WAYS[0])
     assert (back[weight[:, 0] > 0, 2] >= 0).all() and (on[:, 2] <= 0).all()
+
+
+@pytest.mark.parametrize("model", [FibreModel.CHIANG, FibreModel.REFLECTION, FibreModel.TRANSMISSION])
+def test_photons_and_paths_scatter_alike(model):
+    """⟨cos θ_o f(o, i) g(o, i)⟩ over all pairs of directions, by paths and by photons, for some g."""
+    closure, rng = closure_of(model, (0.1, 0.4, 1.0), 0.3, (0.5, 0.1, 0.2)), np.random.default_rng(2)
+    totals = np.zeros((2, 3))
+    for a in rng.normal(size=(6_000, 3)):
+        a = a / np.linalg.norm(a)
+        for from_light in (False, True):
+            b, weight = samples(closure, a, from_light, 200)
+            view, light = (b, a) if from_light else (a, b)
+            g = 1 + np.sum(view * (0.3, 0.5, 0.8), axis=-1) + np.sum(light * (-0.9, 0.1, 0.4), axis=-1) ** 2
+            totals[int(from_light)] += np.sqrt(1 - a[0] ** 2) * (weight * g[..., None]).mean(axis=0)
+    np.testing.assert_allclose(totals[1], totals[0], rtol=0.04)

@@ -180,7 +180,7 @@ def hair_principled():
 @case("Hair with a Principled Hair BSDF", GROUP)
 def hair_fibres():
     under_a_panel(matte((0.7, 0.7, 0.7)))
-    curves("Lawn", lawn(60), 0.012, shader("BsdfHairPrincipled", {"Color": (0.7, 0.4, 0.1)}, "Fur"))
+    curves("Lawn", lawn(60), 0.003, shader("BsdfHairPrincipled", {"Color": (0.7, 0.4, 0.1)}, "Fur"))
 
 
 @case("Hair with a Principled Hair BSDF by melanin, sparse", GROUP)
@@ -188,19 +188,6 @@ def hair_melanin():
     under_a_panel(matte((0.7, 0.7, 0.7)))
     brown = {"Melanin": 0.5, "Melanin Redness": 0.5, "Roughness": 0.2, "Radial Roughness": 0.6, "Coat": 0.5}
     curves("Lawn", lawn(30), 0.012, shader("BsdfHairPrincipled", brown, "Fur", parametrization="MELANIN"))
-
-
-@case("Hair with a Hair BSDF, reflection", GROUP)
-def hair_reflects():
-    under_a_panel(matte((0.7, 0.7, 0.7)))
-    curves("Lawn", lawn(30), 0.012, shader("BsdfHair", {"Color": (0.7, 0.4, 0.1)}, "Fur", component="Reflection"))
-
-
-@case("Hair with a Hair BSDF, transmission", GROUP)
-def hair_transmits():
-    under_a_panel(matte((0.7, 0.7, 0.7)))
-    fur = shader("BsdfHair", {"Color": (0.7, 0.4, 0.1), "RoughnessV": 0.3}, "Fur", component="Transmission")
-    curves("Lawn", lawn(30), 0.012, fur)
 
 
 @case("Hair, translucent", GROUP)
