@@ -20,6 +20,7 @@ from .frames import THE_POINTS, UP, Frame, bump_shadowing_in, frame_of, into, ou
 DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in list(Lobe)[:4])
 GLOSSY_TOON, PANE, FIBRE = int(Lobe.GLOSSY_TOON), int(Lobe.PANE), int(Lobe.FIBRE)
 _ABSORBING = int(Lobe.ABSORBING)
+SUBSURFACE = int(Lobe.SUBSURFACE)
 
 ALL_LOBES = (1 << len(Lobe)) - 1
 SPECULAR_LOBES, BROAD_LOBES, DIRECTED_LOBES = (sum(1 << lobe for lobe in lobes) for lobes in (NARROW, BROAD, DIRECTED))
@@ -27,7 +28,7 @@ SPECULAR_LOBES, BROAD_LOBES, DIRECTED_LOBES = (sum(1 << lobe for lobe in lobes) 
 knows the light that comes; and those among them that it does not answer for but for caustics."""
 _GLOSSY_LOBES = 1 << GLOSSY | 1 << GLOSSY_TOON
 _LAMBERTIAN_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT
-_DIFFUSE_LOBES = 1 << DIFFUSE | BROAD_LOBES
+_DIFFUSE_LOBES = 1 << DIFFUSE | 1 << SUBSURFACE | BROAD_LOBES
 BUMPED_LOBES = BROAD_LOBES & ~(1 << int(Lobe.VELVET))
 """Broad lobes that Cycles shadows where bumps turn from the light."""
 
@@ -70,13 +71,19 @@ def sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light):
     own_wo = into(frame, wo)
     own_wi, weight = _sample(closure, own_wo, choice, u, v, from_light)
     wi = out_of(frame, own_wi)
-    if from_light and closure.kind < GLOSSY:  # photons leave by the cosine with the geometric normal, see `scatter`
+    if from_light and is_cosine_lobe(closure.kind):  # photons' is with the geometric normal, see `scatter`
         wi = own_wi
         if bsdf.perturbed and closure.kind == TRANSLUCENT:
             frame = frame_of(scene, bsdf, chosen, negative(wi))
     view, light = (own_wi, own_wo) if from_light else (own_wo, own_wi)
     weight = times(mul(weight, transmittance_to(scene, bsdf, chosen, wi if from_light else wo)), inverse)
     return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), _is_rough(closure), frame)
+
+
+@part
+def is_cosine_lobe(kind):
+    """Whether a closure's directions are by the cosine: of a Lambertian one, and of light that enters a body."""
+    return kind < GLOSSY or kind == SUBSURFACE
 
 
 @part
@@ -132,7 +139,7 @@ def _expected(scene, bsdf, k, wo, from_light):
 @part
 def _albedo_of(closure, cos):
     """Directional albedo of a closure that is not glass."""
-    if closure.kind < GLOSSY or closure.kind == FIBRE:
+    if is_cosine_lobe(closure.kind) or closure.kind == FIBRE:
         return closure.weight
     return glossy.albedo(closure, cos) if closure.kind in (GLOSSY, PANE) else others.albedo(closure, cos)
 
@@ -140,7 +147,7 @@ def _albedo_of(closure, cos):
 @part
 def _sample(closure, wo, choice, u, v, from_light):
     """A direction of one closure and its weight."""
-    if closure.kind == DIFFUSE:
+    if closure.kind in (DIFFUSE, SUBSURFACE):  # mirrored, the way into the body
         return diffuse.sample(closure, u, v)
     if closure.kind == TRANSLUCENT:
         return translucent.sample(closure, u, v)

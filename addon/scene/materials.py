@@ -114,7 +114,12 @@ class Materials:
     @cached_property
     def spreads_light(self) -> np.ndarray:
         """Which materials scatter light widely, to either of their sides, (m,) bool: photons are stored on those."""
-        return self.has(*LAMBERTIAN, *BROAD)
+        return self.has(*LAMBERTIAN, *BROAD, Lobe.SUBSURFACE)
+
+    @cached_property
+    def subsurface(self) -> np.ndarray:
+        """Which materials have a closure through which light walks, (m,) bool."""
+        return self.has(Lobe.SUBSURFACE)
 
     @cached_property
     def perturbed(self) -> np.ndarray:

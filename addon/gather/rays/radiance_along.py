@@ -13,6 +13,8 @@ path tracer would find them, by direct light at the point and a further ray for 
 Of broad lobes that are not Lambertian direct light is found at the point. The rest is what comes to the surface, by the
 cache, times the albedo of rough diffuse lobes; directed ones, as sheen, are followed as gloss is, and take from there
 caustics alone.
+
+What walked through a body is looked for by a walk from where the ray ends (`through_bodies`).
 """
 
 from typing import NamedTuple
@@ -44,10 +46,12 @@ from ...emitters.lamps import radiance_of_lamps
 from ...emitters.mesh import lights_up
 from ...emitters.world import world_seen
 from ...scene.hit import emitted, hit_at, is_back, off_surface
+from ...tracing.bodies.through import walk_key
 from ...tracing.transparency import closest_hit
 from ..direct.sampling import DIFFUSE_RAY, GLOSSY_RAY, DirectArrays, met_radiance, sample_emitters, unsampled_sky
 from ..direct.visible import visible_share
 from ..radiance_cache.radiance_cache import CacheArrays, side_at
+from .through_bodies import seen_through_body
 
 _MAX_NEAR_HITS = 4
 MAX_STEPS = 33
@@ -110,6 +114,9 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         if directional:
             of_point = light, key, path, i, hit, bsdf, side, direction, near
             broad, followed = _with_other_lobes(tracing, room, *of_point, broad)
+            if scene.materials.subsurface[scene.material[triangle]]:
+                walk = walk_key(key, step), path, hit, bsdf, direction
+                broad = plus(broad, seen_through_body(tracing, room, cache, *walk))
             if not near:
                 chance = min(_FOLLOWED * followed * min(largest(throughput), ONE), ONE)
         radiance = plus(radiance, mul(throughput, broad))
@@ -160,10 +167,12 @@ def _with_other_lobes(tracing, room, light, key, path, i, hit, bsdf, side, direc
 
 @part
 def _only_reflects(scene, bsdf):
-    """Whether a surface reflects diffusely, and nothing shines through it: that is lit from its other side, and only
-    the cache knows both.
+    """Whether a surface reflects diffusely, and nothing shines through it: that is lit from its other side, or through
+    its body, and only the cache knows both.
     """
     materials, material = scene.materials, scene.material[bsdf.triangle]
+    if materials.subsurface[material]:
+        return False
     reflects = largest(total_weight(scene, bsdf, DIFFUSE)) > ZERO or materials.broad[material]
     return reflects and (materials.matte[material] or largest(total_weight(scene, bsdf, TRANSLUCENT)) <= ZERO)
 

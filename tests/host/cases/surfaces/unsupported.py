@@ -2,15 +2,7 @@
 
 from ..registry import case
 from ..stage import box, matte, nodes, shader
-from .stage import GROUP, divided, painted_floor
-
-
-@case("Principled BSDF, subsurface", GROUP, unsupported="Wax")
-def subsurface():
-    # A thin slab of wax lets light through.
-    inputs = {"Base Color": (0.8, 0.5, 0.3), "Roughness": 1.0, "Specular IOR Level": 0.0}
-    wax = {"Subsurface Weight": 1.0, "Subsurface Radius": (1, 0.5, 0.3), "Subsurface Scale": 0.5}
-    divided(shader("BsdfPrincipled", {**inputs, **wax}, "Wax"), 0.1)
+from .stage import GROUP, painted_floor
 
 
 @case("Fog in the room (volume)", GROUP, unsupported="Fog")

@@ -78,7 +78,9 @@ def on_surfaces(term: Term) -> list[Term]:
 
 
 def on_fibres(term: Term) -> list[Term]:
-    """What stands for a term on hair: what is translucent sends light to the other side of the strand."""
+    """What stands for a term on hair: translucent ones send light to the strand's other side, and in none light walks."""
+    if term.kind == Lobe.SUBSURFACE:
+        return [Term(Lobe.DIFFUSE, term.weight, by_angle=term.by_angle, under=term.under)]
     if term.kind != Lobe.TRANSLUCENT:
         return [term]
     return [replace(term, kind=Lobe.FIBRE, distribution=FibreModel.TRANSLUCENT)]
