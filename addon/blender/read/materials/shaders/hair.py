@@ -78,7 +78,7 @@ def on_surfaces(term: Term) -> list[Term]:
 
 
 def on_fibres(term: Term) -> list[Term]:
-    """What stands for a term on hair: translucent ones send light to the strand's other side, and in none light walks."""
+    """What stands for a term on hair: translucent ones send light to the strand's other side; light walks in none."""
     if term.kind == Lobe.SUBSURFACE:
         return [Term(Lobe.DIFFUSE, term.weight, by_angle=term.by_angle, under=term.under)]
     if term.kind != Lobe.TRANSLUCENT:
