@@ -11,10 +11,11 @@ from ..core.compiling import part, routine
 from ..core.vec3 import BLACK, ONE, WHITE, ZERO, largest, mean, mul, negative, plus, times, to_local
 from ..scene.closures import BROAD, DIRECTED, NARROW, Lobe
 from ..scene.hit import channel_at, weight_of_kind
-from . import diffuse, fibre, glass, glossy, translucent
+from . import diffuse, glass, glossy, translucent
 from .broad import lobes as others
 from .broad import toon
 from .closure import Bsdf, bsdf_at, closure_at, is_nothing, roughness_at, seen_at
+from .fibres import fibre
 from .frames import THE_POINTS, UP, Frame, bump_shadowing_in, frame_of, into, out_of, received
 
 DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in list(Lobe)[:4])

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.bsdf import fibre
 from photon_bake.addon.bsdf.closure import Closure
+from photon_bake.addon.bsdf.fibres import fibre
 from photon_bake.addon.core.compiling import kernel, kernel_array
 from photon_bake.addon.scene import FibreModel, Lobe
 

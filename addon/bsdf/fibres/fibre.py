@@ -19,11 +19,11 @@ translucent side of a strand.
 
 import numpy as np
 
-from ..core.compiling import part, routine
-from ..core.sampling.warps import TWO_PI, cosine_hemisphere
-from ..core.vec3 import BLACK, ONE, TWO, ZERO, mean, mul, negative, times
-from ..scene.closures import FibreModel
-from .fresnel import fresnel_dielectric
+from ...core.compiling import part, routine
+from ...core.sampling.warps import TWO_PI, cosine_hemisphere
+from ...core.vec3 import BLACK, ONE, TWO, ZERO, mean, mul, negative, times
+from ...scene.closures import FibreModel
+from ..fresnel import fresnel_dielectric
 
 _CHIANG, _REFLECTION = int(FibreModel.CHIANG), int(FibreModel.REFLECTION)
 _TRANSLUCENT = int(FibreModel.TRANSLUCENT)
