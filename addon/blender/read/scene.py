@@ -245,7 +245,11 @@ class _Reader:
                 found[on, :, :2] = along(needed.normals)[on]
             if needed.stretched is not None and needed.stretched.uv_map is not None:
                 found[on, :, 2] = along(needed.stretched.uv_map)[on, :, 0]
-            elif needed.stretched is not None and not isinstance(source.mesh, Fibres):
+            elif needed.stretched is None:
+                continue
+            elif isinstance(source.mesh, Fibres):
+                found[on, :, 2] = source.mesh.directions()[on]
+            else:
                 space = (np.array(one) for one in (source.mesh.texspace_location, source.mesh.texspace_size))
                 found[on, :, 2] = tangents_around(mesh, needed.stretched.axis, *space)[on]
         return found
