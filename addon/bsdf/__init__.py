@@ -1,9 +1,9 @@
 """How a surface scatters light: closures sampled, evaluated and weighed against each other, in a local frame.
 
-A lobe is a file (`diffuse`, `translucent`, `glossy`, `glass`): how one closure is sampled, and where it takes more than
-its weight to say so its f, density and albedo.
-`mixture` adds the closures of a point up, and `scatter` says what becomes of a ray there; both are parts of kernels.
-`arrays` has those of the mixture's functions that array code asks for many points at a time.
+A lobe is a file (`lambertian/diffuse`, `glossy`, `glass`): how one closure is sampled, and where it takes more than its
+weight to say so its f, density and albedo.
+`mixture` adds the closures of a point up, `albedos` says what they scatter in all, and `scatter` what becomes of a ray
+there; these are parts of kernels. `arrays` has those of their functions that array code asks for many points at a time.
 """
 
 from ..scene.closures import Lobe

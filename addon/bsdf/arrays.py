@@ -1,4 +1,4 @@
-"""The mixture's functions for many points at a time that a camera sees: loops over its parts."""
+"""The functions of the mixture and its albedos for many points at a time that a camera sees: loops over its parts."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +11,7 @@ from ..core.vec3 import ONE, ZERO, negative, put, row
 from ..scene import Scene
 from ..scene.arrays import SceneArrays
 from ..scene.hit import hit_at
-from . import mixture
+from . import albedos, mixture
 from .closure import seen_by_camera
 from .scatter import lambertian_normal
 
@@ -121,27 +121,27 @@ def _evaluate_glossy(scene, triangle, u, v, back, wo, wi, out):
 def _diffuse_albedo(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
         bsdf = seen_by_camera(scene, triangle[i], u[i], v[i], back[i])
-        put(out, i, mixture.diffuse_albedo(scene, bsdf, _seen_at(cos[i])))
+        put(out, i, albedos.diffuse_albedo(scene, bsdf, _seen_at(cos[i])))
 
 
 @kernel
 def _translucent_albedo(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
         bsdf = seen_by_camera(scene, triangle[i], u[i], v[i], back[i])
-        put(out, i, mixture.translucent_albedo(scene, bsdf, _seen_at(cos[i])))
+        put(out, i, albedos.translucent_albedo(scene, bsdf, _seen_at(cos[i])))
 
 
 @kernel
 def _glossy_albedo(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
         bsdf = seen_by_camera(scene, triangle[i], u[i], v[i], back[i])
-        put(out, i, mixture.glossy_albedo(scene, bsdf, _seen_at(cos[i])))
+        put(out, i, albedos.glossy_albedo(scene, bsdf, _seen_at(cos[i])))
 
 
 @kernel
 def _reflects_highlights(scene, triangle, u, v, back, out):
     for i in range(len(triangle)):
-        out[i] = mixture.reflects_highlights(scene, seen_by_camera(scene, triangle[i], u[i], v[i], back[i]))
+        out[i] = albedos.reflects_highlights(scene, seen_by_camera(scene, triangle[i], u[i], v[i], back[i]))
 
 
 @kernel

@@ -8,28 +8,26 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import part, routine
-from ..core.vec3 import BLACK, ONE, WHITE, ZERO, largest, mean, mul, negative, plus, times, to_local
+from ..core.vec3 import BLACK, ONE, WHITE, ZERO, largest, mean, mul, negative, plus, times
 from ..scene.closures import BROAD, DIRECTED, NARROW, Lobe
-from ..scene.hit import channel_at, weight_of_kind
-from . import diffuse, glass, glossy, translucent
+from . import glass, glossy
 from .broad import lobes as others
 from .broad import toon
-from .closure import Bsdf, bsdf_at, closure_at, is_nothing, roughness_at, seen_at
+from .closure import Bsdf, bsdf_at, closure_at, is_nothing, seen_at
 from .fibres import fibre
-from .frames import THE_POINTS, UP, Frame, bump_shadowing_in, frame_of, into, out_of, received
+from .frames import THE_POINTS, UP, Frame, bump_shadowing_in, frame_of, into, out_of
+from .lambertian import diffuse, translucent
 
 DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in list(Lobe)[:4])
 GLOSSY_TOON, PANE, FIBRE = int(Lobe.GLOSSY_TOON), int(Lobe.PANE), int(Lobe.FIBRE)
-_ABSORBING = int(Lobe.ABSORBING)
 SUBSURFACE = int(Lobe.SUBSURFACE)
 
 ALL_LOBES = (1 << len(Lobe)) - 1
 SPECULAR_LOBES, BROAD_LOBES, DIRECTED_LOBES = (sum(1 << lobe for lobe in lobes) for lobes in (NARROW, BROAD, DIRECTED))
 """Sets of lobes as bits: those that a radiance cache, which knows no directions, does not answer for; those of which it
 knows the light that comes; and those among them that it does not answer for but for caustics."""
-_GLOSSY_LOBES = 1 << GLOSSY | 1 << GLOSSY_TOON
+GLOSSY_LOBES = 1 << GLOSSY | 1 << GLOSSY_TOON
 _LAMBERTIAN_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT
-_DIFFUSE_LOBES = 1 << DIFFUSE | 1 << SUBSURFACE | BROAD_LOBES
 BUMPED_LOBES = BROAD_LOBES & ~(1 << int(Lobe.VELVET))
 """Broad lobes that Cycles shadows where bumps turn from the light."""
 
@@ -134,11 +132,11 @@ def _expected(scene, bsdf, k, wo, from_light):
     if closure.kind == GLASS:
         return glass.albedo(closure, cos, from_light) * left
     # A photon views from elsewhere, and sheen is seen where it grazes
-    return mean(_albedo_of(closure, min(cos, _GRAZING) if from_light and closure.kind > GLASS else cos)) * left
+    return mean(albedo_of(closure, min(cos, _GRAZING) if from_light and closure.kind > GLASS else cos)) * left
 
 
 @part
-def _albedo_of(closure, cos):
+def albedo_of(closure, cos):
     """Directional albedo of a closure that is not glass."""
     if is_cosine_lobe(closure.kind) or closure.kind == FIBRE:
         return closure.weight
@@ -198,19 +196,19 @@ def evaluate_direct(scene, bsdf, wo, wi):
 
     The cosine is that with +z: f of a lobe with a frame of its own is times its cosine over that.
     """
-    return _evaluate(scene, bsdf, wo, wi, _GLOSSY_LOBES | BROAD_LOBES, glossy.PEAK)
+    return _evaluate(scene, bsdf, wo, wi, GLOSSY_LOBES | BROAD_LOBES, glossy.PEAK)
 
 
 @part
 def evaluate_broad(scene, bsdf, wo, wi):
     """The same of glossy lobes alone."""
-    return _evaluate(scene, bsdf, wo, wi, _GLOSSY_LOBES, glossy.PEAK)
+    return _evaluate(scene, bsdf, wo, wi, GLOSSY_LOBES, glossy.PEAK)
 
 
 @part
 def evaluate_glossy(scene, bsdf, wo, wi):
     """The f of all rough glossy lobes in 1/sr, without the cosine; wo is the viewing side."""
-    return _evaluate(scene, bsdf, wo, wi, _GLOSSY_LOBES, _INFINITY)
+    return _evaluate(scene, bsdf, wo, wi, GLOSSY_LOBES, _INFINITY)
 
 
 @routine
@@ -241,7 +239,7 @@ def pdf_glossy(scene, bsdf, wo, wi):
     """Density of wi by solid angle when a path's rough glossy lobes are sampled from wo."""
     total = density = ZERO
     for k in range(bsdf.first, bsdf.last):
-        if _GLOSSY_LOBES >> scene.materials.closures.kind[k] & 1:
+        if GLOSSY_LOBES >> scene.materials.closures.kind[k] & 1:
             closure = closure_at(scene, bsdf, k)
             if _is_rough(closure):
                 share, frame = _expected(scene, bsdf, k, wo, False), frame_of(scene, bsdf, k, wo)
@@ -250,126 +248,3 @@ def pdf_glossy(scene, bsdf, wo, wi):
                 of_one = glossy.pdf(closure, view, light) if closure.kind == GLOSSY else toon.pdf(closure, view, light)
                 density += share * of_one
     return density / total if total > ZERO else ZERO
-
-
-@part
-def total_weight(scene, bsdf, kind):
-    """Sum of the weights of closures of one kind: albedo or transmission, before what layers take."""
-    return weight_of_kind(scene, kind, bsdf.first, bsdf.last, bsdf.triangle, bsdf.u, bsdf.v)
-
-
-@routine
-def weight_received(scene, bsdf, kind, towards):
-    """`total_weight` of Lambertian closures, each times what it takes of light from a direction (`received`).
-
-    The light is that on `lit_normal`, its direction one of the world.
-    """
-    if not bsdf.perturbed:
-        return total_weight(scene, bsdf, kind)
-    total, closures, light = BLACK, scene.materials.closures, to_local(towards, bsdf.normal)
-    for k in range(bsdf.first, bsdf.last):
-        if closures.kind[k] == kind:
-            weight = channel_at(scene, closures.weight, k, bsdf.triangle, bsdf.u, bsdf.v)
-            total = plus(total, times(weight, received(scene, bsdf, k, light)))
-    return total
-
-
-@routine
-def _albedo(scene, bsdf, lobes, wo):
-    """What some lobes but glass scatter in all of light seen from a local direction, with what layers leave of it."""
-    total = BLACK
-    for k in range(bsdf.first, bsdf.last):
-        if lobes >> scene.materials.closures.kind[k] & 1:
-            closure, cos = closure_at(scene, bsdf, k), ONE
-            if closure.kind >= GLOSSY:
-                cos = max(into(frame_of(scene, bsdf, k, wo), wo)[2], ZERO)
-            total = plus(total, mul(_albedo_of(closure, cos), transmittance_to(scene, bsdf, k, wo)))
-    return total
-
-
-@part
-def diffuse_albedo(scene, bsdf, wo):
-    """What Lambertian and broad lobes reflect in all, seen from a local direction, with what layers leave of it."""
-    return _albedo(scene, bsdf, _DIFFUSE_LOBES, wo)
-
-
-@part
-def broad_albedo(scene, bsdf, wo, lobes):
-    """What some broad lobes reflect that are not Lambertian."""
-    return _albedo(scene, bsdf, lobes & BROAD_LOBES, wo)
-
-
-@part
-def translucent_albedo(scene, bsdf, wo):
-    """What a surface seen from a local direction transmits diffusely, with what layers leave of it."""
-    return _albedo(scene, bsdf, 1 << TRANSLUCENT, wo)
-
-
-@part
-def glossy_albedo(scene, bsdf, wo):
-    """What the glossy lobes of a surface seen from a local direction reflect in all."""
-    return _albedo(scene, bsdf, _GLOSSY_LOBES, wo)
-
-
-@routine
-def glass_albedo(scene, bsdf):
-    """What glass reflects or transmits of a colour, whichever is more, and what fibres scatter at most."""
-    total = BLACK
-    for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] in (GLASS, PANE):
-            closure = closure_at(scene, bsdf, k)
-            more = (
-                max(closure.f0[0], closure.f90[0]),
-                max(closure.f0[1], closure.f90[1]),
-                max(closure.f0[2], closure.f90[2]),
-            )
-            total = plus(total, mul(closure.weight, more))
-        elif scene.materials.closures.kind[k] == FIBRE:
-            total = plus(total, closure_at(scene, bsdf, k).weight)
-    return total
-
-
-@routine
-def base_transmittance(scene, bsdf, wo):
-    """Share of what the Lambertian lobes would scatter that layers leave to them, seen from wo; 1 without any."""
-    last, n = -1, 0
-    for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] < GLOSSY:
-            last, n = k, n + 1
-    if n == 1:  # whatever its weight, which may ask a texture
-        return transmittance_to(scene, bsdf, last, wo)
-    whole = left = BLACK
-    for k in range(bsdf.first, bsdf.last):
-        if scene.materials.closures.kind[k] < GLOSSY:
-            weight = channel_at(scene, scene.materials.closures.weight, k, bsdf.triangle, bsdf.u, bsdf.v)
-            whole, left = plus(whole, weight), plus(left, mul(weight, transmittance_to(scene, bsdf, k, wo)))
-    return _ratio(left[0], whole[0]), _ratio(left[1], whole[1]), _ratio(left[2], whole[2])
-
-
-@part
-def _ratio(a, b):
-    return a / b if b > ZERO else ONE
-
-
-@part
-def reflects_highlights(scene, bsdf):
-    """Whether a glossy lobe is rough enough for shadow rays to find light by it."""
-    for k in range(bsdf.first, bsdf.last):
-        kind = scene.materials.closures.kind[k]
-        if kind == GLOSSY_TOON or (kind == GLOSSY and roughness_at(scene, bsdf, k)[0] >= glossy.SMOOTH):
-            return True
-    return False
-
-
-@part
-def is_mirror(scene, bsdf):
-    """Whether light is scattered by smooth gloss or glass alone."""
-    n = 0
-    for k in range(bsdf.first, bsdf.last):
-        kind = scene.materials.closures.kind[k]
-        if kind == _ABSORBING:
-            continue
-        if kind not in (GLOSSY, GLASS, PANE) or roughness_at(scene, bsdf, k)[0] >= glossy.SMOOTH:
-            return False
-        n += 1
-    return n > 0

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...bsdf.albedos import total_weight, weight_received
 from ...bsdf.closure import bsdf_at, seen_from_behind
-from ...bsdf.mixture import DIFFUSE, SUBSURFACE, TRANSLUCENT, total_weight, weight_received
+from ...bsdf.mixture import DIFFUSE, SUBSURFACE, TRANSLUCENT
 from ...bsdf.scatter import lit_normal
 from ...core.compiling import kernel, part
 from ...core.parallel import Workers

@@ -2,16 +2,9 @@
 
 import numpy as np
 
+from ...bsdf.albedos import broad_albedo, total_weight, weight_received
 from ...bsdf.closure import bsdf_of, seen_from_behind
-from ...bsdf.mixture import (
-    BROAD_LOBES,
-    DIFFUSE,
-    SUBSURFACE,
-    TRANSLUCENT,
-    broad_albedo,
-    total_weight,
-    weight_received,
-)
+from ...bsdf.mixture import BROAD_LOBES, DIFFUSE, SUBSURFACE, TRANSLUCENT
 from ...bsdf.scatter import shading_normal_correction
 from ...core.compiling import kernel, part
 from ...core.parallel import slices

@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ...bsdf.albedos import glass_albedo, glossy_albedo
 from ...bsdf.closure import bsdf_at
-from ...bsdf.mixture import glass_albedo, glossy_albedo
 from ...bsdf.scatter import axis_at
 from ...core.compiling import kernel
 from ...core.parallel import Workers, slices

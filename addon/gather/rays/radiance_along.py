@@ -21,23 +21,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...bsdf.closure import bsdf_at, seen_otherwise
-from ...bsdf.mixture import (
-    ALL_LOBES,
-    DIFFUSE,
-    DIRECTED_LOBES,
-    GLOSSY,
-    SPECULAR_LOBES,
-    TRANSLUCENT,
+from ...bsdf.albedos import (
     base_transmittance,
     broad_albedo,
-    evaluate_direct,
     glass_albedo,
     glossy_albedo,
     reflects_highlights,
     total_weight,
     weight_received,
 )
+from ...bsdf.closure import bsdf_at, seen_otherwise
+from ...bsdf.mixture import ALL_LOBES, DIFFUSE, DIRECTED_LOBES, GLOSSY, SPECULAR_LOBES, TRANSLUCENT, evaluate_direct
 from ...bsdf.scatter import axis_at, lit_normal, scatter
 from ...core.compiling import by_reference, part
 from ...core.sampling.path_numbers import two_numbers

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...bsdf.albedos import is_mirror
 from ...bsdf.closure import bsdf_at
-from ...bsdf.mixture import GLASS, SPECULAR_LOBES, is_mirror
+from ...bsdf.mixture import GLASS, SPECULAR_LOBES
 from ...bsdf.scatter import scatter, scatter_both_ways
 from ...core.compiling import kernel, part
 from ...core.sampling.path_numbers import two_numbers

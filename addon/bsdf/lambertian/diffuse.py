@@ -1,7 +1,7 @@
 """Lambertian reflection: the same radiance in every direction of the side that light came to."""
 
-from ..core.compiling import part
-from ..core.sampling.warps import cosine_hemisphere
+from ...core.compiling import part
+from ...core.sampling.warps import cosine_hemisphere
 
 
 @part

@@ -1,8 +1,8 @@
 """Lambertian transmission: the same radiance in every direction of the other side."""
 
-from ..core.compiling import part
-from ..core.sampling.warps import cosine_hemisphere
-from ..core.vec3 import negative
+from ...core.compiling import part
+from ...core.sampling.warps import cosine_hemisphere
+from ...core.vec3 import negative
 
 
 @part

@@ -1,0 +1,1 @@
+"""Lambertian lobes: the same radiance in every direction, of the side that light came to or of the other."""
