@@ -93,7 +93,7 @@ class EmbreeTracer:
 
     Attributes
     ----------
-    handles : (5,) uint64
+    handles : (6,) uint64
         What kernels take: the tree that rays of each `RayKind` see. They are valid as long as the tracer lives.
     """
 

@@ -46,7 +46,7 @@ class Tracing(NamedTuple):
     Attributes
     ----------
     scene : SceneArrays
-    trees : (5,) uint64
+    trees : (6,) uint64
         Embree's tree that rays of each `RayKind` see.
     see_through : bool
         Whether some surface lets light through.

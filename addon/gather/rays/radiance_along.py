@@ -18,9 +18,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...bsdf.closure import bsdf_at, seen_otherwise
+from ...bsdf.closure import bsdf_at, has_lobes, seen_otherwise
 from ...bsdf.mixture import (
     ALL_LOBES,
+    BROAD_LOBES,
     DIFFUSE,
     DIRECTED_LOBES,
     GLOSSY,
@@ -56,6 +57,7 @@ _LATE_SURVIVAL = np.float32(0.5)  # after the first few hits: a long tail of few
 _FOLLOWED = TWO
 """Rays that follow a narrow lobe, over its albedo: more of them cost time, fewer make noise."""
 
+_CACHED_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT | BROAD_LOBES
 _FOLLOWED_LOBES = SPECULAR_LOBES | DIRECTED_LOBES
 _NUMBERS_A_STEP = 40  # pairs of a path's numbers
 _DIFFUSE_LIGHT, _GLOSSY_LIGHT = 3, 20  # the first of those that draw lights
@@ -93,13 +95,16 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         bsdf, side = bsdf_at(scene, hit, kind), side_at(cache, hit)
 
         # What broad lobes reflect the cache says, but not to those who are too near, or see another surface
-        near = distance < cache.reach[side >> 1] or seen_otherwise(scene, hit, kind)
+        otherwise = seen_otherwise(scene, hit, kind)
+        near = distance < cache.reach[side >> 1] or otherwise
         near = step < _MAX_NEAR_HITS and near and _only_reflects(scene, bsdf)
         if near:
             at = light.direct, key, path, i + _DIFFUSE_LIGHT, hit, bsdf
             broad = plus(_direct_light_reflected(tracing, room, *at), row(cache.caustic, side))
-        else:
+        elif not otherwise or has_lobes(scene, bsdf, _CACHED_LOBES):
             broad = row(cache.radiance, side)
+        else:
+            broad = BLACK
         chance = ONE if near else ZERO  # of going on
         if scene.materials.directional[scene.material[triangle]]:
             wo, directed = to_local(negative(direction), axis_at(scene, hit, direction)), BLACK

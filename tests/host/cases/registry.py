@@ -40,12 +40,16 @@ class Case:
         Bake this light group alone; empty for all light.
     unsupported : str
         The feature has no support: a warning of the bake has to hold this text. Empty where it is supported.
+    differs : str
+        What is baked otherwise than Cycles renders it, though supported: the page says how far the light is off.
     effort : int
         How many times the photons and rays of the other cases its bake needs.
     into_image : bool
         Cycles bakes the reference into an image: only then its rays have differentials, without which it sees no bump.
     since : tuple of int
         First Blender that has the feature as the reference means it.
+    changed : tuple of int
+        First Blender in which the feature means something else: those before it have a reference of their own.
     """
 
     title: str
@@ -53,13 +57,25 @@ class Case:
     build: Callable[[], None]
     light_group: str = ""
     unsupported: str = ""
+    differs: str = ""
     effort: int = 1
     into_image: bool = False
     since: tuple[int, ...] = (4, 5)
+    changed: tuple[int, ...] = ()
 
     @property
     def name(self) -> str:
         return self.build.__name__
+
+    @property
+    def references(self) -> list[str]:
+        """The names of its references: that of its last meaning, and where it had another before, of that."""
+        return [self.name] + [f"{self.name}_before_{'_'.join(map(str, self.changed))}"] * bool(self.changed)
+
+    @property
+    def reference(self) -> str:
+        """The name of the one that this Blender is compared with."""
+        return self.references[-1] if bpy.app.version < self.changed else self.name
 
     @property
     def runs_here(self) -> bool:
