@@ -70,7 +70,8 @@ class PHOTON_BAKE_OT_bake_indirect(Solving, bpy.types.Operator):
         if properties.selected_only and properties.targets != {"camera"}:  # a camera sees all objects
             names = selected_objects(context, copies)
         group, apart = properties.light_group, properties.light_groups == "apart"
-        job = BakeJob.prepare(context, requests, progress, names, group, properties.strict, apart)
+        steps = properties.motion_blur
+        job = BakeJob.prepare(context, requests, progress, names, group, properties.strict, apart, steps)
         self._job = job
         job.check_strict()
         job.check_space()

@@ -66,7 +66,6 @@ class Closure(NamedTuple):
     edge: tuple
     film: tuple
     stretch: np.float32
-    by_angle: np.int32
 
 
 @part
@@ -90,6 +89,8 @@ def seen_by_camera(scene, triangle, u, v, back):
 @part
 def seen_otherwise(scene, hit, kind):
     """Whether rays of a kind see other closures where they met a surface than diffuse rays do."""
+    if kind == _DIFFUSE_RAY:
+        return False
     seen = material_seen(scene, hit.triangle, hit.back, np.int64(kind))
     return seen != material_seen(scene, hit.triangle, hit.back, _DIFFUSE_RAY)
 
@@ -125,10 +126,10 @@ def closure_at(scene, bsdf, k):
     """The k-th closure of the scene at a point that has it."""
     closures, at = scene.materials.closures, (bsdf.triangle, bsdf.u, bsdf.v)
     kind, ior, curve = closures.kind[k], closures.ior[k], closures.curve[k]
-    weight, roughness = channel_at(scene, closures.weight, k, *at), ONE
+    weight, roughness, stretch = channel_at(scene, closures.weight, k, *at), ONE, ONE
     f0, f90, edge, film = BLACK, BLACK, WHITE, BLACK
     if kind >= GLOSSY:
-        roughness = channel_at(scene, closures.roughness, k, *at)[0]
+        roughness, stretch = roughness_at(scene, bsdf, k)
         f0, f90 = channel_at(scene, closures.f0, k, *at), channel_at(scene, closures.f90, k, *at)
     if curve > 0:
         edge = channel_at(scene, closures.edge, k, *at)
@@ -137,22 +138,30 @@ def closure_at(scene, bsdf, k):
     if kind == GLASS and bsdf.back:
         ior = ONE / ior
         film = film[0], film[1] * ior, film[2]
-    stretch = ONE
-    if closures.stretched[k]:
-        roughness, stretch = _stretched(roughness, channel_at(scene, closures.stretch, k, *at)[0])
     look = closures.fresnel[k], closures.preserves_energy[k], closures.layer[k], closures.distribution[k]
-    return Closure(kind, weight, roughness, f0, f90, ior, *look, curve, edge, film, stretch, closures.by_angle[k])
+    return Closure(kind, weight, roughness, f0, f90, ior, *look, curve, edge, film, stretch)
 
 
 @part
-def seen_at(scene, closure, cos):
-    """What a closure's weight is multiplied by where it is seen at a cosine to the normal."""
-    if closure.by_angle < 0:
+def roughness_at(scene, bsdf, k):
+    """The roughness of the k-th closure, and what stretches its facets."""
+    closures, at = scene.materials.closures, (bsdf.triangle, bsdf.u, bsdf.v)
+    roughness = channel_at(scene, closures.roughness, k, *at)[0]
+    if not closures.stretched[k]:
+        return roughness, ONE
+    return _stretched(roughness, channel_at(scene, closures.stretch, k, *at)[0])
+
+
+@part
+def seen_at(scene, k, cos):
+    """What the k-th closure's weight is multiplied by where it is seen at a cosine to the normal."""
+    curve = scene.materials.closures.by_angle[k]
+    if curve < 0:
         return ONE
     at = np.sqrt(max(cos, ZERO)) * _LAST_ANGLE
-    k = np.int64(min(at, _LAST_ANGLE - ONE))
-    share, curves = at - np.float32(k), scene.materials.closures.angle_curves
-    return curves[closure.by_angle, k] * (ONE - share) + curves[closure.by_angle, k + 1] * share
+    j = np.int64(min(at, _LAST_ANGLE - ONE))
+    share, curves = at - np.float32(j), scene.materials.closures.angle_curves
+    return curves[curve, j] * (ONE - share) + curves[curve, j + 1] * share
 
 
 @part

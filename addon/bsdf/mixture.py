@@ -14,18 +14,20 @@ from ..scene.hit import channel_at, weight_of_kind
 from . import diffuse, glass, glossy, translucent
 from .broad import lobes as others
 from .broad import toon
-from .closure import Bsdf, bsdf_at, closure_at, is_nothing, seen_at
+from .closure import Bsdf, bsdf_at, closure_at, is_nothing, roughness_at, seen_at
 from .frames import THE_POINTS, UP, Frame, bump_shadowing_in, frame_of, into, out_of, received
 
 DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in list(Lobe)[:4])
 GLOSSY_TOON, PANE, _ABSORBING = int(Lobe.GLOSSY_TOON), int(Lobe.PANE), int(Lobe.ABSORBING)
+SUBSURFACE = int(Lobe.SUBSURFACE)
 
 ALL_LOBES = (1 << len(Lobe)) - 1
 SPECULAR_LOBES, BROAD_LOBES, DIRECTED_LOBES = (sum(1 << lobe for lobe in lobes) for lobes in (NARROW, BROAD, DIRECTED))
 """Sets of lobes as bits: those that a radiance cache, which knows no directions, does not answer for; those of which it
 knows the light that comes; and those among them that it does not answer for but for caustics."""
 _GLOSSY_LOBES = 1 << GLOSSY | 1 << GLOSSY_TOON
-_DIFFUSE_LOBES = 1 << DIFFUSE | BROAD_LOBES
+_LAMBERTIAN_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT
+_DIFFUSE_LOBES = 1 << DIFFUSE | 1 << SUBSURFACE | BROAD_LOBES
 BUMPED_LOBES = BROAD_LOBES & ~(1 << int(Lobe.VELVET))
 """Broad lobes that Cycles shadows where bumps turn from the light."""
 
@@ -68,18 +70,26 @@ def sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light):
     own_wo = into(frame, wo)
     own_wi, weight = _sample(closure, own_wo, choice, u, v, from_light)
     wi = out_of(frame, own_wi)
-    if from_light and closure.kind < GLOSSY:  # photons leave by the cosine with the geometric normal, see `scatter`
+    if from_light and is_cosine_lobe(closure.kind):  # photons' is with the geometric normal, see `scatter`
         wi = own_wi
         if bsdf.perturbed and closure.kind == TRANSLUCENT:
             frame = frame_of(scene, bsdf, chosen, negative(wi))
     view, light = (own_wi, own_wo) if from_light else (own_wo, own_wi)
-    weight = times(mul(weight, transmittance_to(scene, bsdf, closure, wi if from_light else wo)), inverse)
+    weight = times(mul(weight, transmittance_to(scene, bsdf, chosen, wi if from_light else wo)), inverse)
     return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), _is_rough(closure), frame)
+
+
+@part
+def is_cosine_lobe(kind):
+    """Whether a closure's directions are by the cosine: of a Lambertian one, and of light that enters a body."""
+    return kind < GLOSSY or kind == SUBSURFACE
 
 
 @part
 def choose_closure(scene, bsdf, wo, choice, lobes, from_light):
     """A closure by what each scatters: which, −1 for none; 1 over its probability; and the choice, fresh again."""
+    if bsdf.last - bsdf.first == 1 and (lobes & _LAMBERTIAN_LOBES) >> scene.materials.closures.kind[bsdf.first] & 1:
+        return bsdf.first, ONE, choice
     total, share, chosen = ZERO, ONE, np.int32(-1)
     for k in range(bsdf.first, bsdf.last):  # one after the other takes its share of the choice
         if not lobes >> scene.materials.closures.kind[k] & 1:
@@ -118,7 +128,7 @@ def _expected(scene, bsdf, k, wo, from_light):
         if cos <= ZERO:  # a lobe that is seen from behind
             return ZERO
     # What layers leave of a photon is not known before its direction is
-    left = ONE if from_light else mean(transmittance_to(scene, bsdf, closure, wo))
+    left = ONE if from_light else mean(transmittance_to(scene, bsdf, k, wo))
     if closure.kind == GLASS:
         return glass.albedo(closure, cos, from_light) * left
     # A photon views from elsewhere, and sheen is seen where it grazes
@@ -128,7 +138,7 @@ def _expected(scene, bsdf, k, wo, from_light):
 @part
 def _albedo_of(closure, cos):
     """Directional albedo of a closure that is not glass."""
-    if closure.kind < GLOSSY:
+    if is_cosine_lobe(closure.kind):
         return closure.weight
     return glossy.albedo(closure, cos) if closure.kind in (GLOSSY, PANE) else others.albedo(closure, cos)
 
@@ -136,7 +146,7 @@ def _albedo_of(closure, cos):
 @part
 def _sample(closure, wo, choice, u, v, from_light):
     """A direction of one closure and its weight."""
-    if closure.kind == DIFFUSE:
+    if closure.kind in (DIFFUSE, SUBSURFACE):  # mirrored, the way into the body
         return diffuse.sample(closure, u, v)
     if closure.kind == TRANSLUCENT:
         return translucent.sample(closure, u, v)
@@ -165,9 +175,9 @@ def _is_rough(closure):
 
 
 @part
-def transmittance_to(scene, bsdf, closure, view):
-    """Share of light that a closure's layers and its curve leave to it, seen from a local direction on either side."""
-    left, layer = times(WHITE, seen_at(scene, closure, abs(view[2]))), closure.layer
+def transmittance_to(scene, bsdf, k, view):
+    """Share of light that the k-th closure's layers and curve leave to it, seen from a direction on either side."""
+    left, layer = times(WHITE, seen_at(scene, k, abs(view[2]))), scene.materials.closures.layer[k]
     while layer >= 0:
         over, cos = closure_at(scene, bsdf, layer), abs(into(frame_of(scene, bsdf, layer, view), view)[2])
         if over.kind == GLOSSY:
@@ -212,7 +222,7 @@ def _evaluate(scene, bsdf, wo, wi, lobes, peak):
                 glossy.evaluate(closure, own_wo, own_wi) if kind == GLOSSY else others.evaluate(closure, own_wo, own_wi)
             )
             if BROAD_LOBES >> kind & 1 or largest(of_one) < peak:
-                of_one = mul(of_one, transmittance_to(scene, bsdf, closure, wo))
+                of_one = mul(of_one, transmittance_to(scene, bsdf, k, wo))
                 if frame.own:
                     share = max(own_wi[2], ZERO) / max(wi[2], _LEAST_COS)
                     if BUMPED_LOBES >> kind & 1:
@@ -238,7 +248,7 @@ def pdf_glossy(scene, bsdf, wo, wi):
     return density / total if total > ZERO else ZERO
 
 
-@routine
+@part
 def total_weight(scene, bsdf, kind):
     """Sum of the weights of closures of one kind: albedo or transmission, before what layers take."""
     return weight_of_kind(scene, kind, bsdf.first, bsdf.last, bsdf.triangle, bsdf.u, bsdf.v)
@@ -269,7 +279,7 @@ def _albedo(scene, bsdf, lobes, wo):
             closure, cos = closure_at(scene, bsdf, k), ONE
             if closure.kind >= GLOSSY:
                 cos = max(into(frame_of(scene, bsdf, k, wo), wo)[2], ZERO)
-            total = plus(total, mul(_albedo_of(closure, cos), transmittance_to(scene, bsdf, closure, wo)))
+            total = plus(total, mul(_albedo_of(closure, cos), transmittance_to(scene, bsdf, k, wo)))
     return total
 
 
@@ -316,12 +326,17 @@ def glass_albedo(scene, bsdf):
 @routine
 def base_transmittance(scene, bsdf, wo):
     """Share of what the Lambertian lobes would scatter that layers leave to them, seen from wo; 1 without any."""
+    last, n = -1, 0
+    for k in range(bsdf.first, bsdf.last):
+        if scene.materials.closures.kind[k] < GLOSSY:
+            last, n = k, n + 1
+    if n == 1:  # whatever its weight, which may ask a texture
+        return transmittance_to(scene, bsdf, last, wo)
     whole = left = BLACK
     for k in range(bsdf.first, bsdf.last):
         if scene.materials.closures.kind[k] < GLOSSY:
-            closure = closure_at(scene, bsdf, k)
-            whole = plus(whole, closure.weight)
-            left = plus(left, mul(closure.weight, transmittance_to(scene, bsdf, closure, wo)))
+            weight = channel_at(scene, scene.materials.closures.weight, k, bsdf.triangle, bsdf.u, bsdf.v)
+            whole, left = plus(whole, weight), plus(left, mul(weight, transmittance_to(scene, bsdf, k, wo)))
     return _ratio(left[0], whole[0]), _ratio(left[1], whole[1]), _ratio(left[2], whole[2])
 
 
@@ -334,7 +349,8 @@ def _ratio(a, b):
 def reflects_highlights(scene, bsdf):
     """Whether a glossy lobe is rough enough for shadow rays to find light by it."""
     for k in range(bsdf.first, bsdf.last):
-        if _GLOSSY_LOBES >> scene.materials.closures.kind[k] & 1 and _is_rough(closure_at(scene, bsdf, k)):
+        kind = scene.materials.closures.kind[k]
+        if kind == GLOSSY_TOON or (kind == GLOSSY and roughness_at(scene, bsdf, k)[0] >= glossy.SMOOTH):
             return True
     return False
 
@@ -344,10 +360,10 @@ def is_mirror(scene, bsdf):
     """Whether light is scattered by smooth gloss or glass alone."""
     n = 0
     for k in range(bsdf.first, bsdf.last):
-        closure = closure_at(scene, bsdf, k)
-        if closure.kind == _ABSORBING:
+        kind = scene.materials.closures.kind[k]
+        if kind == _ABSORBING:
             continue
-        if closure.kind not in (GLOSSY, GLASS, PANE) or closure.roughness >= glossy.SMOOTH:
+        if kind not in (GLOSSY, GLASS, PANE) or roughness_at(scene, bsdf, k)[0] >= glossy.SMOOTH:
             return False
         n += 1
     return n > 0

@@ -19,14 +19,16 @@ from .mixture import (
     GLOSSY,
     GLOSSY_TOON,
     PANE,
+    SUBSURFACE,
     TRANSLUCENT,
     choose_closure,
+    is_cosine_lobe,
     sample_bsdf,
     transmittance_to,
 )
 
 _DIFFUSE_RAY, _GLOSSY_RAY, _TRANSMITTED_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY), int(RayKind.TRANSMITTED)
-_LAMBERTIAN_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT
+_COSINE_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT | 1 << SUBSURFACE
 _REFLECTING = ~(1 << TRANSLUCENT | 1 << PANE)
 _HALF, _TWO = np.float32(0.5), np.float32(2)
 _FACING, _LEAST_COS = np.float32(1e-3), np.float32(1e-6)
@@ -70,6 +72,8 @@ class Scattered(NamedTuple):
 def scatter(scene, hit, direction, choice, u, v, lobes, from_light, seen):
     """One new direction for a ray that met a surface, by what its material does.
 
+    Of subsurface scattering it is the mirror image of the way into the body.
+
     Parameters
     ----------
     direction : triple
@@ -88,7 +92,7 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light, seen):
     if from_light and scene.materials.two_faced[scene.material[hit.triangle]]:
         way, bsdf, choice, lobes, inverse = _way_of_photon(scene, bsdf, choice, lobes, seen)
     sample = sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light)
-    weight, wi, lambertian = times(sample.weight, inverse), sample.wi, sample.lobe < GLOSSY
+    weight, wi, lambertian = times(sample.weight, inverse), sample.wi, is_cosine_lobe(sample.lobe)
     if way * wi[2] < ZERO:
         weight = BLACK
     if bsdf.perturbed:
@@ -110,6 +114,8 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light, seen):
 def _own_normal_correction(scene, bsdf, sample, wo, from_light):
     """What a sample's weight is multiplied by for its closure's own normal: what bumps shadow, and photons' cosines."""
     wi, frame, correction = sample.wi, sample.frame, ONE
+    if sample.lobe == SUBSURFACE:  # which takes light as it comes to the facet
+        return correction
     if (1 << DIFFUSE | BUMPED_LOBES) >> sample.lobe & 1:
         correction = bump_shadowing_in(scene, bsdf, frame, wo if from_light else wi)
     if not from_light:
@@ -154,7 +160,7 @@ def scatter_both_ways(scene, hit, direction, choice, u, v, seen):
     facet = glass.facet_of(closure, own_wo, u, v)
     up, reflected = glass.scatter(closure, own_wo, facet, True, False)
     down, refracted = glass.scatter(closure, own_wo, facet, False, False)
-    factor = times(transmittance_to(scene, bsdf, closure, wo), inverse)
+    factor = times(transmittance_to(scene, bsdf, chosen, wo), inverse)
     reflected, refracted = mul(reflected, factor), mul(refracted, factor)
     return (
         _gone_on(scene, hit, axis, out_of(frame, up), up[2], reflected, np.int32(GLASS), True, False),
@@ -206,7 +212,7 @@ def lambertian_normal(scene, hit):
         return shading
     total, closures = BLACK, scene.materials.closures
     for k in range(bsdf.first, bsdf.last):
-        if (_LAMBERTIAN_LOBES | BROAD_LOBES) >> closures.kind[k] & 1:
+        if (_COSINE_LOBES | BROAD_LOBES) >> closures.kind[k] & 1:
             weight = mean(channel_at(scene, closures.weight, k, hit.triangle, hit.u, hit.v))
             total = plus(total, times(own_normal(scene, bsdf, k, hit.normal), weight))
     return normalized(total) if dot(total, total) > _NOTHING else shading

@@ -8,6 +8,9 @@ import numpy as np
 _OF_ALL = ("receivers", "gather_points", "gather_rays")
 """Counts of what several kinds of light have in common."""
 
+_OF_RECEIVERS = ("receivers", "gather_points")
+"""Counts of what there is once, at however many times it is lit."""
+
 
 @dataclass(frozen=True)
 class OwnRays:
@@ -149,6 +152,48 @@ class Irradiance:
             slope=np.sum(slopes, axis=0) if slopes else None,
             gathered=first.gathered,
         )
+
+    @staticmethod
+    def mean(lights: "Sequence[Irradiance]") -> "Irradiance":
+        """The mean light of the same receivers at several times, whose errors are independent.
+
+        Only those who gathered at all times count as having gathered, and where they are few, none tell of own rays.
+        """
+        first, n = lights[0], np.float32(len(lights))
+        if len(lights) == 1:
+            return first
+
+        def mean(values: "list[np.ndarray | None]") -> np.ndarray | None:
+            found = [one for one in values if one is not None]
+            return np.sum(found, axis=0, dtype=np.float32) / n if len(found) == len(lights) else None
+
+        def error(values: list[np.ndarray]) -> np.ndarray:
+            return np.sqrt(np.sum([one**2 for one in values], axis=0)) / n
+
+        of_times = [light.gathered for light in lights if light.gathered is not None]
+        gathered = np.logical_and.reduce(of_times) if len(of_times) == len(lights) else None
+        own = [light.own_rays for light in lights if light.own_rays is not None]
+        own_rays = None
+        if gathered is not None and len(own) == len(lights) and 2 * gathered.sum() >= np.mean(np.sum(of_times, axis=1)):
+            off = np.sum([one.off for one in own], axis=0) / n
+            own_rays = OwnRays(off, error([one.stderr for one in own]), error([one.taken for one in own]))
+        return Irradiance(
+            value=np.sum([light.value for light in lights], axis=0) / n,
+            stderr=error([light.stderr for light in lights]),
+            passes={name: np.sum([light.passes[name] for light in lights], axis=0) / n for name in first.passes},
+            counts=Irradiance.counted(lights),
+            slope=mean([light.slope for light in lights]),
+            gathered=gathered,
+            caustics=mean([light.caustics for light in lights]),
+            own_rays=own_rays,
+        )
+
+    @staticmethod
+    def counted(lights: "Sequence[Irradiance]") -> dict[str, int]:
+        """Counts of the light of the same receivers at several times."""
+        first = lights[0].counts
+        counts = {name: sum(light.counts.get(name, 0) for light in lights) for name in first}
+        return counts | {name: first[name] for name in _OF_RECEIVERS if name in first}
 
     @staticmethod
     def join(parts: "list[Irradiance]", counts: dict[str, int]) -> "Irradiance":

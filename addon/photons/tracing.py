@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..bsdf import Lobe
-from ..bsdf.mixture import SPECULAR_LOBES
+from ..bsdf.mixture import SPECULAR_LOBES, SUBSURFACE
 from ..bsdf.scatter import scatter
 from ..core.compiling import by_reference, kernel, part
 from ..core.parallel import Workers, slices
@@ -17,6 +17,8 @@ from ..emitters import Source, Sphere
 from ..scene import ALL_BOUNCES, RayKind, Scene, seen_by
 from ..scene.hit import hit_at
 from ..tracing import TransparencyTracer
+from ..tracing.bodies.through import through_body, walk_key
+from ..tracing.embree import new_ray
 from .bounce_map import picture_rays
 from .emission import Emission, Pass, PictureEmission, shares
 from .emission_segment import LightLinking, emission_segment
@@ -86,12 +88,12 @@ class HitArrays(NamedTuple):
 
 
 @kernel
-def meet_surfaces(scene, rules, bounce, front, n, hits, rows, n_stored):
+def meet_surfaces(tracing, room, rules, bounce, front, n, hits, rows, n_stored):
     """Store the n photons of a front where they meet surfaces, and scatter them.
 
     Survivors move to the start of the front. Returns how many they are, and how many photons are stored.
     """
-    n_alive = 0
+    n_alive, scene = 0, tracing.scene
     for k in range(n):
         photon = photon_at(front, k)
         if hits.triangle[k] < 0 or photon.power == BLACK:
@@ -103,7 +105,7 @@ def meet_surfaces(scene, rules, bounce, front, n, hits, rows, n_stored):
             store(rows, n_stored, hit, photon, bounce)
             n_stored += 1
         if bounce < rules.last_bounce[photon.source]:
-            alive, photon = scattered(scene, rules, bounce, photon, hit)
+            alive, photon = scattered(tracing, room, rules, bounce, photon, hit)
             if alive:
                 put_photon(front, n_alive, photon)
                 n_alive += 1
@@ -111,14 +113,16 @@ def meet_surfaces(scene, rules, bounce, front, n, hits, rows, n_stored):
 
 
 @part
-def scattered(scene, rules, bounce, photon, hit):
+def scattered(tracing, room, rules, bounce, photon, hit):
     """Whether a photon survives the surface that it met, and how it flies on."""
-    i = _PAIRS * bounce
+    i, scene = _PAIRS * bounce, tracing.scene
     choice, u = two_numbers(rules.key, photon.path, i)
     v, fate = two_numbers(rules.key, photon.path, i + 1)
     seen, chance = next_viewer(rules.viewers, photon.kind, two_numbers(rules.key, photon.path, i + 3)[1])
     lobes = rules.viewers.lobes[photon.kind]
     on = scatter(scene, hit, photon.direction, choice, u, v, lobes, True, seen)
+    if on.lobe == SUBSURFACE and on.alive:
+        on = through_body(tracing, room, hit, on, seen, walk_key(rules.key, bounce), photon.path)
     lit_by_points = bounce == 0 and rules.sampled_directly[photon.source]
     if lit_by_points and not is_way_of_lamplight(rules.viewers, photon.kind, on.specular):
         return False, photon
@@ -169,7 +173,7 @@ class _Tracing:
 
     def batch(self, paths: slice) -> Photons:
         """The photons that some of the paths leave: followed until all are absorbed, gone, or at their last bounce."""
-        n, stored = paths.stop - paths.start, PhotonStore()
+        n, stored, room = paths.stop - paths.start, PhotonStore(), new_ray()
         front = new_front(n)
         self.emission.start(front, paths)
         for bounce in range(self.max_bounces):
@@ -191,7 +195,8 @@ class _Tracing:
                     np.multiply(power, hits.tint, out=power)
             at = HitArrays(hits.triangle, hits.distance, hits.u, hits.v)
             rows = stored.rows(n)
-            n, stored.n = meet_surfaces(self.scene.arrays, self.rules, bounce, front, n, at, rows, stored.n)
+            met = self.rules, bounce, front, n, at, rows, stored.n
+            n, stored.n = meet_surfaces(self.tracer.arrays, room, *met)
         return stored.photons()
 
 

@@ -1,6 +1,7 @@
 """One bake, stage by stage: photons are traced, receivers gather them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
@@ -22,6 +23,7 @@ from ..receivers import Receivers
 from ..scene import Scene
 from ..settings.bake import BakeSettings, affordable
 from ..tracing import EmbreeTracer, Tracer, TransparencyTracer
+from ..tracing.bodies import without_thick_bodies
 from .solution import Setup, Solution
 
 _PILOT_PART = 0.1  # of the stage in which photons are traced
@@ -92,6 +94,9 @@ def solve_apart(
     """
     progress, inspector = progress or Progress(), inspector or Inspector()
     _check(receivers, settings)
+    materials = without_thick_bodies(scene, tracer, settings.seed).materials
+    if materials is not scene.materials:
+        scene, *lit = (replace(one, materials=materials) for one in (scene, *lit))
     started = started or perf_counter()
     workers = Workers(settings.seed, settings.n_threads, progress, settings.memory)
     setup = _set_up(scene, receivers, settings, tracer, photon_tracer, started, inspector, workers)

@@ -14,13 +14,11 @@ from ..gather import (
     splat_irradiance,
 )
 from ..output.camera import CameraPass
+from ..output.camera.passes import LEAST_ALBEDO
 from ..photons import PathKind
 from ..receivers import CameraPoints
 from ..scene import Scene
 from .solution import Solution
-
-_LEAST_ALBEDO = np.float32(1e-3)
-"""Below which light that falls on a surface is not to be had by division from what it reflects."""
 
 _OF_GLOSS, _OF_CAUSTICS = (0.0, 0.3), (0.3, 0.4)
 """Parts of the stages in which photons are splatted; what is gathered by them has the rest."""
@@ -98,7 +96,7 @@ def _diffuse(points: CameraPoints, colour: np.ndarray, light: Irradiance) -> tup
     plain = points.picture(radiosity[: len(points)] * points.share[:, None])
     share = points.picture(points.share[:, None])
     mean = plain / np.maximum(share, np.float32(1e-6))
-    return np.where(albedo > _LEAST_ALBEDO, reflected / np.maximum(albedo, _LEAST_ALBEDO), mean), albedo
+    return np.where(albedo > LEAST_ALBEDO, reflected / np.maximum(albedo, LEAST_ALBEDO), mean), albedo
 
 
 def _caustics(points: CameraPoints, solution: Solution, workers: Workers) -> tuple[np.ndarray, np.ndarray]:

@@ -7,7 +7,7 @@ how much faster or slower it is, and its scenes.
 from dataclasses import dataclass
 from math import log
 
-from ..settings.bake import BakeSettings
+from ..settings.bake import BakeSettings, part_of_shutter
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,8 @@ def estimate(work: Work, settings: BakeSettings, n_cores: int, pace: float = 1.0
     pace : float
         How many times as long the last bakes took as was foretold.
     """
-    core_seconds = sum(n * each for n, each in zip(terms_of(work, settings), TERMS.values(), strict=True))
+    n_steps, of_step = max(1, settings.motion_blur), part_of_shutter(settings, 0)
+    core_seconds = sum(n_steps * n * each for n, each in zip(terms_of(work, of_step), TERMS.values(), strict=True))
     seconds = pace * core_seconds / min(settings.n_threads or n_cores, n_cores)
     if settings.gather == "final" and settings.time:
         seconds = max(settings.time, seconds / 4)

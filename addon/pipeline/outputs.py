@@ -5,7 +5,7 @@ are traced, and how the time is shared.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any, Protocol, runtime_checkable
 
@@ -42,6 +42,10 @@ class Samples(Protocol):
         That comes first, so that the light is gathered in the time that is left.
         """
 
+    @staticmethod
+    def over_time(shots: "Sequence[tuple[Any, Irradiance]]") -> "tuple[Any, Irradiance]":
+        """The samples and their light as a shutter shows them that was open at several times, from those of each."""
+
     def finish(self, irradiance: Irradiance, workers: Workers) -> Any:
         """The output of the receivers' light."""
 
@@ -60,8 +64,8 @@ class Lit:
 
     Attributes
     ----------
-    total : Irradiance
-        At all receivers, one sample's after the other's; of all light groups together.
+    totals : list of Irradiance
+        At the receivers of each of the samples; of all light groups together.
     outputs : list of list
         What each of the samples makes of each light group's light, sample by sample.
     dark : bool
@@ -74,15 +78,44 @@ class Lit:
         Names of objects whose faces look inwards, where it is dark.
     cube_maps : MultiImageTracer or None
         By which photons were traced.
+    counts : dict of str to int
+        Of all receivers.
     """
 
-    total: Irradiance
+    totals: list[Irradiance]
     outputs: list[list[Any]]
     dark: bool
     flush_emitters: list[tuple[str, str]]
     turned_away: list[str]
     inside_out: list[str]
     cube_maps: MultiImageTracer | None
+    counts: dict[str, int]
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """Light of samples at one time, not finished yet.
+
+    Attributes
+    ----------
+    total : Irradiance
+        At all receivers, one sample's after the other's; of all light groups together.
+    lights : list of Irradiance
+        The same of each light group.
+    samples : list of list of Samples
+        As each light group lights them.
+    dark, flush_emitters, turned_away, inside_out, cube_maps
+        As in `Lit`.
+    """
+
+    total: Irradiance
+    lights: list[Irradiance]
+    samples: list[list[Samples]]
+    dark: bool = False
+    flush_emitters: list[tuple[str, str]] = field(default_factory=list)
+    turned_away: list[str] = field(default_factory=list)
+    inside_out: list[str] = field(default_factory=list)
+    cube_maps: MultiImageTracer | None = None
 
 
 def light(
@@ -95,6 +128,20 @@ def light(
     inspector: Inspector | None = None,
     started: float | None = None,
 ) -> Lit:
+    """Light all samples by one solve, as `expose` does, and finish them."""
+    return developed([expose(scene, groups, samples, settings, tracer, workers, inspector, started)], workers)
+
+
+def expose(
+    scene: Scene,
+    groups: Sequence[Scene],
+    samples: Sequence[Samples],
+    settings: BakeSettings,
+    tracer: EmbreeTracer,
+    workers: Workers,
+    inspector: Inspector | None = None,
+    started: float | None = None,
+) -> Exposure:
     """Light all samples by one solve.
 
     Parameters
@@ -123,9 +170,7 @@ def light(
     everywhere = _with_eyes(receivers, samples, settings)
     if len(everywhere) == 0:
         lights = [no_light()] * len(groups)
-        return Lit(
-            Irradiance.together(lights), _finished([samples] * len(groups), lights, workers), False, [], [], [], None
-        )
+        return Exposure(Irradiance.together(lights), lights, [list(samples)] * len(groups))
 
     # One solve for all that want light
     maps = _cube_maps(scene, tracer, everywhere, settings, workers, inspector)
@@ -148,22 +193,59 @@ def light(
     if settings.open_side:
         lights, total = [backs.taken(one, total) for one in lights], backs.taken(total)
     dark, flush = all(solution.dark for solution in solutions), solutions[0].tracer.flush_emitters
-    return Lit(total, _finished(of_groups, lights, workers), dark, flush, turned_away, inside_out, maps)
+    return Exposure(total, lights, of_groups, dark, flush, turned_away, inside_out, maps)
+
+
+def developed(exposures: Sequence[Exposure], workers: Workers) -> Lit:
+    """The outputs of what was exposed at several times, of which each counts as much, or at one."""
+    first = exposures[0]
+    outputs = []
+    for group, part in enumerate(workers.parts(len(first.lights))):
+        shots = [_shots(one.samples[group], one.lights[group]) for one in exposures]
+        outputs.append([_over_time(of_one).finish(part) for of_one in zip(*shots, strict=True)])
+    totals = [_shots(one.samples[0], one.total) for one in exposures]
+    return Lit(
+        totals=[_over_time(of_one).irradiance for of_one in zip(*totals, strict=True)],
+        outputs=[list(of_one) for of_one in zip(*outputs, strict=True)],
+        dark=all(one.dark for one in exposures),
+        flush_emitters=list(dict.fromkeys(pair for one in exposures for pair in one.flush_emitters)),
+        turned_away=_at_all_times([one.turned_away for one in exposures]),
+        inside_out=_at_all_times([one.inside_out for one in exposures]),
+        cube_maps=first.cube_maps,
+        counts=Irradiance.counted([one.total for one in exposures]),
+    )
+
+
+@dataclass(frozen=True)
+class _Shot:
+    """Samples and the light of their receivers."""
+
+    samples: Samples
+    irradiance: Irradiance
+
+    def finish(self, workers: Workers) -> Any:
+        return self.samples.finish(self.irradiance, workers)
+
+
+def _shots(samples: Sequence[Samples], irradiance: Irradiance) -> list[_Shot]:
+    return [_Shot(*of_one) for of_one in zip(samples, parts_of(samples, irradiance), strict=True)]
+
+
+def _over_time(shots: Sequence[_Shot]) -> _Shot:
+    """One of several times."""
+    if len(shots) == 1:
+        return shots[0]
+    return _Shot(*shots[0].samples.over_time([(one.samples, one.irradiance) for one in shots]))
+
+
+def _at_all_times(names: list[list[str]]) -> list[str]:
+    return [name for name in names[0] if all(name in others for others in names)]
 
 
 def parts_of(samples: Sequence[Samples], irradiance: Irradiance) -> list[Irradiance]:
     """The light of the receivers of each of the samples."""
     ends = np.cumsum([len(one.receivers) for one in samples])
     return [irradiance.where(slice(end - len(one.receivers), end)) for one, end in zip(samples, ends, strict=True)]
-
-
-def _finished(of_groups: Sequence[Sequence[Samples]], lights: list[Irradiance], workers: Workers) -> list[list[Any]]:
-    """What samples make of their light, for each of them by light groups."""
-    outputs = []
-    for samples, irradiance, part in zip(of_groups, lights, workers.parts(len(lights)), strict=True):
-        of_samples = zip(samples, parts_of(samples, irradiance), strict=True)
-        outputs.append([one.finish(own, part) for one, own in of_samples])
-    return [list(of_one) for of_one in zip(*outputs, strict=True)]
 
 
 def _with_eyes(receivers: Receivers, samples: Sequence[Samples], settings: BakeSettings) -> Receivers:

@@ -12,6 +12,7 @@ from .lightmap.texels import Texels, texel_receivers
 from .normal_maps import on_normal_maps
 from .probes import ProbeGrid, ProbePlaces, grid_in_box, without_surroundings
 from .receivers import AttributeTarget, Receivers
+from .riding import Ride, Riding
 from .vertices import IN_PLACE, ReceiverMesh, joined, vertex_receivers
 
 __all__ = [
@@ -33,6 +34,8 @@ __all__ = [
     "ProbePlaces",
     "ReceiverMesh",
     "Receivers",
+    "Ride",
+    "Riding",
     "Seams",
     "SeenSurface",
     "ShownFaces",

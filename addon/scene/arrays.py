@@ -81,9 +81,11 @@ class MaterialArrays(NamedTuple):
     directional: np.ndarray
     broad: np.ndarray
     spreads_light: np.ndarray
+    subsurface: np.ndarray
     perturbed: np.ndarray
     see_through: np.ndarray
     two_faced: np.ndarray
+    one_sided: np.ndarray
 
 
 @by_reference

@@ -24,6 +24,7 @@ class Lobe(IntEnum):
     GLOSSY_TOON = 8
     ABSORBING = 9
     PANE = 10
+    SUBSURFACE = 11
 
 
 LAMBERTIAN = (Lobe.DIFFUSE, Lobe.TRANSLUCENT)
@@ -32,7 +33,8 @@ NARROW = (Lobe.GLOSSY, Lobe.GLASS, Lobe.GLOSSY_TOON, Lobe.PANE)
 DIRECTED = (Lobe.SHEEN, Lobe.VELVET, Lobe.TOON)
 """Kinds by who finds light in them: of Lambertian ones a cache knows the radiance; of broad ones it knows the light
 that comes, and lamps are found by shadow rays; narrow ones are followed by rays. Directed ones are broad, but what they
-reflect depends so much on where the light comes from that rays follow them as well.
+reflect depends so much on where the light comes from that rays follow them as well. Subsurface scattering is none of
+these: a cache knows its radiance, and light comes out elsewhere than it entered.
 """
 
 
@@ -111,21 +113,23 @@ class Closures:
     kind : (c,) int32
         `Lobe`.
     weight : Channel
-        What it is multiplied by. Of Lambertian, rough diffuse, velvet and toon closures that is the albedo, before what
-        `layer` takes. The own colour of others is in f0 and f90: light that scatters more than once between facets
-        takes it each time, and a layer's share of the light is told by it.
+        What it is multiplied by. Of Lambertian, rough diffuse, velvet, toon and subsurface closures that is the albedo,
+        before what `layer` takes. The own colour of others is in f0 and f90: light that scatters more than once between
+        facets takes it each time, and a layer's share of the light is told by it.
     roughness : Channel, scalar in [0, 1]
         Of a glossy, a glass or a pane's closure; GGX's α is its square. What a pane scatters is what a glossy one
         reflects, mirrored to the other side of the surface. Of a rough diffuse closure σ, of sheen and velvet theirs,
-        of toon the size, and of an absorbing one the share of the surface that it covers.
+        of toon the size, and of an absorbing one the share of the surface that it covers. Of a subsurface closure that
+        of the facets through which views enter.
     f0, f90 : Channel
         Of a glossy closure the reflectance at normal and at grazing incidence; between them it follows `ior`. Of a
         glass closure the colour of what is reflected, and of what is transmitted. f0 of a rough diffuse closure is the
         colour that scattering more than once takes, of sheen its colour and weight, and of an absorbing one the
-        transmittance along the normal; f90 of toon, a scalar, is the width of its edge.
+        transmittance along the normal; f90 of toon, a scalar, is the width of its edge. Of a subsurface closure f0 is
+        the colour that a half-space has, and f90 the mean free path, m.
     ior : (c,) float32
         Of a glossy closure the index of refraction whose Fresnel curve takes f0 to f90, 0 for Schlick's. Of a glass
-        closure that inside over that outside, in front of the surface.
+        or subsurface closure that inside over that outside, in front of the surface.
     fresnel : (c,) bool
         Of a glass closure, whether Fresnel's equations share the light between reflection and transmission; otherwise
         all is transmitted.
@@ -138,7 +142,8 @@ class Closures:
     curve : (c,) int32
         `FresnelCurve` of a glossy closure.
     edge : Channel
-        What that takes.
+        What that takes. Of a subsurface closure, without texture: the anisotropy, the share of views that enter by the
+        cosine, and 1 where Chiang's inversion says of the colour what scatters (see `bsdf.subsurface.medium`), else 0.
     film : Channel
         The thin film on the facets of a glossy or a glass closure: thickness in nm, 0 for none; index of refraction;
         and whose response to interference counts, 0 for Blender 4.5 and 1 for later ones.

@@ -14,7 +14,7 @@ from .ray_kinds import RayKind
 
 _LEAST_COORDINATE = np.float32(0.01)  # m, that rounding is taken from: the origin is no better known than what is near
 _PER_COORDINATE = np.float32(2.0**-18)  # 64 roundings
-_DIFFUSE, _DIFFUSE_RAY = int(Lobe.DIFFUSE), int(RayKind.DIFFUSE)
+_DIFFUSE, _SUBSURFACE, _DIFFUSE_RAY = int(Lobe.DIFFUSE), int(Lobe.SUBSURFACE), int(RayKind.DIFFUSE)
 _SHORTEST_NORMAL = np.float32(1e-3)
 _TINY, _TINIEST = np.float32(1e-20), 1e-300
 
@@ -191,7 +191,7 @@ def texel_at(scene, image, triangle, u, v):
     return texel(scene.textures, image, x, y)
 
 
-@routine
+@part
 def weight_of_kind(scene, kind, first, last, triangle, u, v):
     """Sum of the weights of closures `first` to `last` of a kind (`Lobe`): of Lambertian ones the albedo, before what
     layers take.
@@ -276,4 +276,5 @@ def albedos_of(scene, triangle, u, v, back, kind, out):
     for i in range(len(triangle)):
         material = material_seen(scene, triangle[i], back[i], kind)
         of = start[material], start[material + 1]
-        put(out, i, weight_of_kind(scene, _DIFFUSE, *of, triangle[i], u[i], v[i]))
+        albedo = weight_of_kind(scene, _DIFFUSE, *of, triangle[i], u[i], v[i])
+        put(out, i, plus(albedo, weight_of_kind(scene, _SUBSURFACE, *of, triangle[i], u[i], v[i])))

@@ -40,6 +40,8 @@ class Materials:
     textures : Textures
     seen_as : (m, 12) int32
         The row that stands for each where rays of kind k (`RayKind`) see its front, column 2 k, and its back, 2 k + 1.
+    one_sided : (m,) bool
+        Whether surfaces are not there for rays that come to their back, as those of hair and points are not.
     """
 
     names: tuple[str, ...]
@@ -49,6 +51,7 @@ class Materials:
     tint: Channel
     textures: Textures
     seen_as: np.ndarray
+    one_sided: np.ndarray
 
     def __len__(self) -> int:
         return len(self.names)
@@ -111,7 +114,12 @@ class Materials:
     @cached_property
     def spreads_light(self) -> np.ndarray:
         """Which materials scatter light widely, to either of their sides, (m,) bool: photons are stored on those."""
-        return self.has(*LAMBERTIAN, *BROAD)
+        return self.has(*LAMBERTIAN, *BROAD, Lobe.SUBSURFACE)
+
+    @cached_property
+    def subsurface(self) -> np.ndarray:
+        """Which materials have a closure through which light walks, (m,) bool."""
+        return self.has(Lobe.SUBSURFACE)
 
     @cached_property
     def perturbed(self) -> np.ndarray:
@@ -121,8 +129,8 @@ class Materials:
 
     @cached_property
     def see_through(self) -> np.ndarray:
-        """Which materials let light pass straight through somewhere, (m,) bool."""
-        return self.of_any_view((self.coverage.texture >= 0) | (self.coverage.value[:, 0] < 1))
+        """Which materials let light pass straight through somewhere, or from behind, (m,) bool."""
+        return self.of_any_view((self.coverage.texture >= 0) | (self.coverage.value[:, 0] < 1)) | self.one_sided
 
     @staticmethod
     def of(m: int, textures: Textures | None = None, closures: Closures | None = None, **columns: Any) -> "Materials":
@@ -140,6 +148,7 @@ class Materials:
             "coverage": Channel.constant(ones),
             "tint": Channel.constant(ones),
             "seen_as": np.repeat(np.arange(m, dtype=np.int32)[:, None], N_VIEWS, axis=1),
+            "one_sided": np.zeros(m, bool),
         }
         own = {name: columns.pop(name, value) for name, value in default.items()}
         closures = closures or closures_of_lobes(m, **columns)

@@ -60,6 +60,8 @@ class SceneObjects:
         The picture has a hole where the camera sees the object.
     links : EmitterLinks or None
         What emissive objects light; None where all light all.
+    fibrous : (o,) bool or None
+        Objects of strands or points, so fine that no radiance cache resolves them; None where there are none.
     """
 
     names: tuple[str, ...]
@@ -71,6 +73,7 @@ class SceneObjects:
     seen_by_camera: np.ndarray
     held_out: np.ndarray
     links: EmitterLinks | None = None
+    fibrous: np.ndarray | None = None
 
     @staticmethod
     def seen_by_all(names: tuple[str, ...]) -> "SceneObjects":

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import by_reference, part, routine
-from ..core.vec3 import ONE, WHITE, dot, largest, minus, mul, row, times, wide
+from ..core.vec3 import ONE, WHITE, ZERO, dot, largest, minus, mul, row, times, wide
 from ..scene import RayKind
 from ..scene.hit import barycentrics, corners, is_back, look_up, plane_coordinates, point_at
 
@@ -63,7 +63,7 @@ def brought_forward(tracing, kind, triangle, u, v):
     return triangle, u, v
 
 
-@routine
+@part
 def coplanar_occluded(tracing, hit):
     """Whether an opaque surface lies where a `Hit` is, so that no light leaves it.
 
@@ -116,6 +116,8 @@ def let_through(scene, triangle, u, v, direction, seen, from_light):
 
     With `from_light` the ray is a photon's.
     """
+    if is_absent(scene, triangle, direction):
+        return WHITE
     materials, back = scene.materials, viewed_from_back(scene, triangle, direction, from_light)
     coverage = look_up(scene, materials.coverage, triangle, u, v, back, seen)[0]
     return times(look_up(scene, materials.tint, triangle, u, v, back, seen), ONE - coverage)
@@ -128,11 +130,19 @@ def shares(scene, triangle, u, v, direction, seen, from_light):
     Together they are 1, but for a photon where the surface differs by view: what it stops those see who are on the
     photon's side, by diffuse rays, and what it lets pass those to whom the photon flies.
     """
+    if is_absent(scene, triangle, direction):
+        return ZERO, ONE
     coverage, back = scene.materials.coverage, is_back(scene, triangle, direction)
     viewed = look_up(scene, coverage, triangle, u, v, back != from_light, seen)[0]
     if not from_light or viewed >= ONE:
         return viewed, ONE - viewed
     return look_up(scene, coverage, triangle, u, v, back, _DIFFUSE_RAY)[0], ONE - viewed
+
+
+@part
+def is_absent(scene, triangle, direction):
+    """Whether a ray comes to the back of a surface that has none."""
+    return scene.materials.one_sided[scene.material[triangle]] and is_back(scene, triangle, direction)
 
 
 @part

@@ -11,6 +11,9 @@ from ..scene import RayKind, Scene
 from .embree_library import EmbreeTree, rtc_intersect, rtc_occluded
 from .protocol import Hits, tree_of_each_kind
 
+BODIES = len(RayKind)
+"""Of the trees, after those of each `RayKind`: that of objects in which light walks, whatever sees them."""
+
 SHORT_OF_TARGET = np.float32(1 - 1e-4)
 INFINITY = np.float32(np.inf)
 _NONE, _ALL = np.int32(-1), np.int32(-1)
@@ -93,8 +96,9 @@ class EmbreeTracer:
 
     Attributes
     ----------
-    handles : (6,) uint64
-        What kernels take: the tree that rays of each `RayKind` see. They are valid as long as the tracer lives.
+    handles : (6 or 7,) uint64
+        What kernels take: the tree that rays of each `RayKind` see, and of `BODIES` if there are any. They are valid as
+        long as the tracer lives.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -104,6 +108,10 @@ class EmbreeTracer:
             return EmbreeTree(scene.vertices, scene.triangles, seen[scene.object_of_triangle])
 
         self._trees = tree_of_each_kind(scene.objects, build)
+        subsurface = scene.materials.subsurface[scene.material_of_triangle]
+        if subsurface.any():
+            bodies = np.bincount(scene.object_of_triangle[subsurface], minlength=len(scene.objects.names)) > 0
+            self._trees.append(build(bodies))
         self.handles = np.array([tree.handle for tree in self._trees], np.uint64)
 
     def closest_hit(

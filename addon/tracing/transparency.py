@@ -24,6 +24,7 @@ from .coplanar import (
     brought_forward,
     coplanar_occluded,
     following,
+    is_absent,
     left_by_coincident,
     let_through,
     shares,
@@ -46,8 +47,8 @@ class Tracing(NamedTuple):
     Attributes
     ----------
     scene : SceneArrays
-    trees : (6,) uint64
-        Embree's tree that rays of each `RayKind` see.
+    trees : (6 or 7,) uint64
+        Embree's tree that rays of each `RayKind` see, and that of `BODIES`.
     see_through : bool
         Whether some surface lets light through.
     coincident : CoincidentArrays
@@ -97,8 +98,9 @@ def stopped(tracing, room, origin, direction, kind, seen, from_light, first):
                 tint = times(tint, stops + passes)
             if hashed(origin, direction, step) * (stops + passes) < stops:
                 break
-            back = viewed_from_back(scene, triangle, direction, from_light)
-            tint = mul(tint, look_up(scene, materials.tint, triangle, u, v, back, seen))
+            if not is_absent(scene, triangle, direction):
+                back = viewed_from_back(scene, triangle, direction, from_light)
+                tint = mul(tint, look_up(scene, materials.tint, triangle, u, v, back, seen))
             met = triangle, distance, u, v
             triangle, distance, u, v, met_first = _after(tracing, room, direction, INFINITY, kind, met, met_first)
     if tracing.coincident.any and triangle >= 0 and tracing.coincident.shares[triangle]:
@@ -128,7 +130,7 @@ def visibility(tracing, room, origin, target):
     return transmittance(tracing, room, origin, direction, far, tracing.all_objects, _SHADOW, False)
 
 
-@routine
+@part
 def transmittance(tracing, room, origin, direction, far, blocks, seen, from_light):
     """What surfaces that cast shadows leave of light as far as `far`, of objects (o,) that block; see `let_through`."""
     scene, passes = tracing.scene, WHITE

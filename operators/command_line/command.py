@@ -150,7 +150,8 @@ def _bake_frame(options: Options, progress: Progress, report: Report) -> list[st
     earlier, job = report.warnings, None
     try:
         with hushed(1):  # Cycles' log, where it evaluates nodes
-            job = BakeJob.prepare(bpy.context, requests, progress, *named, options.strict, options.light_groups)
+            apart, steps = options.light_groups, options.settings.motion_blur
+            job = BakeJob.prepare(bpy.context, requests, progress, *named, options.strict, apart, steps)
         job.check_strict()
         if not report.files:
             job.check_space(len(options.frames or [0]), options.save)

@@ -38,12 +38,15 @@ KNOB_OPTIONS = {
     "--subsample": "subsample",
     "--maps": "n_maps",
     "--map-size": "map_size",
+    "--motion-blur": "motion_blur",
     "--seed": "seed",
     "--threads": "n_threads",
 }
 """The options that are a number of `BakeSettings`."""
 
-_METAVARS = {"gather_share": "FRACTION", "noise": "FRACTION", "time": "SECONDS", "memory": "MB"}
+_METAVARS = {"gather_share": "FRACTION", "noise": "FRACTION", "time": "SECONDS", "memory": "MB", "motion_blur": "STEPS"}
+
+_ALONE: dict[str, dict[str, Any]] = {"motion_blur": {"nargs": "?", "const": 8}}  # what may be left out
 
 LIGHTMAP_OPTIONS = {
     "--uv": "uv_map",
@@ -275,14 +278,10 @@ def _parser() -> ArgumentParser:
     knobs = {knob.name: knob for knob in fields(BakeSettings)}
     for option, name in KNOB_OPTIONS.items():
         knob = knobs[name]
-        metavar = _METAVARS.get(name, "N")
-        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(meaning_of(knob)))
-    meaning = _sentence(knobs["add_direct"].metadata["meaning"])
-    add("--direct", dest="add_direct", action="store_true", default=None, help=meaning)
-    meaning = _sentence(knobs["open_side"].metadata["meaning"])
-    add("--open-side", dest="open_side", action="store_true", default=None, help=meaning)
-    meaning = _sentence(knobs["normal_maps"].metadata["meaning"])
-    add("--normal-maps", dest="normal_maps", action="store_true", default=None, help=meaning)
+        metavar, alone = _METAVARS.get(name, "N"), _ALONE.get(name, {})
+        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(meaning_of(knob)), **alone)
+    for option, name in (("--direct", "add_direct"), ("--open-side", "open_side"), ("--normal-maps", "normal_maps")):
+        add(option, dest=name, action="store_true", default=None, help=_sentence(knobs[name].metadata["meaning"]))
     meaning = "gather at every point, which takes longer where there are many"
     add("--no-interpolation", dest="interpolate", action="store_false", default=None, help=meaning)
     add("--output", metavar="DIR", help=f"folder for images; default: {LIGHTMAP_FOLDER} beside the loaded file")

@@ -19,7 +19,7 @@ from ...addon.core.progress import Progress
 from ...addon.core.zips import check_libraries
 from ...addon.output import check_space
 from ...addon.pipeline.warm_up import compiler
-from ...addon.scene import Scene
+from ...addon.scene import LightGroups, Scene
 from ...addon.settings.bake import BakeSettings
 from ...addon.ui.properties.mixer import set_layers
 from ...addon.ui.state import duration
@@ -27,6 +27,7 @@ from ..targets.camera import CameraTarget
 from ..targets.target import Request, Solved, Target
 from ..targets.vertices import VertexLight
 from .describe import describe
+from .shutter import Moment, exposed_over, read_shutter
 from .written import Written
 
 if TYPE_CHECKING:
@@ -61,6 +62,10 @@ class BakeJob:
         The scene as each light group lights it; empty where all light is baked together.
     of_scene : str
         Name of Blender's scene.
+    shutter : list of Moment
+        At which light is averaged; empty for the scene as it stands.
+    light_groups : LightGroups or None
+        Where they are baked each apart.
     """
 
     scene: Scene
@@ -71,6 +76,8 @@ class BakeJob:
     strict: bool = False
     groups: dict[str, Scene] = field(default_factory=dict)
     of_scene: str = ""
+    shutter: list[Moment] = field(default_factory=list)
+    light_groups: LightGroups | None = None
 
     @classmethod
     def prepare(
@@ -82,6 +89,7 @@ class BakeJob:
         light_group: str = "",
         strict: bool = False,
         apart: bool = False,
+        motion_blur: int = 0,
     ) -> "BakeJob":
         """Read what the bake needs out of Blender's data; for the main thread.
 
@@ -98,6 +106,8 @@ class BakeJob:
             Whether any other warning than advice stops the bake; `check_strict` does so already before it.
         apart : bool
             Whether light groups are baked each apart, by one solve; `group_names` says whether they can be.
+        motion_blur : int
+            In how many steps light is averaged over the shutter's time; 0 for the scene as it stands.
 
         Raises
         ------
@@ -108,21 +118,30 @@ class BakeJob:
         warnings: list[str] = []
         asked = context.scene  # what is read has its names from a copy
 
-        def read(depsgraph: Any) -> tuple[list[Target], SceneReading]:
-            displace(depsgraph, warnings)
+        def read_now(depsgraph: Any, progress: Progress) -> tuple[list[Target], SceneReading]:
             targets = [one.read(depsgraph, asked, names, progress, warnings) for one in requests]
             for_camera = any(isinstance(target, CameraTarget) for target in targets)
-            return targets, read_scene(depsgraph, warnings, light_group, for_camera, progress)
+            return targets, read_scene(depsgraph, warnings, light_group, for_camera, progress, motion_blur > 0)
+
+        def read(depsgraph: Any) -> tuple[list[Target], SceneReading, list[Moment]]:
+            if motion_blur:
+                return read_shutter(depsgraph, asked, read_now, motion_blur, warnings, progress)
+            displace(depsgraph, warnings)
+            return *read_now(depsgraph, progress), []
 
         copies = any(getattr(one, "copies", False) for one in requests)
         with originals_shown() if copies else nullcontext():
-            targets, reading = in_render_graph(context.scene, context.view_layer, read)
+            targets, reading, shutter = in_render_graph(context.scene, context.view_layer, read)
         scene = reading.scene(context.scene)
         progress.update(READING, 1)
         counts, placement = {"triangles": scene.n_triangles}, Placement(context.view_layer)
         groups = reading.light_groups.apart(scene) if apart else {}
         warnings += [_empty(name) for name in reading.light_groups.names if apart and name not in groups]
-        return cls(scene, targets, list(dict.fromkeys(warnings)), counts, placement, strict, groups, asked.name)
+        if shutter:
+            counts["shutter_steps"] = len(shutter)
+        of_groups = reading.light_groups if apart else None
+        warnings, name = list(dict.fromkeys(warnings)), asked.name
+        return cls(scene, targets, warnings, counts, placement, strict, groups, name, shutter, of_groups)
 
     def check_space(self, n_frames: int = 1, saved: Path | None = None) -> None:
         """Find out whether disks have room for what is written, in so many frames, and for the saved file.
@@ -170,7 +189,7 @@ class BakeJob:
 
     def _solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None) -> Solved:
         from ...addon.gather import Irradiance
-        from ...addon.pipeline.outputs import light, parts_of  # here, as Blender's start should not wait for SciPy
+        from ...addon.pipeline.outputs import developed, expose  # here, as Blender's start should not wait for SciPy
         from ...addon.tracing.embree import EmbreeTracer
 
         started = perf_counter()
@@ -178,8 +197,14 @@ class BakeJob:
         tracer = EmbreeTracer(self.scene)
         samples = [target.samples(self.scene, tracer, workers, self.warnings) for target in self.targets]
         self.check_strict()
-        groups = list(self.groups.values()) or [self.scene]
-        lit = light(self.scene, groups, samples, settings, tracer, workers, inspector, started)
+        if self.shutter:
+            exposures = exposed_over(
+                self.shutter, self.scene, self.light_groups, samples, settings, tracer, workers, inspector
+            )
+        else:
+            groups = list(self.groups.values()) or [self.scene]
+            exposures = [expose(self.scene, groups, samples, settings, tracer, workers, inspector, started)]
+        lit = developed(exposures, workers)
         self._say(lit)
         outputs = [
             type(of_one[0]).together(dict(zip(self.groups, of_one, strict=True))) if self.groups else of_one[0]
@@ -188,9 +213,9 @@ class BakeJob:
         self._warn_if_late(perf_counter() - started, settings.time)
         shown = [
             one.irradiance if isinstance(one, VertexLight) else part
-            for one, part in zip(outputs, parts_of(samples, lit.total), strict=True)
+            for one, part in zip(outputs, lit.totals, strict=True)
         ]
-        return Solved(Irradiance.join(shown, lit.total.counts), outputs)
+        return Solved(Irradiance.join(shown, lit.counts), outputs)
 
     def _say(self, lit: "Lit") -> None:
         """Warn of what the solve found, and count it."""

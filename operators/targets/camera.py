@@ -1,7 +1,7 @@
 """Light in the pixels of a camera, as an EXR file that a compositor adds to a render of direct light."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 FILTERING = "Denoising the pass"
 
 _N_CHANNELS, _BYTES_OF_DEPTH = 19, 4  # of a pixel, before the file is compressed; depth is one more
+_LEAST_RAYS = 2  # of a pixel that is all gloss
 _BYTES_OF_CHANNEL = {"half": 2, "float": 4}
 
 
@@ -104,6 +105,13 @@ class CameraTarget:
         of_pixel = n_channels * _BYTES_OF_CHANNEL[self.settings.precision] + _BYTES_OF_DEPTH
         return {self.path: self.frame.width * self.frame.height * of_pixel}
 
+    def at_time(self, depsgraph: Any, scene: Any, n_times: int) -> "CameraTarget":
+        """The same as the camera stands in a graph that was moved to one of several times, for a share of the rays."""
+        n_samples, n_rays = self.settings.n_pixel_samples, self.settings.n_gloss_rays
+        n_samples, n_rays = -(-n_samples // n_times), max(_LEAST_RAYS, -(-n_rays // n_times))
+        settings = replace(self.settings, n_pixel_samples=n_samples, n_gloss_rays=n_rays)
+        return replace(self, camera=read_camera(scene, depsgraph), settings=settings)
+
     def samples(self, scene: Scene, tracer: EmbreeTracer, workers: Workers, warnings: list[str]) -> "CameraSamples":
         """See `Target.samples`."""
         from ...addon.tracing import TransparencyTracer
@@ -122,7 +130,7 @@ class CameraTarget:
 
 @dataclass(frozen=True)
 class CameraSamples:
-    """What the camera sees, and the receivers there."""
+    """What the camera sees, and the receivers there; of several times their passes' mean."""
 
     points: "CameraPoints"
     receivers: Receivers
@@ -131,6 +139,7 @@ class CameraSamples:
     warnings: list[str]
     beside: "LightBeside | None" = None
     solved_by: BakeSettings | None = None
+    passes: CameraPass | None = None
 
     def lit_by(self, solution: "Solution", workers: Workers) -> "CameraSamples":
         """See `Samples.lit_by`: by what gloss shows, and by caustics."""
@@ -142,12 +151,27 @@ class CameraSamples:
         beside = light_beside(solution.scene, points, solution, n_gloss_rays, workers)
         return replace(self, points=points, beside=beside, solved_by=solution.settings)
 
-    def finish(self, irradiance: "Irradiance", workers: Workers) -> "CameraPicture":
-        """See `Samples.finish`."""
+    def _exposed(self, irradiance: "Irradiance") -> CameraPass:
         from ...addon.pipeline.camera_pass import camera_pass
 
+        return camera_pass(self.points, irradiance, self.beside)
+
+    @staticmethod
+    def over_time(
+        shots: "Sequence[tuple[CameraSamples, Irradiance]]",
+    ) -> "tuple[CameraSamples, Irradiance]":
+        """See `Samples.over_time`: surfaces are seen where they are at each time."""
+        from ...addon.gather import Irradiance
+
+        passes = CameraPass.mean([one._exposed(irradiance) for one, irradiance in shots])
+        (first, light), n = shots[0], np.float32(len(shots))
+        of_all = [replace(one, stderr=one.stderr / np.sqrt(n)) for _, one in shots]  # as in the pixels
+        return replace(first, passes=passes), Irradiance.join(of_all, light.counts)
+
+    def finish(self, irradiance: "Irradiance", workers: Workers) -> "CameraPicture":
+        """See `Samples.finish`."""
         settings, solved_by = self.target.settings, self.solved_by
-        passes = camera_pass(self.points, irradiance, self.beside)
+        passes = self.passes or self._exposed(irradiance)
         if not np.isfinite(passes.indirect).all():
             raise BakeError("The bake made values that are not finite, so nothing was written: please report this.")
         if settings.pass_denoiser == "oidn" or (settings.pass_denoiser == "auto" and has_oidn()):

@@ -22,7 +22,7 @@ from ...addon.core.findings import counted
 from ...addon.core.parallel import Workers
 from ...addon.core.progress import Progress
 from ...addon.output import atomic_path, check_place, check_writable
-from ...addon.receivers import AttributeTarget, LightmapMesh, Receivers
+from ...addon.receivers import AttributeTarget, LightmapMesh, Receivers, Ride
 from ...addon.scene import Scene
 from ...addon.settings.lightmap import LightmapSettings
 from ...addon.tracing import EmbreeTracer
@@ -167,10 +167,27 @@ class TexelSamples:
     receivers: Receivers
     texels: "Texels"
     target: LightmapTarget
+    ride: Ride | None = None
+
+    def riding(self, ride: Ride) -> "TexelSamples":
+        """The same at another time."""
+        return replace(self, receivers=ride.receivers, ride=ride)
 
     def lit_by(self, solution: "Solution", workers: Workers) -> "TexelSamples":
         """See `Samples.lit_by`: nothing is."""
         return self
+
+    def at_rest(self, light: "Irradiance") -> "Irradiance":
+        """Light whose slope is over the normals that texels have at rest."""
+        slope = None if self.ride is None or light.slope is None else self.ride.at_rest(light.slope)
+        return light if slope is None else replace(light, slope=slope)
+
+    @staticmethod
+    def over_time(shots: "Sequence[tuple[TexelSamples, Irradiance]]") -> "tuple[TexelSamples, Irradiance]":
+        """See `Samples.over_time`: the mean light of each texel."""
+        from ...addon.gather import Irradiance
+
+        return shots[0][0], Irradiance.mean([one.at_rest(light) for one, light in shots])
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "Lightmaps":
         """See `Samples.finish`."""

@@ -1,6 +1,6 @@
 """Light of probes, for what moves, as a JSON file and as volumes."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from ...addon.output.probes import LitProbes
     from ...addon.pipeline.solution import Solution
 
+_LEAST_RAYS = 64
 _BYTES_OF_PROBE = 1024
 """In all files, about."""
 
@@ -131,6 +132,19 @@ class ProbeSamples:
 
         light = probe_light(solution, self.target.places.positions, self.target.settings.n_probe_rays, workers)
         return replace(self, light=light, settings=solution.settings)
+
+    def share(self, n: int) -> "ProbeSamples":
+        """The same with one of n shares of the rays."""
+        settings = self.target.settings
+        n_rays = max(_LEAST_RAYS, -(-settings.n_probe_rays // n))
+        return replace(self, target=replace(self.target, settings=replace(settings, n_probe_rays=n_rays)))
+
+    @staticmethod
+    def over_time(shots: "Sequence[tuple[ProbeSamples, Irradiance]]") -> "tuple[ProbeSamples, Irradiance]":
+        """See `Samples.over_time`: the mean light of each probe."""
+        first, irradiance = shots[0]
+        lights = [one.light for one, _ in shots if one.light is not None]
+        return replace(first, light=reduce(lambda sum_, one: sum_.plus(one), lights).over(len(lights))), irradiance
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "ProbeFiles":
         """See `Samples.finish`."""

@@ -1,6 +1,6 @@
 """Meshes that are refined until a draft's light is linear between their vertices, as a target of a bake."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -103,6 +103,11 @@ class RefineSamples:
     def lit_by(self, solution: "Solution", workers: Workers) -> "RefineSamples":
         """See `Samples.lit_by`: keeps the solution, to gather more of it."""
         return RefineSamples(self.receivers, self.target, solution)
+
+    @staticmethod
+    def over_time(shots: "Sequence[tuple[RefineSamples, Irradiance]]") -> "tuple[RefineSamples, Irradiance]":
+        """See `Samples.over_time`: meshes are refined for one time."""
+        raise NotImplementedError
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "Refined":
         """See `Samples.finish`."""

@@ -1,6 +1,6 @@
 """Light at vertices, as a colour attribute."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,7 +28,7 @@ from ...addon.core.errors import TooCoarse
 from ...addon.core.findings import counted
 from ...addon.core.parallel import Workers
 from ...addon.core.progress import Progress
-from ...addon.receivers import ReceiverMesh, Receivers, ShownFaces, face_samples, vertex_receivers
+from ...addon.receivers import ReceiverMesh, Receivers, Ride, ShownFaces, face_samples, vertex_receivers
 from ...addon.scene import Scene
 from ...addon.tracing import EmbreeTracer
 from ..jobs.written import Written
@@ -203,9 +203,22 @@ class AttributeSamples:
         sampled = VertexSamples(faces, samples, hidden, names, receivers, extent)
         return AttributeSamples(receivers, vertices, sampled, target, tracer, warnings)
 
+    def riding(self, ride: Ride) -> "AttributeSamples":
+        """The same at another time."""
+        return replace(self, receivers=ride.receivers)
+
     def lit_by(self, solution: "Solution", workers: Workers) -> "AttributeSamples":
         """See `Samples.lit_by`: by points between vertices, unless samples of the faces tell of these."""
         return self if self.samples else replace(self, beside=self.target.wide.lit_by(solution, workers.seed))
+
+    @staticmethod
+    def over_time(
+        shots: "Sequence[tuple[AttributeSamples, Irradiance]]",
+    ) -> "tuple[AttributeSamples, Irradiance]":
+        """See `Samples.over_time`: the mean light of each receiver."""
+        from ...addon.gather import Irradiance
+
+        return shots[0][0], Irradiance.mean([light for _, light in shots])
 
     def finish(self, irradiance: "Irradiance", workers: Workers) -> "VertexLight":
         """See `Samples.finish`."""

@@ -52,7 +52,9 @@ def of_objects(scene, object_of_triangle) -> Scene:
     """The scene, whose triangles belong to objects (t,) instead of one each."""
     object_of_triangle = np.asarray(object_of_triangle, np.int32)
     first = np.unique(object_of_triangle, return_index=True)[1]
-    columns = {f.name: getattr(scene.objects, f.name) for f in fields(scene.objects) if f.name != "links"}
+    columns = {
+        f.name: getattr(scene.objects, f.name) for f in fields(scene.objects) if f.name not in {"links", "fibrous"}
+    }
     chosen = {name: tuple(c[k] for k in first) if name == "names" else c[first] for name, c in columns.items()}
     return replace(scene, objects=SceneObjects(**chosen), object_of_triangle=object_of_triangle)
 

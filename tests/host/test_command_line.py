@@ -322,7 +322,7 @@ def test_one_of_two_outputs_that_fails_is_said_and_the_rest_is_written(tmp_path,
     report, saved = tmp_path / "r.json", tmp_path / "x.blend"
 
     def replace(source, target, real=os.replace):
-        if target.suffix == ".exr":
+        if str(target).endswith(".exr"):
             raise OSError(28, "No space left on device")
         real(source, target)
 

@@ -57,7 +57,7 @@ def test_modifiers_are_applied():
 
 
 def test_linked_duplicates_and_collection_instances_share_one_reading(monkeypatch):
-    from photon_bake.addon.blender.read import scene as module
+    from photon_bake.addon.blender.read import scene_contents as module
 
     calls = []
     read = module.read_mesh
@@ -103,31 +103,11 @@ def test_hidden_from_renders():
     assert len(scene.lights) == 0
 
 
-def fur(obj, render_type="PATH"):
-    """A particle system of hair; returns its settings."""
-    obj.modifiers.new("Fur", "PARTICLE_SYSTEM")
-    particles = obj.particle_systems[0].settings
-    particles.type, particles.render_type = "HAIR", render_type
-    return particles
-
-
-def test_hair_points_and_volumes_are_named_in_a_warning():
-    for name, data in (("Lawn", bpy.data.hair_curves), ("Dust", bpy.data.pointclouds), ("Smoke", bpy.data.volumes)):
-        bpy.context.scene.collection.objects.link(bpy.data.objects.new(name, data.new(name)))
-    group = bpy.data.node_groups.new("Cloud", "GeometryNodeTree")
-    group.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
-    points, end = group.nodes.new("GeometryNodePoints"), group.nodes.new("NodeGroupOutput")
-    group.links.new(points.outputs[0], end.inputs[0])
-    scenes.add_cube("Made").modifiers.new("Nodes", "NODES").node_group = group
-    fur(scenes.add_cube("Bear"))
-    fur(scenes.add_cube("Bald"), "NONE")
-    fur(scenes.add_cube("Shaved"))
-    bpy.data.objects["Shaved"].modifiers[0].show_viewport = bpy.data.objects["Shaved"].modifiers[0].show_render = False
+def test_volumes_are_named_in_a_warning():
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Smoke", bpy.data.volumes.new("Smoke")))
     warnings = []
     scenes.extracted(warnings)
-    assert len(warnings) == 1
-    assert warnings[0].startswith("5 object(s) have hair, points or a volume that is not baked (")
-    assert all(f"'{name}'" in warnings[0] for name in ("Lawn", "Dust", "Smoke", "Made", "Bear"))
+    assert warnings == ["1 object(s) are volumes, which are not baked ('Smoke')."]
 
 
 def test_ray_visibility():

@@ -1,21 +1,7 @@
 """What is said of materials that are not baked as they are."""
 
 import pytest
-from photon_bake.tests.host import scenes
 from photon_bake.tests.host.shader_trees import read, shader, tree_of
-
-SHORTCOMINGS = {
-    "Subsurface Weight": "its subsurface scattering is baked as diffuse",
-}
-
-
-@pytest.mark.parametrize(("socket", "what"), SHORTCOMINGS.items())
-def test_says_what_is_not_baked(socket, what):
-    material, surface = scenes.add_material("Skin")
-    surface.inputs[socket].default_value = 0.5
-    warnings = []
-    read(material, warnings)
-    assert warnings == [f"Material 'Skin': {what}."]
 
 
 @pytest.mark.parametrize("kind", ["ParticleInfo", "UVMap"])

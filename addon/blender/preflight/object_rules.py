@@ -11,7 +11,7 @@ from ...settings.lightmap import MADE_UV_MAP
 from ..lightmap.meshes import MAX_UV_MAPS
 from ..read.materials.nodes import all_nodes
 from ..read.meshes.modifiers import COPIES_FACES, active_modifiers
-from ..read.visibility import NOT_READ, has_hair
+from ..read.visibility import NOT_READ
 from ..write.baked_copies import HIDE_RENDER
 from .asked import Asked
 from .found import Found, of_objects
@@ -198,8 +198,8 @@ def _hidden(asked: Asked) -> list[Found]:
 
 
 def _not_read(asked: Asked) -> list[Found]:
-    objects = [obj for obj in asked.shown if obj.type in NOT_READ or has_hair(obj)]
-    return of_objects(objects, "hair or volume", "Hair, points and volumes are not baked: make meshes of them.")
+    objects = [obj for obj in asked.shown if obj.type in NOT_READ]
+    return of_objects(objects, "volumes", "Volumes are not baked.")
 
 
 def _no_material(asked: Asked) -> list[Found]:

@@ -6,6 +6,7 @@ and the Background Set. An engine of our own, which bakes a triangle of our own 
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from math import floor
 from typing import Any, ClassVar, TypeVar
 
 import bpy
@@ -28,8 +29,15 @@ class _Reader(bpy.types.RenderEngine):
     readers: ClassVar[list[Callable[[Any], None]]] = []
     """Of the calls that are under way, the innermost last."""
 
+    engines: ClassVar[list[Any]] = []
+    """Of those whose graphs are read."""
+
     def bake(self, depsgraph: Any, obj: Any, pass_type: str, pass_filter: int, width: int, height: int) -> None:
-        self.readers[-1](depsgraph)
+        self.engines.append(self)
+        try:
+            self.readers[-1](depsgraph)
+        finally:
+            self.engines.pop()
 
 
 def in_render_graph(
@@ -89,6 +97,16 @@ def in_render_graph(
     if not results:
         raise BakeError("Blender does not evaluate the scene while it bakes or renders: wait for that to end.")
     return results[0]
+
+
+def move_to_frame(frame: float) -> None:
+    """Evaluate the graph of the `in_render_graph` call that is under way at another time, as engines blur motion.
+
+    What was read of the graph is gone then. Blender writes the animated values of that time into the file, so that
+    whoever calls this has to put back what was there: `animation_kept`.
+    """
+    whole = floor(frame)
+    _Reader.engines[-1].frame_set(whole, frame - whole)
 
 
 def is_stand_in(obj: "bpy.types.Object") -> bool:

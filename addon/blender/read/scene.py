@@ -12,6 +12,7 @@ from ...core.errors import BakeError
 from ...core.progress import Progress
 from ...scene import LightGroups, Lights, NormalSpace, Scene, SceneObjects, ShadingFrames, World
 from ..warn import Warnings
+from .hair.shapes import Fibres
 from .lamps.lamp_nodes import LampNodes, with_patterns
 from .lamps.lamps import in_light_group, light_group_of
 from .lamps.light_links import Placed, link_lights
@@ -19,12 +20,13 @@ from .lamps.world import WorldReading, light_group_of_world, read_world
 from .materials.materials import READING, MaterialTable
 from .materials.pictures.missing_files import warn_of_missing_files
 from .materials.stretches import Tangents
-from .meshes.meshes import LocalMesh, count_triangles, read_mesh
+from .meshes.meshes import LocalMesh
 from .meshes.placing import Model, Models, PlacedMeshes
 from .meshes.tangents import corner_tangents, tangents_around
+from .motion.movement import Layout, Movement
 from .scene_contents import SceneContents, Source
 from .transforms import normal_matrices
-from .visibility import RAYS, warn_of_hair
+from .visibility import RAYS, warn_of_volumes
 
 _WALKED, _PLACED = 0.3, 0.6
 """Parts of the stage after which all is found, and all placed: the rest are materials that Cycles evaluates."""
@@ -41,18 +43,33 @@ class SceneReading:
     ----------
     light_groups : LightGroups
         Those of the view layer.
+    layout : Layout or None
+        Which rows of the scene's arrays are which objects', to find them again at other times; None where nobody asked.
     """
 
     light_groups: LightGroups
+    layout: Layout | None
     _half_lit: Scene
     _nodes_of_lamps: list[LampNodes | None]
     _world: WorldReading
     _warnings: Warnings
+    _light_group: str
+    _for_camera: bool
 
     def scene(self, of: "bpy.types.Scene") -> Scene:
         """The whole scene; not while Cycles or anything else bakes. `of` is whose frame it is."""
         lights = with_patterns(self._half_lit.lights, self._nodes_of_lamps, of, self._warnings)
         return replace(self._half_lit, lights=lights, world=self._world.world(of, self._warnings))
+
+    def moved(self, depsgraph: "bpy.types.Depsgraph", progress: Progress) -> Movement:
+        """Where everything is at another time, to which the graph was moved."""
+        warn, for_camera = Warnings([]), self._for_camera
+        assert self.layout is not None
+        found = SceneContents(depsgraph, MaterialTable(warn, for_camera), self._light_group, for_camera, warn)
+        found.walk(progress.part(0, 0.5))
+        matrices = _matrices(depsgraph)
+        placed = _place(found.sources, matrices, found.materials, progress.part(0.5, 1))
+        return Movement.between(self._half_lit, self.layout, Layout.of(found, placed), placed, matrices)
 
 
 def read_scene(
@@ -61,6 +78,7 @@ def read_scene(
     light_group: str = "",
     for_camera: bool = False,
     progress: Progress | None = None,
+    moving: bool = False,
 ) -> SceneReading:
     """Everything that light meets in the scene of an evaluated dependency graph, in world space.
 
@@ -78,6 +96,8 @@ def read_scene(
     for_camera : bool
         Whether objects that only the camera sees are read too.
     progress : Progress, optional
+    moving : bool
+        Whether other times are to be read too, by `SceneReading.moved`.
 
     Returns
     -------
@@ -96,9 +116,13 @@ def read_scene(
     materials = MaterialTable(warn, for_camera)
     found = SceneContents(depsgraph, materials, light_group, for_camera, warn)
     found.walk(progress.part(0, _WALKED))
-    warn_of_hair(found.hairy, warn)
+    warn_of_volumes(found.volumes, warn)
     matrices = _matrices(depsgraph)
-    placed, left = _place(found.sources, matrices, materials, warn, progress.part(_WALKED, _PLACED))
+    placed = _place(found.sources, matrices, materials, progress.part(_WALKED, _PLACED))
+    for name in dict.fromkeys(placed.lost_names):
+        warn.add(f"Object '{name}' has vertices or a transform that are not finite: what of it is there is left out.")
+    layout = Layout.of(found, placed) if moving else None
+    left = placed.drop_degenerate()
     objects = list(compress((by for source in found.sources for by in source.placed_by), left))
     scene = Scene(
         vertices=placed.vertices,
@@ -116,7 +140,8 @@ def read_scene(
     warn_of_missing_files(depsgraph, materials.readable_images, warn)
     groups = _light_groups(depsgraph, found.groups_of_lamps, objects)
     linked = link_lights(scene, found.lamps, objects)
-    return SceneReading(groups, linked, found.nodes_of_lamps, read_world(depsgraph, light_group), warn)
+    world = read_world(depsgraph, light_group)
+    return SceneReading(groups, layout, linked, found.nodes_of_lamps, world, warn, light_group, for_camera)
 
 
 def _frames(
@@ -158,13 +183,11 @@ def _matrices(depsgraph: "bpy.types.Depsgraph") -> np.ndarray:
     return columns.transpose(0, 2, 1)
 
 
-def _place(
-    sources: list[Source], matrices: np.ndarray, materials: MaterialTable, warn: Warnings, progress: Progress
-) -> tuple[PlacedMeshes, np.ndarray]:
-    """All instances of all sources, which become objects in the sources' order; and which of them are left, (o,)."""
+def _place(sources: list[Source], matrices: np.ndarray, materials: MaterialTable, progress: Progress) -> PlacedMeshes:
+    """All instances of all sources, which become objects in the sources' order."""
     n_copies = np.array([len(source.rows) for source in sources], np.int64)
-    n_vertices = np.array([len(source.mesh.vertices) for source in sources], np.int64)
-    n_triangles = np.array([count_triangles(source.mesh) for source in sources], np.int64)
+    n_vertices = np.array([source.n_vertices for source in sources], np.int64)
+    n_triangles = np.array([source.n_triangles for source in sources], np.int64)
     placed = PlacedMeshes(int(n_copies @ n_vertices), int(n_copies @ n_triangles))
     of_copy = np.repeat(np.arange(len(sources)), n_copies)
     rows = np.array([row for source in sources for row in source.rows], np.int64)
@@ -175,9 +198,7 @@ def _place(
         used, of_used = np.unique(of_copy[batch], return_inverse=True)
         models = Models([reader.model(sources[source]) for source in used])
         placed.add(models, of_used, matrices[rows[batch]], names[batch])
-    for name in dict.fromkeys(placed.lost_names):
-        warn.add(f"Object '{name}' has vertices or a transform that are not finite: what of it is there is left out.")
-    return placed, placed.drop_degenerate()
+    return placed
 
 
 def _batches(n_triangles: np.ndarray) -> Iterator[slice]:
@@ -199,7 +220,7 @@ class _Reader:
         if self._last and self._last[0] is source:
             return self._last[1]
         same = self._last is not None and self._last[0].mesh == source.mesh
-        mesh = self._last[1].mesh if self._last and same else read_mesh(source.mesh)
+        mesh = self._last[1].mesh if self._last and same else source.local_mesh()
         of_slot = np.full(max(source.material_of_slot) + 1, -1, np.int32)
         of_slot[list(source.material_of_slot)] = list(source.material_of_slot.values())
         uvs = self._corner_uvs(mesh, source.material_of_slot)
@@ -220,7 +241,7 @@ class _Reader:
                 found[on, :, :2] = along(needed.normals)[on]
             if needed.stretched is not None and needed.stretched.uv_map is not None:
                 found[on, :, 2] = along(needed.stretched.uv_map)[on, :, 0]
-            elif needed.stretched is not None:
+            elif needed.stretched is not None and not isinstance(source.mesh, Fibres):
                 space = (np.array(one) for one in (source.mesh.texspace_location, source.mesh.texspace_size))
                 found[on, :, 2] = tangents_around(mesh, needed.stretched.axis, *space)[on]
         return found
@@ -251,6 +272,7 @@ def _objects(
     names = [name for source in sources for name in source.names]
     rays = np.array([mask for source in sources for mask in source.rays], np.int64)[left]
     seen = {name: (rays >> bit & 1).astype(bool) for bit, name in enumerate(RAYS)}
+    fibrous = np.array([isinstance(source.mesh, Fibres) for source in sources for _ in source.rows], bool)[left]
     return SceneObjects(
         names=tuple(compress(names, left)),
         scatters=seen["diffuse"],
@@ -260,4 +282,5 @@ def _objects(
         seen_by_camera=seen["camera" if for_camera else "diffuse"],
         emits=np.array([in_light_group(*by, light_group) for by in placed_by], bool)[left],
         held_out=np.array(held_out, bool)[left],
+        fibrous=fibrous if fibrous.any() else None,
     )

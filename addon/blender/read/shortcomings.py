@@ -5,14 +5,8 @@ from collections.abc import Iterator
 import bpy
 
 from .materials.closures import ADDERS, Closure
-from .materials.expressions import constant
-from .materials.nodes import TAKEN_FOR_ONE, Place, all_nodes, is_used, output_node, source
+from .materials.nodes import TAKEN_FOR_ONE, all_nodes, is_used, output_node, source
 from .materials.stretches import tangent_sources
-
-NOT_BAKED = {
-    ("BSDF_PRINCIPLED", "Subsurface Weight"): "its subsurface scattering is baked as diffuse",
-}
-"""What is said where an input is not zero."""
 
 
 def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Iterator[str]:
@@ -37,24 +31,7 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Ite
 
 def _of_closure(closure: Closure) -> Iterator[str]:
     node = closure.node
-    if node.type == "SUBSURFACE_SCATTERING":
-        yield "its subsurface scattering is baked as diffuse"
-    elif node.type in {"BSDF_HAIR", "BSDF_HAIR_PRINCIPLED"}:
+    if node.type in {"BSDF_HAIR", "BSDF_HAIR_PRINCIPLED"}:
         yield f"its {node.bl_label} is baked without highlights, as a diffuse and a translucent surface"
     elif closure.kind not in ADDERS:
         yield f"its {node.bl_label} is baked as diffuse"
-    for one in node.inputs:
-        place = Place(one, closure.shader.groups)
-        what = NOT_BAKED.get((node.type, one.identifier))
-        if what and _counts(place) and not (one.identifier == "Subsurface Weight" and _is_thin(closure)):
-            yield what
-
-
-def _is_thin(closure: Closure) -> bool:
-    """Whether a Principled shader (from 5.2) is of a sheet, whose subsurface scattering is diffuse."""
-    return "Thin Wall" in closure.node.inputs and _counts(closure.shader.input("Thin Wall"))
-
-
-def _counts(place: Place) -> bool:
-    value = constant(place)
-    return value is None or bool(value.any())

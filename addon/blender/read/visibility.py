@@ -13,8 +13,11 @@ RAYS = ("diffuse", "shadow", "glossy", "transmission", "camera")
 ALL_RAYS, LIGHT_RAYS = 0b11111, 0b01111
 """Masks of all, and of those that light goes along: what the camera alone sees, lights nothing."""
 
-NOT_READ = {"CURVES", "POINTCLOUD", "VOLUME"}
+NOT_READ = {"VOLUME"}
 """Types of objects, and of what geometry nodes make, that Cycles renders and no bake shows."""
+
+HAIR_OR_POINTS = {"CURVES", "POINTCLOUD"}
+"""Types of those that light meets but that store none."""
 
 _CAMERA = 1 << RAYS.index("camera")
 
@@ -56,17 +59,8 @@ def rendered_objects(view_layer: "bpy.types.ViewLayer") -> "list[bpy.types.Objec
     return [obj for obj in found if not is_stand_in(obj)]
 
 
-def warn_of_hair(objects: Iterable["bpy.types.Object"], warnings: Warnings) -> None:
-    """Name the objects whose hair, points or volume is not baked."""
+def warn_of_volumes(objects: Iterable["bpy.types.Object"], warnings: Warnings) -> None:
+    """Name the objects that are volumes, which are not baked."""
     names = [f"'{obj.name}'" for obj in objects]
     if names:
-        warnings.add(
-            f"{len(names)} object(s) have hair, points or a volume that is not baked ({listed(names)}): make meshes "
-            "of them to bake with them."
-        )
-
-
-def has_hair(obj: "bpy.types.Object") -> bool:
-    """Whether renders show hair of an object's particle systems."""
-    systems = [one.particle_system for one in obj.modifiers if one.type == "PARTICLE_SYSTEM" and one.show_render]
-    return any(one.settings.type == "HAIR" and one.settings.render_type == "PATH" for one in systems)
+        warnings.add(f"{len(names)} object(s) are volumes, which are not baked ({listed(names)}).")

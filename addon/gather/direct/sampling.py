@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...core.compiling import by_reference, part, routine
+from ...core.compiling import by_reference, part
 from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, ZERO, along, dot, mean, row, times
 from ...emitters.lamps import LampArrays, lights_object, sample_lamp
@@ -63,7 +63,7 @@ class DirectArrays(NamedTuple):
     blockers: np.ndarray
 
 
-@routine
+@part
 def sample_emitters(direct, scene, position, normal, object_, ray_kind, rays_own, key, path, i):
     """A point of an emitter, and the irradiance that it stands for if nothing is between.
 
@@ -137,7 +137,7 @@ def _candidate(direct, scene, cell, position, normal, object_, ray_kind, rays_ow
     return target, times(light, cosine / chance), of
 
 
-@routine
+@part
 def met_radiance(direct, scene, triangle, distance, u, v, direction, normal, object_):
     """Radiance that a cosine-weighted ray meets and that is its own: of emissive triangles, and of the world.
 

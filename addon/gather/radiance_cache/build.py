@@ -62,9 +62,11 @@ def build_radiance_cache(
     caustic, others = photon_radiance(scene, photons, elements, sides.coverage)
     lit = sides.radiance + others + caustic
     incident = (lit[:0], lit[:0])
-    if scene.materials.broad.any():
+    if scene.materials.broad.any() or scene.materials.subsurface.any():
         incident = photon_incidence(scene, photons, elements, sides.coverage)
-    cache = RadianceCache(elements, lit, caustic, *incident)
+    unresolved = _unresolved(scene, elements)
+    arriving = sides.with_direct(incident[0])
+    cache = RadianceCache(elements, lit, caustic, *incident, arriving, unresolved)
     if n_rays == 0:
         return cache
 
@@ -74,9 +76,15 @@ def build_radiance_cache(
     gathered = np.zeros_like(lit)
     gathered[k] = gather_at_sides(scene, rays, elements, hidden, k, n_rays, workers)
     lit[k] = (sides.radiance + caustic + sides.gathering(gathered))[k]
-    if scene.materials.broad.any():
+    if len(incident[0]):
         incident[0][k] = gathered[k] + incident[1][k]
-    return RadianceCache(elements, lit, caustic, *incident)
+    return RadianceCache(elements, lit, caustic, *incident, sides.with_direct(incident[0]), unresolved)
+
+
+def _unresolved(scene: Scene, elements: SurfaceElements) -> np.ndarray | None:
+    """Elements of hair and points, (e,) bool: they are the mean of what is seen and of what lies deep in it."""
+    fibrous = scene.objects.fibrous
+    return None if fibrous is None else elements.of_cells(fibrous[scene.object_of_triangle[elements.cells.triangle]])
 
 
 def gather_at_sides(

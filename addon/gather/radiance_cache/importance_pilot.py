@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...bsdf.mixture import ALL_LOBES
+from ...bsdf.mixture import ALL_LOBES, SUBSURFACE
 from ...bsdf.scatter import scatter
 from ...core.compiling import kernel
 from ...core.parallel import Workers
@@ -18,6 +18,7 @@ from ...receivers import Receivers
 from ...scene import Lobe, RayKind, Scene
 from ...scene.hit import hit_at
 from ...tracing import TransparencyTracer
+from ...tracing.bodies.through import entered, outside_of, walk_key
 from ...tracing.embree import new_ray
 from ...tracing.transparency import closest_hit
 from .elements import SurfaceCells, SurfaceElements
@@ -96,11 +97,22 @@ def importance_pilot(
     seen = elements.of_cells(of_cells > 0)
     if scene.materials.has(Lobe.TRANSLUCENT).any():
         seen |= seen[:, ::-1]  # either side may shine through to the other
+    if scene.materials.subsurface.any():
+        seen |= elements.of_cells(_behind_bodies(scene, triangle, back)[cells.triangle])
     visits = np.bincount(2 * elements.find(triangle, u, v) + back, minlength=2 * len(elements))
     away = scene.points(triangle, u, v) - region.centre
     reach = float(np.quantile(np.sqrt(dot(away, away)), _TARGET)) if len(away) else 0.0
     target = Sphere(region.centre, max(region.radius, reach))
     return ImportancePilot(elements, visits, seen.ravel(), target, hidden, n_rays)
+
+
+def _behind_bodies(scene: Scene, triangle: np.ndarray, back: np.ndarray) -> np.ndarray:
+    """Sides that light may come from through a body, (t, 2) bool: those of which some were seen, of the same object."""
+    of = scene.object_of_triangle
+    seen = np.zeros((len(scene.objects.names), 2), bool)
+    walks = scene.materials.subsurface[scene.material_of_triangle[triangle]]
+    seen[of[triangle[walks]], back[walks].astype(np.int64)] = True
+    return seen[of]
 
 
 def _pilot_hits(
@@ -125,7 +137,9 @@ def _pilot_hits(
 
 @kernel
 def _fly(tracing, room, positions, normals, start, key, first, triangle, u, v, back):
-    """Send a ray from each receiver of `start` (n,), and one on from where it ends; write both ends, (n, 2)."""
+    """Send a ray from each receiver of `start` (n,), and one on from where it ends, or a walk through the body there;
+    write both ends, (n, 2).
+    """
     scene = tracing.scene
     for k in range(len(start)):
         path, origin = first + k, row(positions, start[k])
@@ -141,5 +155,11 @@ def _fly(tracing, room, positions, normals, start, key, first, triangle, u, v, b
             choice, _ = two_numbers(key, path, 2)
             on = scatter(scene, hit, direction, choice, x, y, ALL_LOBES, False, np.int64(kind))
             if not on.alive:
+                break
+            if on.lobe == SUBSURFACE and step == 0:
+                exit_ = entered(tracing, room, hit, on.direction, kind, walk_key(key, 0), path)
+                if exit_.found:
+                    triangle[k, 1], u[k, 1], v[k, 1] = exit_.triangle, exit_.u, exit_.v
+                    back[k, 1] = outside_of(scene, exit_).back
                 break
             origin, direction, kind = on.origin, on.direction, on.kind

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...bsdf.closure import bsdf_at, seen_from_behind
-from ...bsdf.mixture import DIFFUSE, TRANSLUCENT, total_weight, weight_received
+from ...bsdf.mixture import DIFFUSE, SUBSURFACE, TRANSLUCENT, total_weight, weight_received
 from ...bsdf.scatter import lit_normal
 from ...core.compiling import kernel, part
 from ...core.parallel import Workers
@@ -29,7 +29,7 @@ _LEAST_COVERAGE = np.float32(1e-3)  # where samples met nothing but holes
 _CHUNK = 1 << 14
 _PER_PI = np.float32(1 / np.pi)
 _DIFFUSE = int(RayKind.DIFFUSE)
-_N_COLUMNS = 14
+_N_COLUMNS = 14  # and 3 more where light walks in bodies
 
 
 @dataclass(frozen=True)
@@ -44,12 +44,19 @@ class LitSides:
         Of what is stopped.
     coverage : (2 e,) float32
         Share of the light that is stopped.
+    arriving : (2 e, 3) float32, W/(m² sr)
+        E/π of direct light, of what is stopped; (2 e, 0) where light walks in no body.
     """
 
     radiance: np.ndarray
     albedo: np.ndarray
     translucence: np.ndarray
     coverage: np.ndarray
+    arriving: np.ndarray
+
+    def with_direct(self, incident: np.ndarray) -> np.ndarray:
+        """All that comes to sides, by that of it which is not direct (2 e, 3); (0, 3) without `arriving`."""
+        return incident + self.arriving if self.arriving.size else np.zeros((0, 3), np.float32)
 
     def gathering(self, gathered: np.ndarray) -> np.ndarray:
         """What sides make of mean radiance (2 e, 3) that they gather, and of what those behind them gather."""
@@ -87,7 +94,7 @@ def lit_sides(
     reflected, transmitted, albedo, through = (sums[:, i : i + 3] / weight for i in range(0, 12, 3))
     # Of an element that is nearly all hole the share is not known well: photons on the rest must not count for too much
     coverage = np.maximum(weight[:, 0] / counts, 1 / counts)
-    columns = (reflected + _swapped(transmitted), albedo, through, coverage)
+    columns = (reflected + _swapped(transmitted), albedo, through, coverage, sums[:, _N_COLUMNS:] / weight)
     return LitSides(*(column.astype(np.float32) for column in columns))
 
 
@@ -106,13 +113,14 @@ def _sums_over_points(
     workers: Workers,
     key: tuple[int, int],
 ) -> np.ndarray:
-    """Sums over `counts` (2 e,) random points of each side, (2 e, 14) float64.
+    """Sums over `counts` (2 e,) random points of each side, (2 e, 14 or 17) float64.
 
     Columns: ρE/π, τE/π as seen from behind, ρ and τ in colours, each times the coverage, the coverage, and the square
-    of the sum of the first three.
+    of the sum of the first three, with what bodies take; where light walks in bodies E/π, too.
     """
     first = np.concatenate([[0], np.cumsum(counts)])
-    sums, seed = np.zeros((len(counts), _N_COLUMNS)), path_key(workers.seed, *key)
+    n_columns = _N_COLUMNS + 3 * bool(scene.materials.subsurface.any())
+    sums, seed = np.zeros((len(counts), n_columns)), path_key(workers.seed, *key)
     hidden_sides = hidden.of_object if hidden.any else np.zeros(0, bool)
     at = tracer.arrays, direct.arrays, elements.arrays, hidden_sides
 
@@ -161,6 +169,10 @@ def _light_points(tracing, direct, elements, hidden, room, key, start, end, firs
             _add_columns(sums, side, 6, times(albedo, coverage))
             _add_columns(sums, side, 9, times(through, coverage))
             sums[side, 12] += coverage
+            if sums.shape[1] > _N_COLUMNS:
+                light = times(plus(arrived[1], arrived[3]), _PER_PI * coverage)
+                _add_columns(sums, side, _N_COLUMNS, light)
+                reflected = plus(reflected, mul(total_weight(scene, bsdf, SUBSURFACE), light))
             total = reflected[0] + reflected[1] + reflected[2]
             sums[side, 13] += total * total
 
@@ -168,8 +180,11 @@ def _light_points(tracing, direct, elements, hidden, room, key, start, end, firs
 @part
 def _taken(scene, bsdf, kind, arrived, factor):
     """What Lambertian closures of a kind take of light from two directions, as `arriving` has it."""
-    first = mul(weight_received(scene, bsdf, kind, arrived[0]), arrived[1])
-    second = mul(weight_received(scene, bsdf, kind, arrived[2]), arrived[3])
+    towards, light, direction, met = arrived
+    if not bsdf.perturbed:
+        return times(mul(total_weight(scene, bsdf, kind), plus(light, met)), factor)
+    first = mul(weight_received(scene, bsdf, kind, towards), light)
+    second = mul(weight_received(scene, bsdf, kind, direction), met)
     return times(plus(first, second), factor)
 
 

@@ -3,7 +3,15 @@
 import numpy as np
 
 from ...bsdf.closure import bsdf_of, seen_from_behind
-from ...bsdf.mixture import BROAD_LOBES, DIFFUSE, TRANSLUCENT, broad_albedo, total_weight, weight_received
+from ...bsdf.mixture import (
+    BROAD_LOBES,
+    DIFFUSE,
+    SUBSURFACE,
+    TRANSLUCENT,
+    broad_albedo,
+    total_weight,
+    weight_received,
+)
 from ...bsdf.scatter import shading_normal_correction
 from ...core.compiling import kernel, part
 from ...core.parallel import slices
@@ -127,6 +135,8 @@ def _importance(scene, elements, hits_per_area, triangle, position, normal, powe
             bsdf = bsdf_of(scene, t, u, v, side % 2 == 1)
             through = total_weight(scene, seen_from_behind(scene, bsdf, _DIFFUSE_RAY), TRANSLUCENT)
             scattered = plus(total_weight(scene, bsdf, DIFFUSE), through)
+            if scene.materials.subsurface[scene.material[t]]:
+                scattered = plus(scattered, total_weight(scene, bsdf, SUBSURFACE))
             if scene.materials.broad[scene.material[t]]:
                 scattered = plus(scattered, broad_albedo(scene, bsdf, _VIEW, BROAD_LOBES))
             light = mul(scattered, light)

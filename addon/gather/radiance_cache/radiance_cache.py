@@ -34,8 +34,10 @@ class CacheArrays(NamedTuple):
         See `RadianceCache`.
     incident, incident_caustic : (2 e, 3) or (0, 3) float32, W/(m² sr)
         See `RadianceCache`.
+    arriving : (2 e, 3) or (0, 3) float32, W/(m² sr)
+        See `RadianceCache`.
     reach : (e,) float32, m
-        Distance from which each element can be looked up.
+        Distance from which each element can be looked up; infinity where it never can.
     """
 
     elements: ElementArrays
@@ -43,6 +45,7 @@ class CacheArrays(NamedTuple):
     caustic: np.ndarray
     incident: np.ndarray
     incident_caustic: np.ndarray
+    arriving: np.ndarray
     reach: np.ndarray
 
 
@@ -63,7 +66,12 @@ class RadianceCache:
         The part of it that is light of lamps over mirrors, glass and narrow gloss.
     incident, incident_caustic : (2 e, 3) float32, W/(m² sr)
         Mean radiance that comes to each side but for direct light, E/π, and the caustics' part of it; (0, 3) where no
-        material of the scene is `broad`.
+        material of the scene is `broad` or has subsurface scattering.
+    arriving : (2 e, 3) float32, W/(m² sr)
+        The same with direct light, E/π of all: that comes out of bodies where it meets the view's walk; (0, 3) where
+        none of the scene's materials has subsurface scattering.
+    unresolved : (e,) bool, optional
+        Elements that are never asked: rays that end there go on.
     """
 
     elements: SurfaceElements
@@ -71,12 +79,16 @@ class RadianceCache:
     caustic: np.ndarray
     incident: np.ndarray = field(default_factory=_none)
     incident_caustic: np.ndarray = field(default_factory=_none)
+    arriving: np.ndarray = field(default_factory=_none)
+    unresolved: np.ndarray | None = None
 
     @cached_property
     def arrays(self) -> CacheArrays:
         """The cache as kernels take it."""
         reach = (NEAR * np.sqrt(self.elements.areas)).astype(np.float32)
-        light = self.radiance, self.caustic, self.incident, self.incident_caustic
+        if self.unresolved is not None:
+            reach[self.unresolved] = np.inf
+        light = self.radiance, self.caustic, self.incident, self.incident_caustic, self.arriving
         return CacheArrays(self.elements.arrays, *light, reach)
 
 

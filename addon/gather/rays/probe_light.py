@@ -88,6 +88,11 @@ class ProbeLight:
         stderr = np.hypot(self.stderr, other.stderr)
         return ProbeLight(self.sh + other.sh, self.irradiance + other.irradiance, stderr, self.backs)
 
+    def over(self, n: int) -> "ProbeLight":
+        """The mean of n lights, of their sum."""
+        share = np.float32(1 / n)
+        return replace(self, sh=share * self.sh, irradiance=share * self.irradiance, stderr=share * self.stderr)
+
     def with_noise(self, noise: float) -> "ProbeLight":
         """The same light, whose mean irradiance has an error besides, W/m²: each probe's in proportion to its light."""
         light = np.abs(self.irradiance).mean(axis=(1, 2), dtype=np.float64)

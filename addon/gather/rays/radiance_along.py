@@ -1,10 +1,11 @@
 """The way of one gather ray, and the radiance that it meets.
 
-A ray that ends far away takes what the surface there reflects diffusely from the cache. Two things are found as a path
-tracer would find them, by direct light at the point and a further ray for the rest:
+A ray that ends far away takes what the surface there reflects diffusely from the cache. Three things are found as a
+path tracer would find them, by direct light at the point and a further ray for the rest:
 
 - What ends nearer than the cache can resolve (in a corner, under a cupboard), where it would read an element that is
   partly elsewhere (the secondary final gather of the π-engine, section 3.2.2).
+- What ends on hair or points, of which an element has the mean of what is seen and of what lies deep in them.
 - What glossy and glass lobes reflect and transmit, which depends on the direction. Rays follow them in proportion to
   their albedo. Light that lamps send over mirrors, glass and narrow gloss is left out: those are caustics, which
   photons find far better. Where there are none, in what a camera sees in gloss, rays may be told to bring it.
@@ -12,6 +13,8 @@ tracer would find them, by direct light at the point and a further ray for the r
 Of broad lobes that are not Lambertian direct light is found at the point. The rest is what comes to the surface, by the
 cache, times the albedo of rough diffuse lobes; directed ones, as sheen, are followed as gloss is, and take from there
 caustics alone.
+
+What walked through a body is looked for by a walk from where the ray ends (`through_bodies`).
 """
 
 from typing import NamedTuple
@@ -44,10 +47,12 @@ from ...emitters.lamps import radiance_of_lamps
 from ...emitters.mesh import lights_up
 from ...emitters.world import world_seen
 from ...scene.hit import emitted, hit_at, is_back, off_surface
+from ...tracing.bodies.through import walk_key
 from ...tracing.transparency import closest_hit
 from ..direct.sampling import DIFFUSE_RAY, GLOSSY_RAY, DirectArrays, met_radiance, sample_emitters, unsampled_sky
 from ..direct.visible import visible_share
 from ..radiance_cache.radiance_cache import CacheArrays, side_at
+from .through_bodies import seen_through_body
 
 _MAX_NEAR_HITS = 4
 MAX_STEPS = 33
@@ -92,12 +97,16 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         if triangle < 0 or largest(throughput) <= ZERO:
             break
         i, hit = step * _NUMBERS_A_STEP, hit_at(scene, direction, triangle, distance, u, v)
-        bsdf, side = bsdf_at(scene, hit, kind), side_at(cache, hit)
+        side, directional = side_at(cache, hit), scene.materials.directional[scene.material[triangle]]
 
         # What broad lobes reflect the cache says, but not to those who are too near, or see another surface
-        otherwise = seen_otherwise(scene, hit, kind)
-        near = distance < cache.reach[side >> 1] or otherwise
-        near = step < _MAX_NEAR_HITS and near and _only_reflects(scene, bsdf)
+        otherwise, reach = seen_otherwise(scene, hit, kind), cache.reach[side >> 1]
+        near = (step < _MAX_NEAR_HITS and (distance < reach or otherwise)) or reach == _INFINITY
+        if not (near or directional):
+            radiance, triangle = plus(radiance, mul(throughput, row(cache.radiance, side))), np.int32(-1)
+            break
+        bsdf = bsdf_at(scene, hit, kind)
+        near = near and _only_reflects(scene, bsdf)
         if near:
             at = light.direct, key, path, i + _DIFFUSE_LIGHT, hit, bsdf
             broad = plus(_direct_light_reflected(tracing, room, *at), row(cache.caustic, side))
@@ -106,23 +115,14 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         else:
             broad = BLACK
         chance = ONE if near else ZERO  # of going on
-        if scene.materials.directional[scene.material[triangle]]:
-            wo, directed = to_local(negative(direction), axis_at(scene, hit, direction)), BLACK
-            spreads = scene.materials.broad[scene.material[triangle]]
-            broad = mul(broad, base_transmittance(scene, bsdf, wo))
-            if spreads:
-                caustic, directed = row(cache.incident_caustic, side), broad_albedo(scene, bsdf, wo, DIRECTED_LOBES)
-                incident = caustic if near else row(cache.incident, side)
-                broad = plus(broad, mul(broad_albedo(scene, bsdf, wo, ~DIRECTED_LOBES), incident))
-                broad = plus(broad, mul(directed, caustic))
-            # Highlights are bright, however little gloss there is on average
-            if spreads or reflects_highlights(scene, bsdf):
-                seen = light.direct, key, path, i + _GLOSSY_LIGHT, hit, bsdf, direction
-                broad = plus(broad, _highlight(tracing, room, *seen))
+        if directional:
+            of_point = light, key, path, i, hit, bsdf, side, direction, near
+            broad, followed = _with_other_lobes(tracing, room, *of_point, broad)
+            if scene.materials.subsurface[scene.material[triangle]]:
+                walk = walk_key(key, step), path, hit, bsdf, direction
+                broad = plus(broad, seen_through_body(tracing, room, cache, *walk))
             if not near:
-                albedo = largest(glossy_albedo(scene, bsdf, wo)) + largest(glass_albedo(scene, bsdf))
-                albedo += largest(directed)
-                chance = min(_FOLLOWED * albedo * min(largest(throughput), ONE), ONE)
+                chance = min(_FOLLOWED * followed * min(largest(throughput), ONE), ONE)
         radiance = plus(radiance, mul(throughput, broad))
 
         # On, by those lobes that are not answered for
@@ -148,14 +148,37 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
 
 
 @part
+def _with_other_lobes(tracing, room, light, key, path, i, hit, bsdf, side, direction, near, lambertian):
+    """What all lobes reflect that the cache or direct light answers for, and the albedo of those that rays follow."""
+    scene, cache = tracing.scene, light.cache
+    wo, directed = to_local(negative(direction), axis_at(scene, hit, direction)), BLACK
+    spreads = scene.materials.broad[scene.material[hit.triangle]]
+    reflected = mul(lambertian, base_transmittance(scene, bsdf, wo))
+    if spreads:
+        caustic, directed = row(cache.incident_caustic, side), broad_albedo(scene, bsdf, wo, DIRECTED_LOBES)
+        incident = caustic if near else row(cache.incident, side)
+        reflected = plus(reflected, mul(broad_albedo(scene, bsdf, wo, ~DIRECTED_LOBES), incident))
+        reflected = plus(reflected, mul(directed, caustic))
+    # Highlights are bright, however little gloss there is on average
+    if spreads or reflects_highlights(scene, bsdf):
+        seen = light.direct, key, path, i + _GLOSSY_LIGHT, hit, bsdf, direction
+        reflected = plus(reflected, _highlight(tracing, room, *seen))
+    followed = ZERO
+    if not near:
+        followed = largest(glossy_albedo(scene, bsdf, wo)) + largest(glass_albedo(scene, bsdf)) + largest(directed)
+    return reflected, followed
+
+
+@part
 def _only_reflects(scene, bsdf):
-    """Whether a surface reflects diffusely, and nothing shines through it: that is lit from its other side, and only
-    the cache knows both.
+    """Whether a surface reflects diffusely, and nothing shines through it: that is lit from its other side, or through
+    its body, and only the cache knows both.
     """
-    reflects = (
-        largest(total_weight(scene, bsdf, DIFFUSE)) > ZERO or scene.materials.broad[scene.material[bsdf.triangle]]
-    )
-    return reflects and largest(total_weight(scene, bsdf, TRANSLUCENT)) <= ZERO
+    materials, material = scene.materials, scene.material[bsdf.triangle]
+    if materials.subsurface[material]:
+        return False
+    reflects = largest(total_weight(scene, bsdf, DIFFUSE)) > ZERO or materials.broad[material]
+    return reflects and (materials.matte[material] or largest(total_weight(scene, bsdf, TRANSLUCENT)) <= ZERO)
 
 
 @part

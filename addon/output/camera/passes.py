@@ -1,9 +1,12 @@
 """What a camera's pass holds."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+
+LEAST_ALBEDO = np.float32(1e-3)
+"""Below which light that falls on a surface is not to be had by division from what it reflects."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,25 @@ class CameraPass:
         }
         error = np.sqrt(np.sum([one.error**2 for one in parts.values()], axis=0))
         return replace(first, **sums, error=error, apart={name: one.indirect for name, one in parts.items()})
+
+    @staticmethod
+    def mean(parts: "Sequence[CameraPass]") -> "CameraPass":
+        """What a shutter shows that was open at several times, whose errors are independent; depth is the middle's.
+
+        Radiances are averaged, and what falls on surfaces by how much of it these reflect.
+        """
+        albedo = np.mean([one.albedo for one in parts], axis=0)
+        reflected = np.mean([one.indirect_diffuse * one.albedo for one in parts], axis=0)
+        plain = np.mean([one.indirect_diffuse for one in parts], axis=0)
+        return CameraPass(
+            indirect_diffuse=np.where(albedo > LEAST_ALBEDO, reflected / np.maximum(albedo, LEAST_ALBEDO), plain),
+            caustics=np.mean([one.caustics for one in parts], axis=0),
+            glossy=np.mean([one.glossy for one in parts], axis=0),
+            albedo=albedo,
+            normal=np.mean([one.normal for one in parts], axis=0),
+            depth=parts[len(parts) // 2].depth,
+            error=np.sqrt(np.mean([one.error**2 for one in parts], axis=0) / np.float32(len(parts))),
+        )
 
     @property
     def indirect(self) -> np.ndarray:

@@ -1,9 +1,11 @@
 """A scene of a few triangles with every kind of surface and light, and points in it that want light."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from ...receivers import LightmapMesh, ReceiverMesh
-from ...scene import N_VIEWS, Channel, LightKind, Lights, Materials, RayKind, Scene, SceneObjects, World
+from ...scene import N_VIEWS, Channel, LightKind, Lights, Lobe, Materials, RayKind, Scene, SceneObjects, World
 
 _QUADS = [(1, 5, 7, 3), (0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6)]
 """Of a room without a ceiling, by its corners; they face out."""
@@ -43,11 +45,14 @@ def tiny_scene() -> Scene:
 
 
 def _materials() -> Materials:
-    """Matte, emissive, glossy, glass, translucent and see-through but for shadow rays, to whom it is matte."""
+    """Matte, emissive, glossy, glass, translucent and see-through but for shadow rays, to whom it is matte.
+
+    The last is a body, of no free path at all.
+    """
     half = Channel.constant(np.array([0.5, 0.5, 0.2, 0, 0, 0.5]))
     seen_as = np.repeat(np.arange(6, dtype=np.int32)[:, None], N_VIEWS, axis=1)
     seen_as[5, 2 * RayKind.SHADOW : 2 * RayKind.SHADOW + 2] = 0
-    return Materials.of(
+    materials = Materials.of(
         6,
         diffuse=half,
         emission=Channel.constant(np.array([0, 1.0, 0, 0, 0, 0])),
@@ -60,6 +65,9 @@ def _materials() -> Materials:
         coverage=Channel.constant(np.array([1, 1, 1, 1, 1, 0.5])),
         seen_as=seen_as,
     )
+    kind = materials.closures.kind.copy()
+    kind[-1] = Lobe.SUBSURFACE
+    return replace(materials, closures=replace(materials.closures, kind=kind))
 
 
 def _lamps() -> Lights:

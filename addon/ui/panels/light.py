@@ -5,7 +5,7 @@ from typing import Any
 import bpy
 
 from .outputs.mixer import draw_light_groups
-from .tab import Section, settings_column
+from .tab import Section, draw_knobs, settings_column
 
 
 class PHOTON_BAKE_PT_light(Section, bpy.types.Panel):
@@ -21,3 +21,4 @@ class PHOTON_BAKE_PT_light(Section, bpy.types.Panel):
         column.prop(properties, "add_direct")
         column.prop(properties, "open_side")
         column.prop(properties, "normal_maps")
+        draw_knobs(column, properties, "motion_blur")

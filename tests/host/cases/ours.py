@@ -23,7 +23,8 @@ SETTINGS = settings_for(
 
 def our_bake(case: Case) -> tuple[Mean, list[str]]:
     """Our bake of the probes of the scene as it is, and what it warns of."""
-    job = BakeJob.prepare(bpy.context, [VertexRequest()], Progress(), ["Probes"], case.light_group)
+    more = {"motion_blur": case.motion_blur}
+    job = BakeJob.prepare(bpy.context, [VertexRequest()], Progress(), ["Probes"], case.light_group, **more)
     settings = settings_of(case)
     seeds = SEEDS[:2] if case.unsupported else SEEDS  # whose noise counts for nothing
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # more bakes at a time would take the cache from each other
@@ -34,7 +35,7 @@ def our_bake(case: Case) -> tuple[Mean, list[str]]:
 def settings_of(case: Case) -> BakeSettings:
     """The settings, with as much more work as the case needs; caustics get sharper and quieter by the root of it."""
     work = ("n_photons", "n_gather_rays", "n_cache_elements")
-    more = {knob: case.effort * getattr(SETTINGS, knob) for knob in work}
+    more = {knob: case.effort * getattr(SETTINGS, knob) for knob in work} | {"motion_blur": case.motion_blur}
     return replace(SETTINGS, **more, n_nearest=round(case.effort**0.5 * SETTINGS.n_nearest))
 
 

@@ -15,6 +15,8 @@ from .registry import Case
 PATH = Path(__file__).resolve().parents[2] / "references" / "cases.json"
 
 SAMPLES = 1024  # a corner and run
+TIMES = 32  # of a run with motion blur
+GOLDEN = 0.618034
 RUNS = 8  # at least: fewer do not tell their own noise
 ENOUGH = 0.003  # relative error at which no more runs are made
 MOST_RUNS = 200
@@ -53,13 +55,29 @@ def measure(case: Case) -> Reference:
     if case.light_group:
         keep_light_group(case.light_group)
     set_cycles(SAMPLES)
-    runs = [cycles_mean(seed, case.into_image) for seed in range(RUNS)]
+    if case.motion_blur:
+        set_cycles(SAMPLES // TIMES)
+    runs = [_run(case, seed) for seed in range(RUNS)]
     while Mean.of_runs(runs).relative_error > ENOUGH and len(runs) < MOST_RUNS:
-        runs.append(cycles_mean(len(runs), case.into_image))
+        runs.append(_run(case, len(runs)))
     mean = Mean.of_runs(runs)
     samples = len(runs) * SAMPLES * len(bpy.data.objects["Probes"].data.loops)
     mean, stderr = ([float(f"{x:.6g}") for x in part] for part in (mean.value[:3], mean.stderr[:3]))
     return Reference(mean, stderr, samples, bpy.app.version_string, case.fingerprint)
+
+
+def _run(case: Case, seed: int) -> np.ndarray:
+    """The probes' mean, (3,); with motion blur over times of the shutter, which is open for a frame around this one."""
+    if not case.motion_blur:
+        return cycles_mean(seed, case.into_image)
+    scene, found = bpy.context.scene, []
+    frame = scene.frame_current
+    for i in range(TIMES):
+        time = frame - 0.5 + (i + (seed + 0.5) * GOLDEN % 1) / TIMES
+        scene.frame_set(int(time), subframe=time % 1)
+        found.append(cycles_mean(seed * TIMES + i, case.into_image))
+    scene.frame_set(frame)
+    return np.mean(found, axis=0)
 
 
 def load() -> dict[str, Reference]:

@@ -46,6 +46,9 @@ class Case:
         How many times the photons and rays of the other cases its bake needs.
     into_image : bool
         Cycles bakes the reference into an image: only then its rays have differentials, without which it sees no bump.
+    motion_blur : int
+        Steps in which our bake averages light over the shutter; Cycles' are baked at times all over it, since it has
+        no motion blur in bakes. 0 without.
     since : tuple of int
         First Blender that has the feature as the reference means it.
     changed : tuple of int
@@ -60,6 +63,7 @@ class Case:
     differs: str = ""
     effort: int = 1
     into_image: bool = False
+    motion_blur: int = 0
     since: tuple[int, ...] = (4, 5)
     changed: tuple[int, ...] = ()
 
@@ -90,7 +94,7 @@ class Case:
     @property
     def fingerprint(self) -> str:
         """Changes when the code that builds the scene does, or that sets Cycles, whatever its comments say."""
-        code = _code_of(self.build) + _code_of(set_cycles) + self.light_group
+        code = _code_of(self.build) + _code_of(set_cycles) + self.light_group + "shutter" * bool(self.motion_blur)
         return hashlib.sha256(code.encode()).hexdigest()[:16]
 
 

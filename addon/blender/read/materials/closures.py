@@ -20,6 +20,7 @@ from .shaders.hair import add_hair, add_principled_hair
 from .shaders.layers import add_layers
 from .shaders.metal import add_metal, add_metallic
 from .shaders.pane import add_pane
+from .shaders.subsurface import add_principled_body, add_subsurface_shader
 from .stretches import stretch_of
 from .sums import ShaderSum, black, white
 
@@ -235,7 +236,7 @@ def _layers(closures: list[Closure], inverted: bool) -> set[Place]:
 
 
 def _is_diffuse(closure: Closure) -> bool:
-    return closure.kind not in ADDERS or closure.kind == "BSDF_DIFFUSE"
+    return closure.kind not in ADDERS or closure.kind in {"BSDF_DIFFUSE", "SUBSURFACE_SCATTERING"}
 
 
 def _add_diffuse(leaf: Leaf, total: ShaderSum) -> None:
@@ -299,9 +300,11 @@ def _add_principled(leaf: Leaf, total: ShaderSum) -> None:
             _add_principled_glass(part, total, base)
     weight = weight * (1 - transmission)
     if weight.any():
-        under = _add_dielectric(replace(leaf, weight=weight), total)
+        under, ior = _add_dielectric(replace(leaf, weight=weight), total)
         if leaf.is_thin:
             weight = add_sheet(leaf, total, weight, base, under)
+        else:
+            weight = add_principled_body(leaf, total, weight, base, ior, under)
         add_base(leaf, total, weight * base, base, "Diffuse Roughness", under)
 
 
@@ -309,18 +312,17 @@ def _add_principled_glass(leaf: Leaf, total: ShaderSum, base: np.ndarray) -> Non
     leaf.add_glass(total, leaf.weight, white(), np.sqrt(base))
 
 
-def _add_dielectric(leaf: Leaf, total: ShaderSum) -> Hashable:
-    """The specular layer of Principled; the name of what lies over the base."""
+def _add_dielectric(leaf: Leaf, total: ShaderSum) -> tuple[Hashable, float]:
+    """The specular layer of Principled; the name of what lies over the base, and the layer's index of refraction."""
     level = np.maximum(leaf["Specular IOR Level"], 0)
     f0 = saturate(2 * level * dielectric_f0(np.maximum(leaf["IOR"], 1e-5)))
-    film = leaf.film
+    film, eta = leaf.film, float(ior_of_f0(f0).mean())
     if f0.any() or film.any():
         tint = np.maximum(leaf["Specular Tint"], 0)
-        eta = float(ior_of_f0(f0).mean())
         f90 = white() * ((f0 > 0) | (film[..., :1] > 0))
         leaf.add_glossy(total, leaf.weight, saturate(f0 * tint), f90, ior=eta, covers=leaf.closure, film=film)
-        return leaf.closure
-    return leaf.over
+        return leaf.closure, eta
+    return leaf.over, eta
 
 
 ADDERS: dict[str, Callable[[Leaf, ShaderSum], None]] = {
@@ -328,6 +330,7 @@ ADDERS: dict[str, Callable[[Leaf, ShaderSum], None]] = {
     "BSDF_DIFFUSE": add_diffuse,
     "BSDF_SHEEN": add_sheen,
     "BSDF_TOON": add_toon,
+    "SUBSURFACE_SCATTERING": add_subsurface_shader,
     "BSDF_HAIR": add_hair,
     "BSDF_HAIR_PRINCIPLED": add_principled_hair,
     "BSDF_GLOSSY": _add_glossy,

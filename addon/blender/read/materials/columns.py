@@ -86,10 +86,13 @@ class Seen:
         The first is that of the front for diffuse rays.
     as_seen : tuple of int
         Which of them each of `VIEWS` sees.
+    one_sided : bool
+        Whether what it is on is not there from behind.
     """
 
     rows: list[Surface]
     as_seen: tuple[int, ...]
+    one_sided: bool = False
 
     @property
     def coordinates(self) -> Coordinates | None:
@@ -111,6 +114,7 @@ def materials_of(seen: list[Seen], textures: Textures) -> Materials:
         closures=_closures(rows),
         textures=textures,
         seen_as=np.concatenate([seen_as, others]),
+        one_sided=np.array([one.one_sided for one in seen] + [False] * len(others), bool),
         **{name: _channel([row.channels for row in rows], name) for name in CHANNELS},
     )
 

@@ -81,6 +81,20 @@ class MaterialTable:
             self._entries.append(reader.pending(obj, mesh, read) if baked else reader.seen(read))
         return self._index[key]
 
+    def add_on_fibres(self, material: "bpy.types.Material | None", values: Values) -> int:
+        """Index of a material on hair or points, where nothing is baked: what it is on has no back."""
+        reader = self._reader(material)
+        if reader.needs_bake:
+            reader.warn_of_guess("Cycles bakes no hair or points to say what its nodes are")
+        index = self.add(material, values=values)
+        if ("fibres", index) not in self._index:
+            entry = self._entries[index]
+            assert isinstance(entry, Seen)
+            self._index["fibres", index] = len(self._entries)
+            self._tangents.append(self._tangents[index])
+            self._entries.append(replace(entry, one_sided=True))
+        return self._index["fibres", index]
+
     def differing(self, material: "bpy.types.Material | None") -> tuple[list[Reading], int]:
         """What a material reads that differs by instance, and as how many it may be held."""
         reader = self._reader(material)

@@ -7,7 +7,7 @@ import numpy as np
 from mathutils import Euler
 
 from ...lightmap.atlas import Atlas
-from ..meshes.meshes import UVMaps
+from ..meshes.meshes import CornerUVs
 from .expressions import UnreadableError, constant
 from .nodes import Place
 from .pictures.images import is_readable
@@ -33,7 +33,7 @@ class Coordinates:
     offset: np.ndarray = field(default_factory=lambda: np.zeros(2))
     atlas: Atlas | None = None
 
-    def of_corners(self, uv_maps: UVMaps) -> np.ndarray:
+    def of_corners(self, uv_maps: CornerUVs) -> np.ndarray:
         """Texture coordinates of a mesh's corners, (c, 2) float32."""
         if self.atlas is not None:
             return self.atlas.uvs

@@ -20,11 +20,20 @@ from ..materials.nodes import Place, output_node, source, uses_nodes
 from .meshes import attribute, corner_vertex, face_sizes, used_slots, vectors
 
 
-def displace(depsgraph: "bpy.types.Depsgraph", warnings: list[str]) -> None:
+def displace(
+    depsgraph: "bpy.types.Depsgraph", warnings: list[str], displaced: dict[int, np.ndarray] | None = None
+) -> None:
     """Move the vertices of the mesh objects in an evaluated graph, which no data-block of the file has anything of.
 
     It comes before anything is read of meshes, and while nothing is kept of them, since Cycles evaluates the nodes.
+
+    Parameters
+    ----------
+    displaced : dict of int to (v, 3) float32, optional
+        Where an earlier call for the same graph at another time left the vertices of objects, by their session ids:
+        those that are still there are left alone. Is brought up to date.
     """
+    displaced = {} if displaced is None else displaced
     warn, moves, seen = Warnings(warnings), [], set()
     for obj in [one for one in depsgraph.objects if one.type == "MESH" and not one.data.is_editmode]:
         mesh = obj.data
@@ -32,12 +41,18 @@ def displace(depsgraph: "bpy.types.Depsgraph", warnings: list[str]) -> None:
             continue
         seen.add(mesh.as_pointer())
         slots = {slot: material for slot, material in _materials(obj, mesh) if displaces(material)}
-        if slots:
-            moves.append((mesh, _offsets(obj, mesh, slots, warn)))
-    for mesh, offsets in moves:
-        positions = attribute(mesh, "position", "vector", (len(mesh.vertices), 3), np.float32)
-        mesh.attributes["position"].data.foreach_set("vector", (positions + offsets).astype(np.float32).reshape(-1))
+        uid = obj.original.session_uid
+        if slots and not np.array_equal(_positions(mesh), displaced.get(uid, ())):
+            moves.append((uid, mesh, _offsets(obj, mesh, slots, warn)))
+    for uid, mesh, offsets in moves:
+        displaced[uid] = (_positions(mesh) + offsets).astype(np.float32)
+        mesh.attributes["position"].data.foreach_set("vector", displaced[uid].reshape(-1))
         mesh.update()
+
+
+def _positions(mesh: "bpy.types.Mesh") -> np.ndarray:
+    """Where vertices are, (v, 3) float32."""
+    return attribute(mesh, "position", "vector", (len(mesh.vertices), 3), np.float32)
 
 
 def displaces(material: "bpy.types.Material | None") -> bool:

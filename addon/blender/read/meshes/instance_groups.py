@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 import bpy
 import numpy as np
 
+from ..visibility import HAIR_OR_POINTS
 from .object_values import ObjectValues, Reading, readings_in
 
 MOST_GROUPS, MOST_BAKED_GROUPS = 64, 8
@@ -52,7 +53,7 @@ def alike(
     found: dict[tuple, tuple[list[int], list[np.ndarray]]] = {}
     for row, instance in enumerate(depsgraph.object_instances):
         obj = instance.object
-        if not instance.is_instance or obj.type != "MESH":
+        if not instance.is_instance or obj.type not in {"MESH", *HAIR_OR_POINTS}:
             continue
         key = (obj.original, obj.data)
         if key not in asked:

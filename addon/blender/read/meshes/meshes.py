@@ -1,6 +1,7 @@
 """Evaluated meshes as triangles in their local space."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import bpy
 import numpy as np
@@ -21,7 +22,7 @@ class LocalMesh:
     corners : (t, 3) int32
         The mesh's corner at each triangle corner.
     material_slot : (t,) int32
-    uvs : UVMaps
+    uvs : CornerUVs
     """
 
     vertices: np.ndarray
@@ -30,7 +31,14 @@ class LocalMesh:
     normal_of_corner: np.ndarray
     corners: np.ndarray
     material_slot: np.ndarray
-    uvs: "UVMaps"
+    uvs: "CornerUVs"
+
+
+class CornerUVs(Protocol):
+    """Texture coordinates by the name of their map."""
+
+    def corners(self, name: str) -> np.ndarray:
+        """Those of a mesh's corners, (c, 2) float32, or of what takes their place."""
 
 
 class UVMaps:
@@ -56,7 +64,7 @@ class UVMaps:
             values = np.zeros((len(self._mesh.loops), 2), np.float32)
             if layer is not None:
                 layer.uv.foreach_get("vector", values.reshape(-1))
-            elif other is not None and other.data_type in _VALUE_OF:
+            elif other is not None and other.data_type in VALUE_OF:
                 values = _at_corners(self._mesh, other)
             self._read[name] = np.nan_to_num(values, posinf=0.0, neginf=0.0)
         return self._read[name]
@@ -72,7 +80,7 @@ def evaluated_mesh(obj: "bpy.types.Object", depsgraph: "bpy.types.Depsgraph") ->
     return obj.to_mesh(preserve_all_data_layers=True, depsgraph=depsgraph)
 
 
-_VALUE_OF = {
+VALUE_OF = {
     "FLOAT2": ("vector", 2),
     "FLOAT_VECTOR": ("vector", 3),
     "FLOAT_COLOR": ("color", 4),
@@ -86,7 +94,7 @@ _VALUE_OF = {
 
 def _at_corners(mesh: "bpy.types.Mesh", one: "bpy.types.Attribute") -> np.ndarray:
     """The first two values of an attribute at a mesh's corners, (c, 2) float32; those of edges by way of vertices."""
-    prop, width = _VALUE_OF[one.data_type]
+    prop, width = VALUE_OF[one.data_type]
     values = np.empty((len(one.data), width), np.float32)
     one.data.foreach_get(prop, values.reshape(-1))
     values = values[:, :2] if width > 1 else np.repeat(values, 2, axis=1)

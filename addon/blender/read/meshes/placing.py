@@ -174,6 +174,12 @@ class PlacedMeshes:
     material_of_triangle, object_of_triangle : (t,) int32
     lost_names : list of str
         Of objects that have vertices which are not finite or too far out; triangles there have no area.
+    whole : (t,) bool
+        Which of the triangles have an area.
+    first_vertex : (o,) int32
+        Of each object.
+    n_vertices : int
+        That are filled in.
     """
 
     def __init__(self, n_vertices: int, n_triangles: int) -> None:
@@ -185,9 +191,9 @@ class PlacedMeshes:
         self.material_of_triangle = np.empty(n_triangles, np.int32)
         self.object_of_triangle = np.empty(n_triangles, np.int32)
         self.lost_names: list[str] = []
-        self._whole = np.empty(n_triangles, bool)
-        self._first_vertex = np.zeros(0, np.int32)  # of each object
-        self._n_vertices = self._n_triangles = 0
+        self.whole = np.empty(n_triangles, bool)
+        self.first_vertex = np.zeros(0, np.int32)
+        self.n_vertices = self._n_triangles = 0
 
     def add(self, models: Models, of_copy: np.ndarray, matrices: np.ndarray, names: list[str]) -> None:
         """Place k copies of models, each as an object of its own.
@@ -203,29 +209,29 @@ class PlacedMeshes:
             Of the k objects, for messages.
         """
         batch = _Batch(models, of_copy, matrices, names)
-        first_object = len(self._first_vertex)
-        self._first_vertex = np.append(self._first_vertex, batch.vertices.first + np.int32(self._n_vertices))
+        first_object = len(self.first_vertex)
+        self.first_vertex = np.append(self.first_vertex, batch.vertices.first + np.int32(self.n_vertices))
         if models.tangents is not None and self.corner_tangents is None:
             self.corner_tangents = np.zeros((len(self.triangles), 3, 3, 3), np.float32)
         _in_chunks(batch.vertices.n, lambda chunk: self._add_vertices(batch, chunk))
         _in_chunks(batch.triangles.n, lambda chunk: self._add_triangles(batch, first_object, chunk))
         self.lost_names += sorted(batch.lost_names)
-        self._n_vertices += batch.vertices.n
+        self.n_vertices += batch.vertices.n
         self._n_triangles += batch.triangles.n
 
     def _add_vertices(self, batch: _Batch, chunk: slice) -> None:
-        self.vertices[_after(self._n_vertices, chunk)] = batch.positions(chunk)
+        self.vertices[_after(self.n_vertices, chunk)] = batch.positions(chunk)
 
     def _add_triangles(self, batch: _Batch, first_object: int, chunk: slice) -> None:
         models, into = batch.models, _after(self._n_triangles, chunk)
         copy, row = batch.triangles.rows(chunk)
         of_object, mirrored = first_object + copy, np.broadcast_to(batch.mirrored[copy], row.shape)
         triangles = _rewound(models.triangles.take(row, 0), mirrored)
-        triangles += self._first_vertex.take(of_object)[:, None]
+        triangles += self.first_vertex.take(of_object)[:, None]
         normal_of_corner = _rewound(models.normal_of_corner.take(row, 0), mirrored)
         normal_of_corner += batch.normals.first.take(copy)[:, None]
         normals = batch.unit_normals.take(normal_of_corner, 0)
-        geometric, self._whole[into] = _geometric_normals(self.vertices, triangles)
+        geometric, self.whole[into] = _geometric_normals(self.vertices, triangles)
         lost = np.isnan(normals[..., 0])
         if lost.any():
             normals = np.where(lost[..., None], geometric[:, None], normals)
@@ -247,20 +253,20 @@ class PlacedMeshes:
             Which objects are left.
         """
         n = self._n_triangles
-        self.vertices = self.vertices[: self._n_vertices]
+        self.vertices = self.vertices[: self.n_vertices]
         of_triangles = [name for name in _OF_TRIANGLES if getattr(self, name) is not None]
         for name in of_triangles:
             setattr(self, name, getattr(self, name)[:n])
-        whole = self._whole[:n]
+        whole = self.whole[:n]
         if self.lost_names:  # none of the triangles that are left has these vertices: they go where another one is
             some = self.vertices[self.triangles[np.argmax(whole), 0]] if whole.any() else np.float32(0)
             self.vertices = np.where(np.isnan(self.vertices[:, :1]), some, self.vertices)
         if whole.all():
-            return np.ones(len(self._first_vertex), bool)
-        left = np.bincount(self.object_of_triangle[whole], minlength=len(self._first_vertex)) > 0
+            return np.ones(len(self.first_vertex), bool)
+        left = np.bincount(self.object_of_triangle[whole], minlength=len(self.first_vertex)) > 0
         for name in of_triangles:
             setattr(self, name, getattr(self, name)[whole])
-        n_vertices = np.diff(np.append(self._first_vertex, self._n_vertices))
+        n_vertices = np.diff(np.append(self.first_vertex, self.n_vertices))
         self.vertices = self.vertices[np.repeat(left, n_vertices)]
         dropped = np.cumsum(np.where(left, 0, n_vertices))
         self.triangles -= dropped[self.object_of_triangle][:, None].astype(np.int32)

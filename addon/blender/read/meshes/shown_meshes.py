@@ -11,14 +11,15 @@ import numpy as np
 from ....core.errors import BakeError
 from ....receivers import ReceiverMesh
 from ...warn import Warnings, listed
-from ..visibility import NOT_READ, has_hair, objects_of
+from ..hair.particles import hair_systems
+from ..visibility import HAIR_OR_POINTS, NOT_READ, objects_of
 from .meshes import evaluated_mesh
 from .vertex_meshes import check_placed, evaluated_receiver_mesh
 
 MAX_COPIES = 1000
 """Of one object's instances; more of them, and it stays as it is, with a warning."""
 
-_LOST = {"LIGHT", *NOT_READ}
+_LOST = {"LIGHT", *HAIR_OR_POINTS, *NOT_READ}
 """Types of what would be lost with an original that a copy of meshes stands for."""
 
 
@@ -63,7 +64,7 @@ def shown_meshes(depsgraph: "bpy.types.Depsgraph") -> "dict[bpy.types.Object, Sh
     """The original objects of a graph that show something in renders, themselves or by instances."""
     found: dict[bpy.types.Object, Shown] = {}
     for owner, instance in _instances(depsgraph):
-        shown = found.setdefault(owner, Shown(all_meshes=not has_hair(owner)))
+        shown = found.setdefault(owner, Shown(all_meshes=not any(hair_systems(owner))))
         obj = instance.object
         # What curves are made into comes as an instance too, and what nodes instance may have no other object.
         shown.instances |= instance.is_instance and (obj.original != owner or owner.type == "MESH")

@@ -3,6 +3,6 @@
 Most stand under a lamp and hide the floor from it, so that their outline tells; they are red, the floor is white.
 """
 
-from . import meshes, repeated, shapes
+from . import hair, meshes, repeated, shapes
 
-__all__ = ["meshes", "repeated", "shapes"]
+__all__ = ["hair", "meshes", "repeated", "shapes"]

@@ -16,6 +16,7 @@ from . import (
     see_through,
     shaders,
     sides,
+    subsurface,
     unseen,
     unsupported,
 )
@@ -32,6 +33,7 @@ __all__ = [
     "see_through",
     "shaders",
     "sides",
+    "subsurface",
     "unseen",
     "unsupported",
 ]

@@ -1,19 +1,8 @@
 """What no material of ours has."""
 
-import bpy
-import numpy as np
-
 from ..registry import case
-from ..stage import box, matte, nodes, put, shader
-from .stage import GROUP, divided, painted_floor
-
-
-@case("Principled BSDF, subsurface", GROUP, unsupported="Wax")
-def subsurface():
-    # A thin slab of wax lets light through.
-    inputs = {"Base Color": (0.8, 0.5, 0.3), "Roughness": 1.0, "Specular IOR Level": 0.0}
-    wax = {"Subsurface Weight": 1.0, "Subsurface Radius": (1, 0.5, 0.3), "Subsurface Scale": 0.5}
-    divided(shader("BsdfPrincipled", {**inputs, **wax}, "Wax"), 0.1)
+from ..stage import box, matte, nodes, shader
+from .stage import GROUP, painted_floor
 
 
 @case("Fog in the room (volume)", GROUP, unsupported="Fog")
@@ -28,17 +17,3 @@ def volume():
 @case("Hair Principled BSDF", GROUP, unsupported="Fur")
 def hair_shader():
     painted_floor(shader("BsdfHairPrincipled", name="Fur"))
-
-
-@case("A hair system", GROUP, unsupported="Lawn")
-def hair():
-    # Black grass on the floor.
-    painted_floor(matte((0.7, 0.7, 0.7)))
-    data = bpy.data.hair_curves.new("Lawn")
-    roots = np.stack(np.meshgrid(np.linspace(-1, 1, 40), np.linspace(-1, 1, 40)), -1).reshape(-1, 2)
-    data.add_curves([2] * len(roots))
-    points = np.concatenate([np.c_[roots, np.full(len(roots), z)][:, None] for z in (-2, -1.5)], 1)
-    data.position_data.foreach_set("vector", points.ravel().astype(np.float32))
-    data.attributes.new("radius", "FLOAT", "POINT").data.foreach_set("value", np.full(len(roots) * 2, 0.01, np.float32))
-    data.materials.append(matte((0, 0, 0), "Black"))
-    put("Lawn", data)

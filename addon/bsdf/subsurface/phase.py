@@ -1,0 +1,28 @@
+"""Henyey and Greenstein's phase function, p(cos θ) = (1 − g²) / (4π (1 + g² − 2 g cos θ)^(3/2)) by solid angle."""
+
+import numpy as np
+
+from ...core.compiling import part
+from ...core.sampling.warps import at_versine
+from ...core.vec3 import ONE, TWO, to_world
+
+_ISOTROPIC = np.float32(1e-3)
+_FOUR_PI = np.float32(4 * np.pi)
+
+
+@part
+def sample(direction, g, u, v):
+    """The direction after a scattering; its density is p."""
+    if abs(g) < _ISOTROPIC:
+        versine = TWO * u
+    else:
+        k = (ONE - g * g) / (ONE - g + TWO * g * u)
+        versine = min(max(ONE - (ONE + g * g - k * k) / (TWO * g), np.float32(0)), TWO)
+    return to_world(at_versine(versine, v), direction)
+
+
+@part
+def evaluate(cos, g):
+    """P at a cosine between the directions before and after, 1/sr."""
+    x = ONE + g * g - TWO * g * cos
+    return (ONE - g * g) / (_FOUR_PI * x * np.sqrt(x))
