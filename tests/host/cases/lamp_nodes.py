@@ -125,7 +125,8 @@ def gobo_sphere():
 @case("IES Texture through glass", GROUP, changed=(5, 2), effort=6)
 def ies_glass():
     # A pane of glass under the lamp.
-    emission(lit_room("POINT", (-0.5, 0, 0.6), energy=20, shadow_soft_size=0.4), ies(BEAM, 0.02))
+    light = lit_room("POINT", (-0.5, 0, 0.6), energy=20, shadow_soft_size=0.3, use_soft_falloff=False)
+    emission(light, ies(BEAM, 0.02))
     glass = shader("BsdfGlass", {"Roughness": 0.0, "IOR": 1.45})
     box("Pane", (-0.5, 0, 0), (0.8, 0.8, 0.03), glass)
 
