@@ -21,7 +21,7 @@ from ..scene.hit import channel_at, material_seen
 from .microfacets import Facets
 
 GLOSSY, GLASS = int(Lobe.GLOSSY), int(Lobe.GLASS)
-TRANSMITTING_LOBES = 1 << int(Lobe.TRANSLUCENT) | 1 << GLASS | 1 << int(Lobe.PANE)
+TRANSMITTING_LOBES = 1 << int(Lobe.TRANSLUCENT) | 1 << GLASS | 1 << int(Lobe.PANE) | 1 << int(Lobe.FIBRE)
 """Lobes that send light through the surface, as bits."""
 _LAST_ANGLE = np.float32(N_ANGLES - 1)
 _DIFFUSE_RAY, _CAMERA_RAY = int(RayKind.DIFFUSE), int(RayKind.CAMERA)

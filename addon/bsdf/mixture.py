@@ -15,10 +15,12 @@ from . import diffuse, glass, glossy, translucent
 from .broad import lobes as others
 from .broad import toon
 from .closure import Bsdf, bsdf_at, closure_at, is_nothing, roughness_at, seen_at
+from .fibres import fibre
 from .frames import THE_POINTS, UP, Frame, bump_shadowing_in, frame_of, into, out_of, received
 
 DIFFUSE, TRANSLUCENT, GLOSSY, GLASS = (int(lobe) for lobe in list(Lobe)[:4])
-GLOSSY_TOON, PANE, _ABSORBING = int(Lobe.GLOSSY_TOON), int(Lobe.PANE), int(Lobe.ABSORBING)
+GLOSSY_TOON, PANE, FIBRE = int(Lobe.GLOSSY_TOON), int(Lobe.PANE), int(Lobe.FIBRE)
+_ABSORBING = int(Lobe.ABSORBING)
 SUBSURFACE = int(Lobe.SUBSURFACE)
 
 ALL_LOBES = (1 << len(Lobe)) - 1
@@ -123,7 +125,7 @@ def _expected(scene, bsdf, k, wo, from_light):
     if is_nothing(closure.weight):
         return ZERO
     cos = ONE
-    if closure.kind >= GLOSSY:
+    if closure.kind >= GLOSSY and closure.kind != FIBRE:
         cos = into(frame_of(scene, bsdf, k, wo), wo)[2]
         if cos <= ZERO:  # a lobe that is seen from behind
             return ZERO
@@ -138,7 +140,7 @@ def _expected(scene, bsdf, k, wo, from_light):
 @part
 def _albedo_of(closure, cos):
     """Directional albedo of a closure that is not glass."""
-    if is_cosine_lobe(closure.kind):
+    if is_cosine_lobe(closure.kind) or closure.kind == FIBRE:
         return closure.weight
     return glossy.albedo(closure, cos) if closure.kind in (GLOSSY, PANE) else others.albedo(closure, cos)
 
@@ -155,6 +157,8 @@ def _sample(closure, wo, choice, u, v, from_light):
         return ((wi[0], wi[1], -wi[2]) if closure.kind == PANE else wi), weight
     if closure.kind == GLASS:
         return glass.sample(closure, wo, choice, u, v, from_light)
+    if closure.kind == FIBRE:
+        return fibre.sample(closure, wo, choice, u, v, from_light)
     return others.sample(closure, wo, u, v, from_light)
 
 
@@ -165,7 +169,7 @@ def _is_specular(closure, view, light):
         return glossy.is_specular(closure, view, light)
     if closure.kind == GLOSSY_TOON:
         return largest(others.evaluate(closure, view, light)) >= glossy.PEAK
-    return closure.kind in (GLASS, PANE)
+    return closure.kind in (GLASS, PANE, FIBRE)
 
 
 @part
@@ -309,7 +313,7 @@ def glossy_albedo(scene, bsdf, wo):
 
 @routine
 def glass_albedo(scene, bsdf):
-    """What glass reflects or transmits of a colour, whichever is more."""
+    """What glass reflects or transmits of a colour, whichever is more, and what fibres scatter at most."""
     total = BLACK
     for k in range(bsdf.first, bsdf.last):
         if scene.materials.closures.kind[k] in (GLASS, PANE):
@@ -320,6 +324,8 @@ def glass_albedo(scene, bsdf):
                 max(closure.f0[2], closure.f90[2]),
             )
             total = plus(total, mul(closure.weight, more))
+        elif scene.materials.closures.kind[k] == FIBRE:
+            total = plus(total, closure_at(scene, bsdf, k).weight)
     return total
 
 

@@ -15,6 +15,7 @@ from .mixture import (
     BROAD_LOBES,
     BUMPED_LOBES,
     DIFFUSE,
+    FIBRE,
     GLASS,
     GLOSSY,
     GLOSSY_TOON,
@@ -29,7 +30,7 @@ from .mixture import (
 
 _DIFFUSE_RAY, _GLOSSY_RAY, _TRANSMITTED_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY), int(RayKind.TRANSMITTED)
 _COSINE_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT | 1 << SUBSURFACE
-_REFLECTING = ~(1 << TRANSLUCENT | 1 << PANE)
+_REFLECTING = ~(1 << TRANSLUCENT | 1 << PANE | 1 << FIBRE)
 _HALF, _TWO = np.float32(0.5), np.float32(2)
 _FACING, _LEAST_COS = np.float32(1e-3), np.float32(1e-6)
 _NOTHING = np.float32(1e-12)
@@ -114,7 +115,7 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light, seen):
 def _own_normal_correction(scene, bsdf, sample, wo, from_light):
     """What a sample's weight is multiplied by for its closure's own normal: what bumps shadow, and photons' cosines."""
     wi, frame, correction = sample.wi, sample.frame, ONE
-    if sample.lobe == SUBSURFACE:  # which takes light as it comes to the facet
+    if sample.lobe in (SUBSURFACE, FIBRE):  # which take light as it comes to the facet
         return correction
     if (1 << DIFFUSE | BUMPED_LOBES) >> sample.lobe & 1:
         correction = bump_shadowing_in(scene, bsdf, frame, wo if from_light else wi)
@@ -176,13 +177,13 @@ def _gone_on(scene, hit, axis, wi, cos, weight, lobe, specular, rough):
     """
     onward = to_world(wi, axis)
     side = ONE if dot(onward, hit.normal) > ZERO else -ONE
-    alive = side * cos > ZERO and not is_nothing(weight)
+    alive = (side * cos > ZERO or lobe == FIBRE) and not is_nothing(weight)
     if not alive:
         weight = BLACK
     kind = _DIFFUSE_RAY
     if lobe in (GLOSSY, GLOSSY_TOON):
         kind = _GLOSSY_RAY
-    elif lobe in (GLASS, PANE):
+    elif lobe in (GLASS, PANE, FIBRE):
         kind = _GLOSSY_RAY if side > ZERO else _TRANSMITTED_RAY  # what glass reflects, objects see as gloss
     origin = off_surface(scene, hit, side)
     return Scattered(alive, origin, onward, weight, lobe, np.int32(kind), specular, rough)

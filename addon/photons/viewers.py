@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bsdf.mixture import ALL_LOBES, DIFFUSE, GLASS, GLOSSY, GLOSSY_TOON, PANE
+from ..bsdf.mixture import ALL_LOBES, DIFFUSE, FIBRE, GLASS, GLOSSY, GLOSSY_TOON, PANE
 from ..core.compiling import kernel, part
 from ..core.sampling.path_numbers import two_numbers
 from ..core.vec3 import ONE, put, row, times
@@ -46,7 +46,7 @@ def viewers_of(materials: Materials) -> Viewers:
     """The viewers of a scene's materials."""
     lobes, by_lobe = np.full(len(RayKind), ALL_LOBES, np.int64), materials.differs_by_lobe
     if by_lobe:
-        lobes[_GLOSSY], lobes[_TRANSMITTED] = 1 << GLOSSY | 1 << GLOSSY_TOON, 1 << GLASS | 1 << PANE
+        lobes[_GLOSSY], lobes[_TRANSMITTED] = 1 << GLOSSY | 1 << GLOSSY_TOON, 1 << GLASS | 1 << PANE | 1 << FIBRE
         lobes[_DIFFUSE] = ALL_LOBES & ~(lobes[_GLOSSY] | lobes[_TRANSMITTED])
     return Viewers(by_lobe, by_lobe or materials.differs_in_shadow, lobes)
 

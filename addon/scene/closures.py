@@ -25,11 +25,12 @@ class Lobe(IntEnum):
     ABSORBING = 9
     PANE = 10
     SUBSURFACE = 11
+    FIBRE = 12
 
 
 LAMBERTIAN = (Lobe.DIFFUSE, Lobe.TRANSLUCENT)
 BROAD = (Lobe.ROUGH_DIFFUSE, Lobe.SHEEN, Lobe.VELVET, Lobe.TOON)
-NARROW = (Lobe.GLOSSY, Lobe.GLASS, Lobe.GLOSSY_TOON, Lobe.PANE)
+NARROW = (Lobe.GLOSSY, Lobe.GLASS, Lobe.GLOSSY_TOON, Lobe.PANE, Lobe.FIBRE)
 DIRECTED = (Lobe.SHEEN, Lobe.VELVET, Lobe.TOON)
 """Kinds by who finds light in them: of Lambertian ones a cache knows the radiance; of broad ones it knows the light
 that comes, and lamps are found by shadow rays; narrow ones are followed by rays. Directed ones are broad, but what they
@@ -44,6 +45,15 @@ class Distribution(IntEnum):
     GGX = 0
     BECKMANN = 1
     ASHIKHMIN_SHIRLEY = 2
+
+
+class FibreModel(IntEnum):
+    """What a fibre does to light: by Chiang's model, as Cycles' Hair BSDF of either kind, or as a translucent side."""
+
+    CHIANG = 0
+    REFLECTION = 1
+    TRANSMISSION = 2
+    TRANSLUCENT = 3
 
 
 class FresnelCurve(IntEnum):
@@ -120,13 +130,15 @@ class Closures:
         Of a glossy, a glass or a pane's closure; GGX's α is its square. What a pane scatters is what a glossy one
         reflects, mirrored to the other side of the surface. Of a rough diffuse closure σ, of sheen and velvet theirs,
         of toon the size, and of an absorbing one the share of the surface that it covers. Of a subsurface closure that
-        of the facets through which views enter.
+        of the facets through which views enter. Of a fibre the variance of light's angle about the mirrored one that
+        passes it, or the width of the cone.
     f0, f90 : Channel
         Of a glossy closure the reflectance at normal and at grazing incidence; between them it follows `ior`. Of a
         glass closure the colour of what is reflected, and of what is transmitted. f0 of a rough diffuse closure is the
         colour that scattering more than once takes, of sheen its colour and weight, and of an absorbing one the
         transmittance along the normal; f90 of toon, a scalar, is the width of its edge. Of a subsurface closure f0 is
-        the colour that a half-space has, and f90 the mean free path, m.
+        the colour that a half-space has, and f90 the mean free path, m. Of a fibre f0 is the absorption a radius, and
+        f90 the scale or width of its azimuths, its tilt in rad, and the variance of what its surface reflects.
     ior : (c,) float32
         Of a glossy closure the index of refraction whose Fresnel curve takes f0 to f90, 0 for Schlick's. Of a glass
         or subsurface closure that inside over that outside, in front of the surface.
@@ -138,7 +150,7 @@ class Closures:
     layer : (c,) int32
         The closure that lies over this one, −1 for none: glossy or sheen, which takes its albedo from it, or absorbing.
     distribution : (c,) int32
-        `Distribution` of a rough closure's facets.
+        `Distribution` of a rough closure's facets; `FibreModel` of a fibre.
     curve : (c,) int32
         `FresnelCurve` of a glossy closure.
     edge : Channel

@@ -3,6 +3,7 @@
 import bpy
 import numpy as np
 import pytest
+from photon_bake.addon.scene import FibreModel, Lobe
 from photon_bake.addon.scene.fibres.strands import MOST_STRANDS, MOST_TRIANGLES
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.cases.shapes.hair import made_by_nodes
@@ -141,3 +142,26 @@ def test_cycles_is_not_asked_what_hair_looks_like():
     obj.data.materials.append(material)
     scenes.extracted(warnings := [])
     assert len(warnings) == 1 and "the fields of its sockets are baked instead" in warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("node", "values", "model"),
+    [
+        ("BsdfHairPrincipled", {}, FibreModel.CHIANG),
+        ("BsdfHair", {"component": "Reflection"}, FibreModel.REFLECTION),
+        ("BsdfHair", {"component": "Transmission"}, FibreModel.TRANSMISSION),
+        ("BsdfTranslucent", {}, FibreModel.TRANSLUCENT),
+    ],
+)
+def test_shaders_are_fibres_on_hair(node, values, model):
+    obj = curves([2], [(0, 0, 0), (0, 0, 1)], 0.02)
+    material, shader = scenes.add_material("Fur", "ShaderNode" + node)
+    for key, value in values.items():
+        setattr(shader, key, value)
+    obj.data.materials.append(material)
+    scene = scenes.extracted(warnings := [])
+    assert (scene.materials.closures.kind == Lobe.FIBRE).all() and warnings == []
+    assert scene.materials.closures.distribution.tolist() == [model]
+    if model != FibreModel.TRANSLUCENT:
+        tangents = scene.frames.corner_tangents[:, :, 2]
+        np.testing.assert_allclose(tangents, np.broadcast_to((0, 0, 1), tangents.shape), atol=1e-5)

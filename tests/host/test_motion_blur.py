@@ -18,7 +18,7 @@ from photon_bake.operators.targets.lightmap import LightmapRequest
 from photon_bake.operators.targets.vertices import VertexRequest
 
 from .cases.motion import moving
-from .cases.stage import box, glow, lamp, matte, mesh, quad, room
+from .cases.stage import box, glow, lamp, matte, mesh, quad, room, sky
 from .cycles_passes import render_passes
 
 SETTINGS = settings_for("draft", n_photons=40_000, n_gather_rays=1024, n_cache_elements=3_000, n_cache_rays=2)
@@ -235,6 +235,20 @@ def test_a_camera_pass_is_what_cycles_blurs(open_shutter, tmp_path):
     columns, expected = ours.mean(axis=(0, 2)), theirs.mean(axis=(0, 2))
     assert np.abs(columns / expected - 1).max() < 0.08
     job.write(solved(job, 16, n_photons=20_000, n_gather_rays=16), Progress())
+
+
+def test_the_sun_of_the_world_stands_still(open_shutter):
+    tree = sky()
+    texture = tree.add("TexSky", sun_elevation=0.6)
+    tree.done(tree.add("Background", {"Color": texture, "Strength": 0.05}), "OutputWorld")
+    moving(lamp("POINT", energy=100), "location", (-1, 0, 0), (1, 0, 0))
+    sheet("Sheet")
+    open_shutter.frame_set(2)
+    job = prepare(2)
+    for moment, x in zip(job.shutter, (-0.5, 0.5), strict=True):
+        lights = moment.movement.of(job.scene).lights
+        assert lights.position[0, 0] == pytest.approx(x) and lights.names[1] == "Sun of the world"
+        np.testing.assert_array_equal(lights.direction[1], job.scene.lights.direction[1])
 
 
 @pytest.mark.parametrize(("position", "opens"), [("START", 2.0), ("CENTER", 1.75), ("END", 1.5)])

@@ -1,9 +1,12 @@
 """The world against Cycles: E/π of small faces that look different ways, from Cycles' bake and from what was read."""
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 import pytest
 from mathutils import Vector
+from photon_bake.addon.blender import read_scene
 from photon_bake.addon.blender.read.lamps import cycles_world
 from photon_bake.addon.blender.read.lamps.world import read_world
 from photon_bake.addon.blender.temporary import CyclesError
@@ -11,7 +14,7 @@ from photon_bake.addon.blender.warn import Warnings
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.gather import DirectLight
-from photon_bake.addon.scene import RayKind
+from photon_bake.addon.scene import LightKind, RayKind
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.host import scenes
@@ -109,7 +112,7 @@ def add_faces():
 
 def read(warnings=None, **options):
     graph = scenes.depsgraph()
-    return read_world(graph, **options).world(graph.scene, Warnings(warnings))
+    return read_world(graph, **options).world(graph.scene, Warnings(warnings))[0]
 
 
 def radiant(world):
@@ -122,6 +125,15 @@ def radiant(world):
     light = world.image * world.color * solid_angle[:, None, None]
     unit = [np.array(n) / np.linalg.norm(n) for n in NORMALS]
     return np.array([np.einsum("hwc,hw->c", light, np.maximum(directions @ n, 0)) for n in unit]) / np.pi
+
+
+ONES = cycles_world.WorldPicture(np.ones((4, 8, 3), np.float32), [])
+
+
+def from_sun(sun):
+    """E/π of the faces by a small sun, (7, 3)."""
+    unit = [np.array(n) / np.linalg.norm(n) for n in NORMALS]
+    return np.array([sun.irradiance * max(sun.towards @ n, 0) for n in unit]) / np.pi
 
 
 WORLDS = {
@@ -138,10 +150,37 @@ WORLDS = {
 def test_pictures(name):
     WORLDS[name]()
     warnings = []
-    world = read(warnings)
+    graph = scenes.depsgraph()
+    world, suns = read_world(graph).world(graph.scene, Warnings(warnings))
     cycles = scenes.cycles_bake(add_faces(), "DIRECT", 4096).reshape(-1, 3, 3).mean(axis=1)
     assert not warnings
-    np.testing.assert_allclose(radiant(world), cycles, rtol=0.01, atol=1e-3 * cycles.max())
+    found = radiant(world) + sum(from_sun(sun) for sun in suns)
+    np.testing.assert_allclose(found, cycles, rtol=0.01, atol=1e-3 * cycles.max())
+    assert len(suns) == ("sun" in name and "without" not in name) + (name == "sky")
+
+
+def test_the_sun_of_a_sky_is_a_lamp():
+    """At its height, as wide as it is, in the world's light group; the picture has nothing of it."""
+    sky(sun_size=0.0095)
+    bpy.context.view_layer.lightgroups.add(name="Sky")
+    bpy.context.scene.world.lightgroup = "Sky"
+    reading = scenes.in_graph(read_scene)
+    scene = reading.scene(bpy.context.scene)
+    lights, image = scene.lights, scene.world.image
+    assert lights.names == ("Sun of the world",) and lights.kind[0] == LightKind.SUN
+    assert lights.angle[0] == pytest.approx(0.0095)
+    assert -lights.direction[0, 2] == pytest.approx(np.sin(0.6), abs=2e-4)
+    assert image.max() < 0.01 * lights.emission[0].max() / (np.pi * np.sin(0.0095 / 2) ** 2)
+    (group,) = reading.light_groups.apart(scene).values()
+    assert len(group.lights) == 1
+
+
+def test_suns_that_no_rays_see_are_black():
+    tree = sky(sun_size=0.0095)
+    bpy.context.scene.world.cycles_visibility.diffuse = False
+    assert not scenes.extracted().lights.seen_by_diffuse.any()
+    tree.background.inputs["Strength"].default_value = 0.0
+    assert not scenes.extracted().lights.emission.any()
 
 
 def test_light_from_a_picture_as_a_bake_finds_it():
@@ -206,7 +245,7 @@ def test_the_user_s_render_stays(tmp_path):
 
 def test_pictures_are_kept_until_the_world_changes(monkeypatch):
     renders = []
-    monkeypatch.setattr(cycles_world, "_render", lambda *_: renders.append(1) or np.ones((4, 8, 3), np.float32))
+    monkeypatch.setattr(cycles_world, "_render", lambda *_: renders.append(1) or ONES)
     tree = hdri()
     read()
     read()
@@ -223,7 +262,7 @@ def test_pictures_are_kept_until_the_world_changes(monkeypatch):
 @pytest.mark.parametrize("animated", [False, True])
 def test_animated_worlds_are_rendered_at_each_frame(animated, monkeypatch):
     renders = []
-    monkeypatch.setattr(cycles_world, "_render", lambda *_: renders.append(1) or np.ones((4, 8, 3), np.float32))
+    monkeypatch.setattr(cycles_world, "_render", lambda *_: renders.append(1) or ONES)
     tree = hdri()
     if animated:
         tree.background.inputs["Strength"].keyframe_insert("default_value", frame=1)
@@ -276,7 +315,7 @@ def test_without_cycles(monkeypatch):
 
 
 def test_pictures_of_one_color_are_one_color(monkeypatch):
-    monkeypatch.setattr(cycles_world, "_render", lambda *_: np.full((4, 8, 3), 0.5, np.float32))
+    monkeypatch.setattr(cycles_world, "_render", lambda *_: replace(ONES, image=np.full((4, 8, 3), 0.5, np.float32)))
     gradient()
     world = read()
     assert world.image is None and world.color.tolist() == [0.5] * 3

@@ -16,6 +16,7 @@ from .hair.shapes import Fibres
 from .lamps.lamp_nodes import LampNodes, with_patterns
 from .lamps.lamps import in_light_group, light_group_of
 from .lamps.light_links import Placed, link_lights
+from .lamps.sky_suns import shining, with_places
 from .lamps.world import WorldReading, light_group_of_world, read_world
 from .materials.materials import READING, MaterialTable
 from .materials.pictures.missing_files import warn_of_missing_files
@@ -59,7 +60,8 @@ class SceneReading:
     def scene(self, of: "bpy.types.Scene") -> Scene:
         """The whole scene; not while Cycles or anything else bakes. `of` is whose frame it is."""
         lights = with_patterns(self._half_lit.lights, self._nodes_of_lamps, of, self._warnings)
-        return replace(self._half_lit, lights=lights, world=self._world.world(of, self._warnings))
+        world, suns = self._world.world(of, self._warnings)
+        return replace(self._half_lit, lights=shining(lights, suns), world=world)
 
     def moved(self, depsgraph: "bpy.types.Depsgraph", progress: Progress) -> Movement:
         """Where everything is at another time, to which the graph was moved."""
@@ -138,9 +140,9 @@ def read_scene(
     )
     scene = replace(scene, frames=_frames(scene, placed, matrices, found.sources, left))
     warn_of_missing_files(depsgraph, materials.readable_images, warn)
-    groups = _light_groups(depsgraph, found.groups_of_lamps, objects)
-    linked = link_lights(scene, found.lamps, objects)
-    world = read_world(depsgraph, light_group)
+    linked, world = link_lights(scene, found.lamps, objects), read_world(depsgraph, light_group)
+    linked = replace(linked, lights=with_places(linked.lights, world.n_suns, world.light.hidden_from))
+    groups = _light_groups(depsgraph, found.groups_of_lamps, world.n_suns, objects)
     return SceneReading(groups, layout, linked, found.nodes_of_lamps, world, warn, light_group, for_camera)
 
 
@@ -157,13 +159,15 @@ def _frames(
     return frames
 
 
-def _light_groups(depsgraph: "bpy.types.Depsgraph", of_lamps: list[str], objects: list[Placed]) -> LightGroups:
-    """The view layer's light groups, and which of them lamps, objects and the world are in."""
+def _light_groups(
+    depsgraph: "bpy.types.Depsgraph", of_lamps: list[str], n_suns: int, objects: list[Placed]
+) -> LightGroups:
+    """The view layer's light groups, and which of them lamps, objects and the world with its suns are in."""
     names = tuple(group.name for group in depsgraph.view_layer.lightgroups)
     number = {name: i for i, name in enumerate(names)}
     of_objects = [number.get(light_group_of(*by), -1) for by in objects]
-    of_lamps_ = [number.get(name, -1) for name in of_lamps]
     of_world = number.get(light_group_of_world(depsgraph), -1)
+    of_lamps_ = [*(number.get(name, -1) for name in of_lamps), *[of_world] * n_suns]
     return LightGroups(names, np.array(of_lamps_, np.int32), np.array(of_objects, np.int32), of_world)
 
 
@@ -241,7 +245,11 @@ class _Reader:
                 found[on, :, :2] = along(needed.normals)[on]
             if needed.stretched is not None and needed.stretched.uv_map is not None:
                 found[on, :, 2] = along(needed.stretched.uv_map)[on, :, 0]
-            elif needed.stretched is not None and not isinstance(source.mesh, Fibres):
+            elif needed.stretched is None:
+                continue
+            elif isinstance(source.mesh, Fibres):
+                found[on, :, 2] = source.mesh.directions()[on]
+            else:
                 space = (np.array(one) for one in (source.mesh.texspace_location, source.mesh.texspace_size))
                 found[on, :, 2] = tangents_around(mesh, needed.stretched.axis, *space)[on]
         return found

@@ -6,11 +6,12 @@ import bpy
 
 from .materials.closures import ADDERS, Closure
 from .materials.nodes import TAKEN_FOR_ONE, all_nodes, is_used, output_node, source
+from .materials.shaders.hair import HAIR
 from .materials.stretches import tangent_sources
 
 
-def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Iterator[str]:
-    """Half sentences about what cannot be baked as it is."""
+def shortcomings(material: "bpy.types.Material", closures: list[Closure], on_fibres: bool = False) -> Iterator[str]:
+    """Half sentences about what cannot be baked as it is, on meshes or on hair."""
     output = output_node(material)
     if output and source(output.inputs["Volume"]):
         yield "its volume is not baked"
@@ -26,12 +27,14 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure]) -> Ite
     if len(tangents) > 1:
         yield "all of its anisotropic shaders are baked with the tangents of the first"
     for closure in closures:
-        yield from _of_closure(closure)
+        yield from _of_closure(closure, on_fibres)
 
 
-def _of_closure(closure: Closure) -> Iterator[str]:
+def _of_closure(closure: Closure, on_fibres: bool) -> Iterator[str]:
     node = closure.node
-    if node.type in {"BSDF_HAIR", "BSDF_HAIR_PRINCIPLED"}:
+    if on_fibres and node.type == "BSDF_HAIR_PRINCIPLED" and node.model == "HUANG":
+        yield "its Principled Hair BSDF of Huang's model is baked by Chiang's"
+    elif node.type in HAIR and not on_fibres:
         yield f"its {node.bl_label} is baked without highlights, as a diffuse and a translucent surface"
     elif closure.kind not in ADDERS:
         yield f"its {node.bl_label} is baked as diffuse"

@@ -1,11 +1,12 @@
 """A scene of a few triangles with every kind of surface and light, and points in it that want light."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from ...receivers import LightmapMesh, ReceiverMesh
-from ...scene import N_VIEWS, Channel, LightKind, Lights, Lobe, Materials, RayKind, Scene, SceneObjects, World
+from ...scene import N_VIEWS, Channel, Closures, LightKind, Lights, Lobe, Materials, RayKind, Scene, SceneObjects, World
 
 _QUADS = [(1, 5, 7, 3), (0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6)]
 """Of a room without a ceiling, by its corners; they face out."""
@@ -47,7 +48,7 @@ def tiny_scene() -> Scene:
 def _materials() -> Materials:
     """Matte, emissive, glossy, glass, translucent and see-through but for shadow rays, to whom it is matte.
 
-    The last is a body, of no free path at all.
+    The last is a body.
     """
     half = Channel.constant(np.array([0.5, 0.5, 0.2, 0, 0, 0.5]))
     seen_as = np.repeat(np.arange(6, dtype=np.int32)[:, None], N_VIEWS, axis=1)
@@ -65,9 +66,19 @@ def _materials() -> Materials:
         coverage=Channel.constant(np.array([1, 1, 1, 1, 1, 0.5])),
         seen_as=seen_as,
     )
-    kind = materials.closures.kind.copy()
-    kind[-1] = Lobe.SUBSURFACE
-    return replace(materials, closures=replace(materials.closures, kind=kind))
+    return replace(materials, closures=_with_body(materials.closures))
+
+
+def _with_body(closures: Closures) -> Closures:
+    """The closures, of which light walks by the last."""
+    kind, ior = closures.kind.copy(), closures.ior.copy()
+    channels: dict[str, Any] = {}
+    kind[-1], ior[-1] = Lobe.SUBSURFACE, 1.5
+    for name, of_body in {"f0": 0.5, "f90": 0.1, "edge": 0.0}.items():
+        channel = getattr(closures, name)
+        channels[name] = Channel(channel.value.copy(), channel.texture)
+        channels[name].value[-1] = of_body
+    return replace(closures, kind=kind, ior=ior, **channels)
 
 
 def _lamps() -> Lights:

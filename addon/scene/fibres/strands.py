@@ -166,6 +166,13 @@ class Tubes:
         high = self.sides * (self.rings.start[1:, None, None] - 1) + fan
         return np.concatenate([around, low.reshape(-1, 3), high.reshape(-1, 3)]).astype(np.int32)
 
+    def directions(self) -> np.ndarray:
+        """Unit vector along the strand at each vertex, (v, 3) float32."""
+        along = np.empty((len(self.rings.positions), 3), np.float32)
+        for rows, _ in _rings_in_step(self.rings):
+            along[rows] = _tangents(self.rings.positions[rows])
+        return np.repeat(along, self.sides, axis=0)
+
     def outward(self) -> np.ndarray:
         """Unit vector from each ring's middle to each of its vertices, (v, 3) float32."""
         turn = (2 * np.pi * np.random.default_rng(1).random(len(self.rings)))[:, None]

@@ -84,6 +84,8 @@ def walk(scene, tree, room, hit, direction, medium, key, path):
             return Exit(True, triangle, u, v, direction, weight)
         position = along(position, distance, direction)
         weight = mul(weight, passed(at, chances, distance, True))
+        if largest(weight) <= ZERO:
+            break
         if step >= _ROULETTE:
             fate, _ = two_numbers(key, path, i + 2)
             survival = min(TWO * largest(weight) / largest(medium.weight), ONE)

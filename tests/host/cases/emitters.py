@@ -296,6 +296,32 @@ def sky_single():
     under_sky(0.02, sky_type=single_scattering(), **settings)
 
 
+def window():
+    """Close the room's front but for a window of 80 cm."""
+    for x, z, half_x, half_z in ((-1.2, 0, 0.8, 2), (1.2, 0, 0.8, 2), (0, 1.2, 0.4, 0.8), (0, -1.2, 0.4, 0.8)):
+        quad("Wall", (x, -2, z), (half_x, 0, 0), (0, 0, half_z), matte((0.6, 0.6, 0.6), "Wall"))
+
+
+@case("The sun of a Sky Texture through a window", GROUP, effort=2)
+def sky_sun_window():
+    under_sky(0.05, sky_type=single_scattering(), sun_elevation=0.5, sun_rotation=2.8, sun_size=0.0095)
+    window()
+
+
+@case("The sun of a multiple scattering sky through a window with a portal", GROUP, effort=2, since=(5, 0))
+def sky_sun_portal():
+    under_sky(0.05, sky_type="MULTIPLE_SCATTERING", sun_elevation=0.5, sun_rotation=2.8, sun_size=0.0095)
+    window()
+    light = lamp("AREA", (0, -2, 0), (0, 0, 0), size=0.8, energy=1000)
+    light.data.cycles.is_portal = True
+
+
+@case("A low sun of a Sky Texture", GROUP, effort=2)
+def sky_low_sun():
+    # It stands 3° over the horizon, and shines onto the back wall.
+    under_sky(0.1, sky_type=single_scattering(), sun_elevation=0.052, sun_rotation=3.0, sun_size=0.0095)
+
+
 @case("Sky Texture, single scattering, without a sun", GROUP)
 def sky_single_dark():
     under_sky(0.1, sky_type=single_scattering(), sun_disc=False, sun_elevation=0.1, sun_rotation=2.0)

@@ -68,6 +68,12 @@ class Fibres:
             return self.shape.strand_of_vertex
         return np.zeros(self.n_vertices, np.int64)
 
+    def directions(self) -> np.ndarray:
+        """Unit vectors along the strands at the triangles' corners, (t, 3, 3) float32; upward on points."""
+        if isinstance(self.shape, Balls):
+            return np.broadcast_to(np.array([0, 0, 1], np.float32), (self.n_triangles, 3, 3))
+        return self.shape.directions().take(self.shape.triangles(), 0)
+
     def read(self) -> LocalMesh:
         """Their triangles."""
         outward, triangles = self.shape.outward(), self.shape.triangles()

@@ -1,13 +1,16 @@
 """Worlds as Cycles sees them: a copy, rendered into an equirectangular picture around an empty scene."""
 
+from dataclasses import dataclass
+
 import bpy
 import numpy as np
 
 from ...temporary import Temporary, frozen_copy
 from ..content_key import scene_key, tree_key
-from ..materials.nodes import all_nodes, output_node
+from ..materials.nodes import output_node
 from ..recent import Recent
 from .cycles_stage import left_as_it_was, panorama, shot, stage
+from .sky_suns import SkySun, discs_of, suns_of
 
 WIDTH, HEIGHT = 1024, 512
 N_SAMPLES = 16
@@ -19,16 +22,29 @@ MOST_SPOTS = 16
 BRIGHT = 50
 """How many times the mean a pixel of a spot has at least."""
 
-LEAST_SUN = 0.02
-"""Angle of a Sky Texture's sun that the samples do not miss, rad."""
-
 MARGIN = 4
 N_KEPT = 4
 _rendered = Recent(N_KEPT)
 
 
-def picture_of_world(world: "bpy.types.World", scene: "bpy.types.Scene") -> np.ndarray:
-    """Radiance of a world in all directions, (HEIGHT, WIDTH, 3) float32 as `World.image`; kept for the next time.
+@dataclass(frozen=True)
+class WorldPicture:
+    """A world as Cycles renders it.
+
+    Attributes
+    ----------
+    image : (HEIGHT, WIDTH, 3) float32, W/(m² sr)
+        Radiance in all directions, as `World.image`, without the suns.
+    suns : list of SkySun or None
+        Of each of the world's `discs_of`; None of one that the image shows.
+    """
+
+    image: np.ndarray
+    suns: list[SkySun | None]
+
+
+def picture_of_world(world: "bpy.types.World", scene: "bpy.types.Scene") -> WorldPicture:
+    """A world in all directions; kept for the next time.
 
     Parameters
     ----------
@@ -45,19 +61,14 @@ def picture_of_world(world: "bpy.types.World", scene: "bpy.types.Scene") -> np.n
     return _rendered.found(key, lambda: _render(world, scene))
 
 
-def _render(world: "bpy.types.World", scene: "bpy.types.Scene") -> np.ndarray:
+def _render(world: "bpy.types.World", scene: "bpy.types.Scene") -> WorldPicture:
     """The picture; bright spots with more samples."""
     with left_as_it_was() as temporary:
         own = stage(scene, temporary)
         panorama(own, temporary, (WIDTH, HEIGHT))
         own.world = copy = _copy(world, temporary)
-        # A sun that is too small for the few samples is looked for as a larger one of the same power
-        suns = [(node, node.sun_size) for node in all_nodes(copy.node_tree) if node.type == "TEX_SKY" and node.sun_disc]
-        for node, size in suns:
-            node.sun_size = max(size, LEAST_SUN)
+        suns = suns_of(own, discs_of(copy), temporary)
         picture = shot(own, N_SAMPLES)
-        for node, size in suns:
-            node.sun_size = size
         spots = bright_spots(picture)
         for rows, columns in spots:
             render = own.render
@@ -66,7 +77,7 @@ def _render(world: "bpy.types.World", scene: "bpy.types.Scene") -> np.ndarray:
             render.border_min_y, render.border_max_y = rows.start / HEIGHT, rows.stop / HEIGHT
             n_pixels = (rows.stop - rows.start) * (columns.stop - columns.start)
             picture[rows, columns] = shot(own, N_SAMPLES_OF_SPOTS // (len(spots) * n_pixels))
-    return picture
+    return WorldPicture(picture, suns)
 
 
 def bright_spots(picture: np.ndarray) -> list[tuple[slice, slice]]:

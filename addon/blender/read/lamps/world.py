@@ -11,6 +11,7 @@ from ...warn import Warnings
 from ..materials.nodes import Place, output_node, uses_nodes
 from .cycles_world import picture_of_world
 from .light_shader import constant_emission
+from .sky_suns import SkySun, discs_of
 
 
 @dataclass(frozen=True)
@@ -28,18 +29,34 @@ class WorldReading:
     light: World
     picture_of: "bpy.types.World | None" = None
 
-    def world(self, scene: "bpy.types.Scene", warnings: Warnings) -> World:
-        """The light, rendered by Cycles if need be, which it cannot while it bakes; `scene` is whose frame it is."""
+    @property
+    def n_suns(self) -> int:
+        """How many suns it may have that are lamps."""
+        return len(discs_of(self.picture_of)) if self.picture_of else 0
+
+    def world(self, scene: "bpy.types.Scene", warnings: Warnings) -> tuple[World, list[SkySun]]:
+        """The light, rendered by Cycles if need be, which it cannot while it bakes; `scene` is whose frame it is.
+
+        Returns
+        -------
+        World
+            Without the suns.
+        list of SkySun
+            `n_suns` of them.
+        """
         if self.picture_of is None:
-            return self.light
+            return self.light, []
+        black = SkySun(np.array([0.0, 0, 1]), np.zeros(3), 0.0)
         try:
-            return _hidden(_compact(picture_of_world(self.picture_of, scene)), self.light.hidden_from)
+            picture = picture_of_world(self.picture_of, scene)
+            suns = [black if sun is None else sun for sun in picture.suns]
+            return _hidden(_compact(picture.image), self.light.hidden_from), suns
         except CyclesError as error:
             warnings.add(
                 f"World '{self.picture_of.name}': Cycles could not render it ({error}), so the Background node's own "
                 "color and strength are baked: enable Cycles, or give the world one color."
             )
-            return self.light
+            return self.light, [black] * self.n_suns
 
 
 def read_world(depsgraph: "bpy.types.Depsgraph", light_group: str = "") -> WorldReading:

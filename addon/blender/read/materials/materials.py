@@ -23,6 +23,7 @@ from .expressions import Evaluator, UnreadableError, default_value, no_images
 from .nodes import FROM_FRONT, Place, Value, View, differing_views, output_node, source, uses_nodes
 from .own_normals import Normals, OwnNormal
 from .pictures.images import ImageTable
+from .shaders.hair import HAIR, on_fibres, on_surfaces
 from .stretches import Tangents, TangentSource, tangent_sources
 from .sums import ShaderSum, matte
 from .texture_grid import Coordinates, Grid, Picture, coordinates_of
@@ -43,7 +44,7 @@ class MaterialTable:
     def __init__(self, warnings: Warnings, for_camera: bool = False) -> None:
         self._warnings, self._for_camera = warnings, for_camera
         self._images = ImageTable()
-        self._readers: dict[int, _Reader] = {}
+        self._readers: dict[tuple[int, bool], _Reader] = {}
         self._index: dict[tuple, int] = {}
         self._entries: list[Seen | _Pending] = []
         self._tangents: list[Tangents] = []
@@ -69,9 +70,18 @@ class MaterialTable:
         values : Values
             What the material may read of that object.
         """
-        reader = self._reader(material)
+        return self._index_of(self._reader(material), values, obj, mesh)
+
+    def _index_of(
+        self,
+        reader: "_Reader",
+        values: Values,
+        obj: "bpy.types.Object | None" = None,
+        mesh: "bpy.types.Mesh | None" = None,
+    ) -> int:
+        """The index of what a reader reads of an object."""
         read = reader.read(values)
-        key: tuple = (reader.identity, *(value.tobytes() for value in read.values()))
+        key: tuple = (reader.identity, reader.on_fibres, *(value.tobytes() for value in read.values()))
         baked = reader.needs_bake and obj is not None and mesh is not None
         if baked:
             key += reader.appearance(obj, mesh)
@@ -83,17 +93,10 @@ class MaterialTable:
 
     def add_on_fibres(self, material: "bpy.types.Material | None", values: Values) -> int:
         """Index of a material on hair or points, where nothing is baked: what it is on has no back."""
-        reader = self._reader(material)
+        reader = self._reader(material, True)
         if reader.needs_bake:
             reader.warn_of_guess("Cycles bakes no hair or points to say what its nodes are")
-        index = self.add(material, values=values)
-        if ("fibres", index) not in self._index:
-            entry = self._entries[index]
-            assert isinstance(entry, Seen)
-            self._index["fibres", index] = len(self._entries)
-            self._tangents.append(self._tangents[index])
-            self._entries.append(replace(entry, one_sided=True))
-        return self._index["fibres", index]
+        return self._index_of(reader, values)
 
     def differing(self, material: "bpy.types.Material | None") -> tuple[list[Reading], int]:
         """What a material reads that differs by instance, and as how many it may be held."""
@@ -101,11 +104,12 @@ class MaterialTable:
         most = MOST_BAKED_GROUPS if reader.needs_bake else MOST_GROUPS
         return [reading for reading in reader.readings if reading.differs_by_instance], most
 
-    def _reader(self, material: "bpy.types.Material | None") -> "_Reader":
+    def _reader(self, material: "bpy.types.Material | None", on_fibres: bool = False) -> "_Reader":
         identity = material.original.session_uid if material else 0  # a local and a linked one may share a name
-        if identity not in self._readers:
-            self._readers[identity] = _Reader(material, identity, self._images, self._warnings, self._for_camera)
-        return self._readers[identity]
+        if (identity, on_fibres) not in self._readers:
+            reader = _Reader(material, identity, self._images, self._warnings, self._for_camera, on_fibres)
+            self._readers[identity, on_fibres] = reader
+        return self._readers[identity, on_fibres]
 
     def coordinates(self, index: int) -> Coordinates | None:
         """Texture coordinates that a material reads, or None where it has no texture."""
@@ -159,8 +163,9 @@ class _Reader:
         images: ImageTable,
         warnings: Warnings,
         for_camera: bool,
+        on_fibres: bool,
     ) -> None:
-        self.material, self.identity = material, identity
+        self.material, self.identity, self.on_fibres = material, identity, on_fibres
         self.name = material.name if material else "Default"
         self.images = images
         self.warnings = warnings
@@ -175,7 +180,7 @@ class _Reader:
         if material and uses_nodes(material):
             self.readings = readings_in(material.node_tree)
             self.closures = read_closures(material)
-            for what in shortcomings(material, self.closures):
+            for what in shortcomings(material, self.closures, on_fibres):
                 self.warn(what)
             self.views, self.as_seen = differing_views(material.node_tree, for_camera)
             for view in self.views:
@@ -184,6 +189,8 @@ class _Reader:
                 combine(self.closures, probe, normal, seen_at(view, self.stand_in))
             sources = tangent_sources(closure.shader for closure in self.closures)
             self.stretched = (sources[0] or TangentSource()) if sources else None
+            if on_fibres and any(closure.kind in HAIR for closure in self.closures):
+                self.stretched = TangentSource()
             self.needs_bake |= bool(self.pictures) and Grid.of(list(self.pictures.values())) is None
             if self.needs_bake:
                 self.pictures = {key: one.mean for key, one in self.pictures.items()}
@@ -241,7 +248,7 @@ class _Reader:
 
     def seen(self, read: dict[Reading, np.ndarray]) -> Seen:
         """The material without a bake, on an object of which it reads some values."""
-        seen = Seen([self.surface(read, view) for view in self.views], self.as_seen)
+        seen = Seen([self.surface(read, view) for view in self.views], self.as_seen, self.on_fibres)
         if not self.readings:
             self.pictures.clear()
         return seen
@@ -270,6 +277,8 @@ class _Reader:
 
     def made_of(self, total: ShaderSum, coordinates: Coordinates | None = None, extends: bool = False) -> Surface:
         """The material of what its shaders add up to."""
+        stand_in = on_fibres if self.on_fibres else on_surfaces
+        total.terms = [other for term in total.terms for other in stand_in(term)]
         return Surface.of(self.name, total, self.images, coordinates, extends)
 
     def without_closures(self) -> ShaderSum:

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ....scene import Distribution, FresnelCurve, Lobe
+from ....scene import Distribution, FibreModel, FresnelCurve, Lobe
 from .node_math import saturate
 
 
@@ -61,7 +61,7 @@ class Term:
     covers: Hashable = None
     under: Hashable = None
     by_angle: tuple[float, ...] = ()
-    distribution: Distribution = Distribution.GGX
+    distribution: Distribution | FibreModel = Distribution.GGX
     curve: FresnelCurve = FresnelCurve.DIELECTRIC
     edge: np.ndarray = field(default_factory=white)
     film: np.ndarray = field(default_factory=black)

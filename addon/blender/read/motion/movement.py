@@ -184,7 +184,10 @@ class Movement:
         )
 
     def _lights(self, lights: Lights) -> Lights:
-        position, axis_x, axis_y, direction = (self.lamps[name] for name in _PLACES)
+        n = len(self.lamps["position"])  # after them are suns of the world, which stand still
+        position, axis_x, axis_y, direction = (
+            np.concatenate([self.lamps[name], getattr(lights, name)[n:]]) for name in _PLACES
+        )
         return replace(lights, position=position, axis_x=axis_x, axis_y=axis_y, direction=direction)
 
 

@@ -177,6 +177,25 @@ def hair_principled():
     curves("Lawn", lawn(60), 0.012, fur)
 
 
+@case("Hair with a Principled Hair BSDF", GROUP)
+def hair_fibres():
+    under_a_panel(matte((0.7, 0.7, 0.7)))
+    curves("Lawn", lawn(60), 0.003, shader("BsdfHairPrincipled", {"Color": (0.7, 0.4, 0.1)}, "Fur"))
+
+
+@case("Hair with a Principled Hair BSDF by melanin, sparse", GROUP)
+def hair_melanin():
+    under_a_panel(matte((0.7, 0.7, 0.7)))
+    brown = {"Melanin": 0.5, "Melanin Redness": 0.5, "Roughness": 0.2, "Radial Roughness": 0.6, "Coat": 0.5}
+    curves("Lawn", lawn(30), 0.012, shader("BsdfHairPrincipled", brown, "Fur", parametrization="MELANIN"))
+
+
+@case("Hair, translucent", GROUP)
+def hair_translucent():
+    under_a_panel(matte((0.7, 0.7, 0.7)))
+    curves("Lawn", lawn(30), 0.012, shader("BsdfTranslucent", {"Color": (0.7, 0.4, 0.1)}, "Grass"))
+
+
 @case("A point cloud of balls", GROUP)
 def points():
     shaded_room()

@@ -1,16 +1,17 @@
-"""Hair shaders on meshes, as surfaces: what a fibre sends back is reflected diffusely, what passes it is transmitted.
+"""Hair shaders: fibres on hair; on meshes, surfaces that reflect diffusely what fibres send back and transmit the rest.
 
 Cycles shades a mesh like a fibre along its v (of Principled Hair, its u) direction. Here the shares of the light are
 those of the fibre, averaged over directions by their cosine with the surface; its highlights are lost.
 """
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .....scene import Lobe
+from .....scene import FibreModel, Lobe
 from ..node_math import dielectric_reflectance, saturate
-from ..sums import ShaderSum
+from ..sums import ShaderSum, Term, white
 
 if TYPE_CHECKING:
     from ..closures import Leaf
@@ -18,20 +19,71 @@ if TYPE_CHECKING:
 EUMELANIN, PHEOMELANIN = np.array([[0.506, 0.841, 1.653], [0.343, 0.733, 1.924]], np.float32)
 """Absorption by concentration of pigments (d'Eon et al. 2011, as Cycles scales it)."""
 
+HAIR = {"BSDF_HAIR", "BSDF_HAIR_PRINCIPLED"}
+"""Types of the nodes."""
+
+ALONG = np.array([[[1.0001, 0, 0]]], np.float32)
+"""The stretch of a fibre: other than 1, so that its frame follows the tangent."""
+
 _N = 16
+_LEAST = 1e-3
 
 
 def add_hair(leaf: "Leaf", total: ShaderSum) -> None:
     """A Hair BSDF: one lobe, to either side, that loses nothing."""
-    through = leaf.closure.node.component == "Transmission"
-    total.add(Lobe.TRANSLUCENT if through else Lobe.DIFFUSE, leaf.weighted)
+    node = leaf.closure.node
+    model = FibreModel.TRANSMISSION if node.component == "Transmission" else FibreModel.REFLECTION
+    along, around = (np.clip(leaf[name], _LEAST, 1) for name in ("RoughnessU", "RoughnessV"))
+    width = _row(around, leaf["Offset"], around)
+    total.add(Lobe.FIBRE, leaf.weighted, f90=width, roughness=along, distribution=model, stretch=ALONG, under=leaf.over)
 
 
 def add_principled_hair(leaf: "Leaf", total: ShaderSum) -> None:
-    """A Principled Hair BSDF."""
-    reflected, transmitted = _shares(_absorption(leaf), max(float(leaf["IOR"].mean()), 1.0))
-    total.add(Lobe.DIFFUSE, leaf.weight * reflected)
-    total.add(Lobe.TRANSLUCENT, leaf.weight * transmitted)
+    """A Principled Hair BSDF; Huang's model as Chiang's of its roughness."""
+    huang = leaf.closure.node.model == "HUANG"
+    along = np.clip(leaf["Roughness"], _LEAST, 1)
+    around = along if huang else np.clip(leaf["Radial Roughness"], _LEAST, 1)
+    coat = np.zeros_like(along) if huang else saturate(leaf["Coat"])
+    scale = np.sqrt(np.pi / 8) * (0.265 * around + 1.194 * around**2 + 5.372 * around**22)
+    total.add(
+        Lobe.FIBRE,
+        leaf.weight * white(),
+        f0=_absorption(leaf),
+        f90=_row(scale, leaf["Offset"], _variance(np.maximum(along * (1 - coat), _LEAST))),
+        roughness=_variance(along),
+        ior=max(float(leaf["IOR"].mean()), 1.0),
+        distribution=FibreModel.CHIANG,
+        stretch=ALONG,
+        under=leaf.over,
+    )
+
+
+def _variance(roughness: np.ndarray) -> np.ndarray:
+    """Of the longitudinal angle (Chiang et al. 2016, section 4.1)."""
+    return (0.726 * roughness + 0.812 * roughness**2 + 3.7 * roughness**20) ** 2
+
+
+def _row(*columns: np.ndarray) -> np.ndarray:
+    return np.concatenate(np.broadcast_arrays(*columns), axis=-1).astype(np.float32)
+
+
+def on_surfaces(term: Term) -> list[Term]:
+    """What stands for a term on a mesh."""
+    if term.kind != Lobe.FIBRE:
+        return [term]
+    shares = {Lobe.TRANSLUCENT if term.distribution == FibreModel.TRANSMISSION else Lobe.DIFFUSE: white()}
+    if term.distribution == FibreModel.CHIANG:
+        shares = dict(zip((Lobe.DIFFUSE, Lobe.TRANSLUCENT), _shares(term.f0, term.ior), strict=True))
+    return [Term(kind, term.weight * share, by_angle=term.by_angle, under=term.under) for kind, share in shares.items()]
+
+
+def on_fibres(term: Term) -> list[Term]:
+    """What stands for a term on hair: translucent ones send light to the strand's other side; light walks in none."""
+    if term.kind == Lobe.SUBSURFACE:
+        return [Term(Lobe.DIFFUSE, term.weight, by_angle=term.by_angle, under=term.under)]
+    if term.kind != Lobe.TRANSLUCENT:
+        return [term]
+    return [replace(term, kind=Lobe.FIBRE, distribution=FibreModel.TRANSLUCENT)]
 
 
 def _absorption(leaf: "Leaf") -> np.ndarray:
