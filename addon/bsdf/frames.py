@@ -21,6 +21,7 @@ _MIRRORING = sum(1 << lobe for lobe in (Lobe.TRANSLUCENT, *NARROW))
 _TANGENT, _OBJECT, _HEIGHT = int(NormalSpace.TANGENT), int(NormalSpace.OBJECT), int(NormalSpace.HEIGHT)
 _TINY, _LEAST_COS, _NEAR = np.float32(1e-20), np.float32(1e-6), np.float32(1e-12)
 _TWO, _FOUR, _QUARTER, _EIGHTH = np.float32(2), np.float32(4), np.float32(0.25), np.float32(0.125)
+_AT_45 = np.float32(np.sqrt(0.5))
 _SHALLOW, _AS_SHALLOW = np.float32(0.01), np.float32(0.9)
 _MOST = np.float32(16)
 """Beyond it light grazes the facet, where very few photons meet it."""
@@ -227,14 +228,28 @@ def received(scene, bsdf, k, light):
     """
     if not bsdf.perturbed:
         return ONE
+    if scene.materials.closures.kind[k] == _TRANSLUCENT:
+        cos = _mean_cosine_through(scene, bsdf, k, light)
+        return min(cos / max(abs(light[2]), _LEAST_COS), _MOST)
     frame = frame_of(scene, bsdf, k, UP)
     cos = dot(frame.axis, light)
     if cos <= ZERO:
         return ZERO
     share = min(cos / max(abs(light[2]), _LEAST_COS), _MOST)
-    if scene.materials.closures.kind[k] != _TRANSLUCENT:
-        share *= bump_shadowing_in(scene, bsdf, frame, light)
-    return share
+    return share * bump_shadowing_in(scene, bsdf, frame, light)
+
+
+@routine
+def _mean_cosine_through(scene, bsdf, k, light):
+    """The mean (N·ω)⁺ of a translucent closure over its views, by which its normal is turned (`own_normal`).
+
+    A cache keeps one radiance for all of them. They are four at 45°, where half of the light leaves on either side.
+    """
+    total = ZERO
+    for x, y in ((_AT_45, ZERO), (-_AT_45, ZERO), (ZERO, _AT_45), (ZERO, -_AT_45)):
+        normal = own_normal(scene, bsdf, k, to_world((x, y, _AT_45), bsdf.normal))
+        total += max(dot(to_local(normal, bsdf.normal), light), ZERO)
+    return total * _QUARTER
 
 
 @part

@@ -32,7 +32,7 @@ class WorldArrays(NamedTuple):
         Of the picture; 0 without one.
     picture : PixelTables
         Its one table, drawn by the mean of |L| over colours; none without a picture.
-    seen : (5,) bool
+    seen : (6,) bool
         By rays of each `RayKind`.
     """
 

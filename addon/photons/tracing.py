@@ -27,7 +27,15 @@ from .front import Photon, new_front, photon_at, put_photon
 from .photons import Photons
 from .region_directed import TargetRegion, directed, is_directed, target_region
 from .store import PhotonStore, store
-from .viewers import Viewers, choose_first_viewers, is_way_of_lamplight, next_viewer, reflects_to, viewers_of
+from .viewers import (
+    Viewers,
+    choose_first_viewers,
+    is_way_of_lamplight,
+    next_viewer,
+    reflects_to,
+    viewers_of,
+    which_reflect_to,
+)
 
 CHUNK = 1 << 15
 """Photons that fly together: enough to hide Python's cost a call, few enough to stay in the processor's cache."""
@@ -47,9 +55,9 @@ class Rules(NamedTuple):
         Of their random numbers.
     keeps : (m,) bool
         Materials on which they are stored.
-    seen : (5, o) bool
+    seen : (6, o) bool
         Which objects rays of each `RayKind` see.
-    source_seen : (5, s) bool
+    source_seen : (6, s) bool
         Which sources they see; emissive meshes as objects.
     sampled_directly : (s,) bool
         Sources of which direct hits are not stored, see `Source`.
@@ -123,8 +131,8 @@ def scattered(tracing, room, rules, bounce, photon, hit):
     # that has to see where the photon came from
     survival = min(largest(on.weight), ONE)
     by_object = photon.came_from >= 0
-    seen = rules.seen[on.kind, photon.came_from] if by_object else rules.source_seen[on.kind, photon.source]
-    if not on.alive or fate >= survival or not seen:
+    shows = rules.seen[on.kind, photon.came_from] if by_object else rules.source_seen[on.kind, photon.source]
+    if not on.alive or fate >= survival or not shows:
         return False, photon
     direction, ratio, weight = on.direction, ONE, times(on.weight, ONE / (survival * chance))
     if on.lobe < _GLOSSY and is_directed(rules.region, photon.gained, hit.position):
@@ -180,7 +188,9 @@ class _Tracing:
             else:
                 hits = self.tracer.closest_hit(origin, direction, photons_to=front.kind[:n])
                 if self.log is not None:
-                    self.log.take(paths.start, Flights(origin, direction, hits.distance, power, front.specular[:n]))
+                    flights = Flights(origin, direction, hits.distance, power, front.specular[:n])
+                    received = which_reflect_to(self.rules.viewers, front.kind[:n])
+                    self.log.take(paths.start, flights if received.all() else flights.where(received))
                 if hits.tint is not None:
                     np.multiply(power, hits.tint, out=power)
             at = HitArrays(hits.triangle, hits.distance, hits.u, hits.v)

@@ -17,7 +17,7 @@ from ..core.sampling.path_numbers import two_numbers
 from ..core.vec3 import ONE, put, row, times
 from ..scene import Materials, RayKind
 
-_DIFFUSE, _GLOSSY, _TRANSMITTED, _SHADOW, _ = (int(kind) for kind in RayKind)
+_DIFFUSE, _GLOSSY, _TRANSMITTED, _SHADOW, *_ = (int(kind) for kind in RayKind)
 _FIRST = 1 << 15  # of a path's pairs of numbers, the one that chooses for the way from the source
 _HALF, _TWO = np.float32(0.5), np.float32(2)
 _BY_DIFFUSE, _BY_GLOSSY = np.float32(0.8), np.float32(0.1)  # chances, but of photons in glass that are to get out of it
@@ -33,7 +33,7 @@ class Viewers(NamedTuple):
         Whether rays of one lobe see some surface otherwise than those of another.
     in_shadow : bool
         Whether shadow rays do, or `by_lobe`.
-    lobes : (5,) int64
+    lobes : (6,) int64
         Those that send rays of a kind (`RayKind`), as bits; all where `by_lobe` is false.
     """
 
@@ -95,3 +95,8 @@ def is_way_of_lamplight(viewers, kind, specular):
 def reflects_to(viewers, kind):
     """Whether a surface that a photon came to by a kind may reflect it diffusely."""
     return viewers.lobes[kind] >> DIFFUSE & 1 == 1
+
+
+def which_reflect_to(viewers: Viewers, kinds: np.ndarray) -> np.ndarray:
+    """`reflects_to` of n photons, (n,) bool; receivers are such surfaces, in mid-air too."""
+    return viewers.lobes[kinds] >> DIFFUSE & 1 == 1

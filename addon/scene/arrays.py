@@ -67,7 +67,7 @@ class ClosureArrays(NamedTuple):
 
 @by_reference
 class MaterialArrays(NamedTuple):
-    """`Materials`: closures and channels, and which rows stand for others (m, 10) int32.
+    """`Materials`: closures and channels, and which rows stand for others (m, 12) int32.
 
     Those from `matte` on, (m,) bool, are known of a triangle's material, whichever row stands for it.
     """
@@ -106,7 +106,7 @@ class SceneArrays(NamedTuple):
         Of each triangle.
     materials : MaterialArrays
     textures : TextureArrays
-    seen_by : (5, o) bool
+    seen_by : (6, o) bool
         Which objects rays of each `RayKind` see.
     emits, held_out : (o,) bool
     link_group : (o,) int32

@@ -38,7 +38,7 @@ class Materials:
     tint : Channel
         Colour of the light that passes straight through.
     textures : Textures
-    seen_as : (m, 10) int32
+    seen_as : (m, 12) int32
         The row that stands for each where rays of kind k (`RayKind`) see its front, column 2 k, and its back, 2 k + 1.
     one_sided : (m,) bool
         Whether surfaces are not there for rays that come to their back, as those of hair and points are not.

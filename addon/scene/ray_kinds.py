@@ -10,13 +10,17 @@ if TYPE_CHECKING:
 
 
 class RayKind(IntEnum):
-    """What a ray is for; objects may be hidden from some kinds."""
+    """What a ray is for; objects may be hidden from some kinds.
+
+    A GATHER ray is a diffuse one that leaves a receiver: what it meets differs by depth alone from what others meet.
+    """
 
     DIFFUSE = 0
     GLOSSY = 1
     TRANSMITTED = 2
     SHADOW = 3
     CAMERA = 4
+    GATHER = 5
 
 
 def seen_by(objects: "SceneObjects", kind: RayKind) -> np.ndarray:
@@ -27,5 +31,6 @@ def seen_by(objects: "SceneObjects", kind: RayKind) -> np.ndarray:
         objects.seen_through_glass,
         objects.casts_shadow,
         objects.seen_by_camera,
+        objects.scatters,
     )
     return seen_by_kind[kind]

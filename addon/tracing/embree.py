@@ -96,7 +96,7 @@ class EmbreeTracer:
 
     Attributes
     ----------
-    handles : (5 or 6,) uint64
+    handles : (6 or 7,) uint64
         What kernels take: the tree that rays of each `RayKind` see, and of `BODIES` if there are any. They are valid as
         long as the tracer lives.
     """

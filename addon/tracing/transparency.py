@@ -47,7 +47,7 @@ class Tracing(NamedTuple):
     Attributes
     ----------
     scene : SceneArrays
-    trees : (5 or 6,) uint64
+    trees : (6 or 7,) uint64
         Embree's tree that rays of each `RayKind` see, and that of `BODIES`.
     see_through : bool
         Whether some surface lets light through.

@@ -74,7 +74,7 @@ def test_emissive_mesh_shines_from_both_sides():
 def test_emissive_mesh_whose_sides_differ(front, back, region):
     """Power π L A of each side, and photons that make the irradiance of direct light before each."""
     scene = scene_of(*plane(0.5), albedo=[0, 0], emission=[front, back])
-    materials = replace(scene.materials, seen_as=np.int32([[0, 1] * 5, [1] * 10]))
+    materials = replace(scene.materials, seen_as=np.int32([[0, 1] * 6, [1] * 12]))
     scene = replace(scene, materials=materials)
     (source,) = light_sources(scene, region)
     assert source.power.mean() == pytest.approx(np.pi * (front + back))

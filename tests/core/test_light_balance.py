@@ -127,6 +127,27 @@ def test_white_box_that_some_rays_do_not_see(hidden, share):
     assert result.value.mean() == pytest.approx(share * POWER / (24 * (1 - RHO)), rel=0.02)
 
 
+def test_black_box_that_only_gloss_shows():
+    """Where nothing is glossy it is not there."""
+    made_of = Materials.of(
+        3, diffuse=Channel.constant(np.float32([RHO, 0, 0])), coverage=Channel.constant(np.float32([1, 0, 1]))
+    )
+    made_of.seen_as[1, 2 * RayKind.GLOSSY : 2 * RayKind.GLOSSY + 2] = 2
+    result = room([0] * 12 + [1] * 12, made_of, box(0.5, inwards=False))
+    assert result.value.mean() == pytest.approx(POWER / (24 * (1 - RHO)), rel=0.02)
+
+
+def test_walls_of_another_albedo_to_gather_rays():
+    """E = E₀ + ρ₁ E₀ / (1 − ρ): light leaves the last wall before a receiver by the albedo that gather rays see."""
+    first = 0.9
+    made_of = Materials.of(
+        3, diffuse=Channel.constant(np.float32([RHO, 0, first])), coverage=Channel.constant(np.float32([1, 0, 1]))
+    )
+    made_of.seen_as[0, 2 * RayKind.GATHER : 2 * RayKind.GATHER + 2] = 2
+    result = room([0] * 12 + [1] * 2, made_of, plane(0.9))
+    assert result.value.mean() == pytest.approx(POWER / 24 * (1 + first / (1 - RHO)), rel=0.02)
+
+
 def test_layered_walls_lose_nothing_between_the_layers():
     """White walls under a dielectric layer reflect all: with the layer's albedo E(cos) and the base's 1 − E(cos)."""
     f0 = np.float32(0.04)

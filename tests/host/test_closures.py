@@ -214,7 +214,7 @@ def test_sides_are_rows_of_their_own():
     show(mixed(tree, front, back, geometry.outputs["Backfacing"]))
     warnings = []
     materials = read(material, warnings)
-    assert materials.seen_as.tolist() == [[0, 1] * 5, [1] * 10] and warnings == []
+    assert materials.seen_as.tolist() == [[0, 1] * 6, [1] * 12] and warnings == []
     np.testing.assert_allclose(scenes.albedo_of(materials), [[0.1] * 3, [0] * 3], atol=1e-6)
     np.testing.assert_allclose(materials.emission.value, [[0] * 3, [3] * 3], atol=1e-6)
 

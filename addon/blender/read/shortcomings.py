@@ -20,7 +20,7 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure], on_fib
     if any(getattr(node, "from_instancer", False) for node in all_nodes(material.node_tree)):
         yield "its texture coordinates from instancers are baked as zero"
     if any(is_used(material.node_tree, "LIGHT_PATH", output) for output in TAKEN_FOR_ONE):
-        yield "what it mixes by rays' lengths and depths is baked as of rays of 1 m that left one surface before"
+        yield "what it mixes by rays' lengths and depths is baked as of rays of 1 m and of two bounces at most"
     tangents = tangent_sources(closure.shader for closure in closures)
     if None in tangents:
         yield "the tangents that nodes compute for its anisotropy are baked as those around Z"

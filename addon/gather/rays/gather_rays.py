@@ -72,8 +72,8 @@ class GatherRays:
         return len(self._lights)
 
     def radiance_along(self, origins: np.ndarray, directions: np.ndarray, random: np.random.Generator) -> Incoming:
-        """What rays with origins off their surface and unit directions (n, 3) meet; see `radiance_of_paths`."""
-        return self.radiance_of_paths(origins, directions, np.uint64(random.integers(1 << 63)))
+        """What gather rays with unit directions (n, 3) meet; see `radiance_of_paths`."""
+        return self.radiance_of_paths(origins, directions, np.uint64(random.integers(1 << 63)), kind=RayKind.GATHER)
 
     def radiance_of_paths(
         self,

@@ -30,8 +30,17 @@ from ...bsdf.albedos import (
     total_weight,
     weight_received,
 )
-from ...bsdf.closure import bsdf_at, seen_otherwise
-from ...bsdf.mixture import ALL_LOBES, DIFFUSE, DIRECTED_LOBES, GLOSSY, SPECULAR_LOBES, TRANSLUCENT, evaluate_direct
+from ...bsdf.closure import bsdf_at, has_lobes, seen_otherwise
+from ...bsdf.mixture import (
+    ALL_LOBES,
+    BROAD_LOBES,
+    DIFFUSE,
+    DIRECTED_LOBES,
+    GLOSSY,
+    SPECULAR_LOBES,
+    TRANSLUCENT,
+    evaluate_direct,
+)
 from ...bsdf.scatter import axis_at, lit_normal, scatter
 from ...core.compiling import by_reference, part
 from ...core.sampling.path_numbers import two_numbers
@@ -55,6 +64,7 @@ _LATE_SURVIVAL = np.float32(0.5)  # after the first few hits: a long tail of few
 _FOLLOWED = TWO
 """Rays that follow a narrow lobe, over its albedo: more of them cost time, fewer make noise."""
 
+_CACHED_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT | BROAD_LOBES
 _FOLLOWED_LOBES = SPECULAR_LOBES | DIRECTED_LOBES
 _NUMBERS_A_STEP = 40  # pairs of a path's numbers
 _DIFFUSE_LIGHT, _GLOSSY_LIGHT = 3, 20  # the first of those that draw lights
@@ -92,8 +102,8 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         side, directional = side_at(cache, hit), scene.materials.directional[scene.material[triangle]]
 
         # What broad lobes reflect the cache says, but not to those who are too near, or see another surface
-        reach = cache.reach[side >> 1]
-        near = (step < _MAX_NEAR_HITS and (distance < reach or seen_otherwise(scene, hit, kind))) or reach == _INFINITY
+        otherwise, reach = seen_otherwise(scene, hit, kind), cache.reach[side >> 1]
+        near = (step < _MAX_NEAR_HITS and (distance < reach or otherwise)) or reach == _INFINITY
         if not (near or directional):
             radiance, triangle = plus(radiance, mul(throughput, row(cache.radiance, side))), np.int32(-1)
             break
@@ -102,8 +112,10 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         if near:
             at = light.direct, key, path, i + _DIFFUSE_LIGHT, hit, bsdf
             broad = plus(_direct_light_reflected(tracing, room, *at), row(cache.caustic, side))
-        else:
+        elif not otherwise or has_lobes(scene, bsdf, _CACHED_LOBES):
             broad = row(cache.radiance, side)
+        else:
+            broad = BLACK
         chance = ONE if near else ZERO  # of going on
         if directional:
             of_point = light, key, path, i, hit, bsdf, side, direction, near

@@ -9,6 +9,7 @@ from ...core.compiling import by_reference, kernel
 from ...core.sampling.path_numbers import two_numbers
 from ...core.sampling.warps import cosine_hemisphere, cosine_uniform_mixture
 from ...core.vec3 import ONE, TWO, dot, put, row, times, to_world
+from ...scene import RayKind
 from ..direct.ray_directions import shifted, stratified_set
 from ..normal_gradient import gradient_of_light
 from .gather_rays import GatherRays
@@ -63,7 +64,7 @@ def gather_at(
     weights = np.empty(n * n_batches * n_rays if directional else 0, np.float32)
     points = stratified_set(n_rays)
     _start(positions, normals, n_batches, points, key, first, origins, directions, weights)
-    met = rays.radiance_of_paths(origins, directions, key, first)
+    met = rays.radiance_of_paths(origins, directions, key, first, RayKind.GATHER)
     total, nearness = np.zeros((n, n_batches, 3 * n_lights)), np.zeros(n)
     gradient = np.zeros((n, 3 if directional else 0, 3 * n_lights))
     _sum(normals, bases, directions, weights, met.reflected, met.hits.distance, total, nearness, gradient)

@@ -327,6 +327,12 @@ def sky_single_dark():
     under_sky(0.1, sky_type=single_scattering(), sun_disc=False, sun_elevation=0.1, sun_rotation=2.0)
 
 
+@case("Sky Texture, multiple scattering, with the sun's own disc", GROUP, since=(5, 0), effort=2)
+def sky_multiple():
+    settings = {"sun_elevation": 0.4, "sun_rotation": 3.4, "sun_size": 0.0095}
+    under_sky(0.02, sky_type="MULTIPLE_SCATTERING", **settings)
+
+
 @case("Preetham's sky", GROUP)
 def sky_preetham():
     under_sky(0.3, sky_type="PREETHAM", turbidity=4, sun_direction=(-0.4, -0.7, 0.4))

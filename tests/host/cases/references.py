@@ -98,8 +98,8 @@ def save(references: dict[str, Reference]) -> None:
 def lacking(case: Case, references: dict[str, Reference]) -> str:
     """Why a case has no valid reference, in one sentence; empty where it has one."""
     remedy = f"run tests/references/make.py --only {case.name}"
-    if case.name not in references:
+    if case.reference not in references:
         return f"There is no reference: {remedy}."
-    if references[case.name].fingerprint != case.fingerprint:
+    if references[case.reference].fingerprint != case.fingerprint:
         return f"The case has changed since its reference was made: {remedy}."
     return ""

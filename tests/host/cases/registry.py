@@ -40,6 +40,8 @@ class Case:
         Bake this light group alone; empty for all light.
     unsupported : str
         The feature has no support: a warning of the bake has to hold this text. Empty where it is supported.
+    differs : str
+        What is baked otherwise than Cycles renders it, though supported: the page says how far the light is off.
     effort : int
         How many times the photons and rays of the other cases its bake needs.
     into_image : bool
@@ -49,6 +51,8 @@ class Case:
         no motion blur in bakes. 0 without.
     since : tuple of int
         First Blender that has the feature as the reference means it.
+    changed : tuple of int
+        First Blender in which the feature means something else: those before it have a reference of their own.
     """
 
     title: str
@@ -56,14 +60,26 @@ class Case:
     build: Callable[[], None]
     light_group: str = ""
     unsupported: str = ""
+    differs: str = ""
     effort: int = 1
     into_image: bool = False
     motion_blur: int = 0
     since: tuple[int, ...] = (4, 5)
+    changed: tuple[int, ...] = ()
 
     @property
     def name(self) -> str:
         return self.build.__name__
+
+    @property
+    def references(self) -> list[str]:
+        """The names of its references: that of its last meaning, and where it had another before, of that."""
+        return [self.name] + [f"{self.name}_before_{'_'.join(map(str, self.changed))}"] * bool(self.changed)
+
+    @property
+    def reference(self) -> str:
+        """The name of the one that this Blender is compared with."""
+        return self.references[-1] if bpy.app.version < self.changed else self.name
 
     @property
     def runs_here(self) -> bool:

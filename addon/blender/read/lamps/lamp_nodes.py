@@ -38,14 +38,16 @@ class LampNodes:
     def of(light: "bpy.types.Light", lights: Lights, matrix: np.ndarray, name: str, warnings: Warnings) -> "LampNodes":
         """Those of an evaluated lamp that was read as the one of `lights`."""
         kind, angle, domain = LightKind(lights.kind[0]), pi, PatternDomain.DIRECTIONS
-        if kind in (LightKind.POINT, LightKind.SPOT) and lights.sphere[0]:
-            domain = PatternDomain.NORMALS
         if kind == LightKind.SPOT:
             half = float(lights.angle[0]) / 2
             angle = atan(tan(half) * float(lights.stretch.max())) if half < pi / 2 - 1e-3 else pi / 2
-        elif kind in (LightKind.RECTANGLE, LightKind.ELLIPSE):
-            angle, asked = pi / 2, differs_by(light)
-            domain = PatternDomain.DIRECTIONS if asked == {"direction"} else PatternDomain.PLACES
+        flat, sphere = kind in (LightKind.RECTANGLE, LightKind.ELLIPSE), kind != LightKind.SUN and lights.sphere[0]
+        if flat:
+            angle = pi / 2
+        if flat or sphere:
+            asked = differs_by(light, sphere)
+            if asked != {"direction"}:
+                domain = PatternDomain.PLACES if flat else PatternDomain.NORMALS
             if asked >= {"direction", "place"}:
                 warnings.add(
                     f"Light '{name}': its nodes give a light that differs both by place and by direction, of which "

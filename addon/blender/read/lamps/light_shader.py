@@ -15,6 +15,7 @@ _BY_DIRECTION = {("NEW_GEOMETRY", "Incoming"), ("TEX_COORD", "Reflection"), ("TE
 _BY_FACING = {"LAYER_WEIGHT", "FRESNEL", "CAMERA"}
 _BY_PLACE = {("NEW_GEOMETRY", "Position"), ("NEW_GEOMETRY", "Parametric"), ("TEX_COORD", "Generated")}
 _BY_PLACE |= {("TEX_COORD", "UV"), ("TEX_COORD", "Object"), ("TEX_COORD", "Window")}
+_BY_NORMAL = {("NEW_GEOMETRY", "Normal"), ("NEW_GEOMETRY", "True Normal"), ("TEX_COORD", "Normal")}
 
 
 @dataclass(frozen=True)
@@ -43,14 +44,18 @@ def falloff_of(light: "bpy.types.Light") -> Falloff:
     return said.pop() if len(said) == 1 else Falloff(known=not said)
 
 
-def differs_by(light: "bpy.types.Light") -> set[str]:
-    """Of what an area lamp's nodes ask: "direction", "place", or both."""
-    asked = set()
+def differs_by(light: "bpy.types.Light", sphere: bool) -> set[str]:
+    """Of what the nodes of an area lamp or a sphere ask: "direction", "place", or both.
+
+    The normal tells places of a sphere. An IES profile without a vector is by the direction, as Cycles has it.
+    """
+    asked, by_place = set(), _BY_PLACE | (_BY_NORMAL if sphere else set())
     for node in reached_nodes(light):
         linked = {(node.type, output.identifier) for output in node.outputs if output.is_linked}
-        if linked & _BY_DIRECTION or node.type in _BY_FACING:
+        profile = node.type == "TEX_IES" and not node.inputs["Vector"].is_linked
+        if linked & _BY_DIRECTION or node.type in _BY_FACING or profile:
             asked.add("direction")
-        if linked & _BY_PLACE or node.type == "UVMAP" or _takes_places(node):
+        if linked & by_place or node.type == "UVMAP" or _takes_places(node):
             asked.add("place")
     return asked
 

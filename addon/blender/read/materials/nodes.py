@@ -187,25 +187,26 @@ class Factor:
         return 1 - factor if self.inverted else factor
 
 
-LIGHT_PATH = {
+LIGHT_PATH: dict[str, dict[RayKind, int]] = {
     "Is Camera Ray": {RayKind.CAMERA: 1},
     "Is Shadow Ray": {RayKind.SHADOW: 1},
-    "Is Diffuse Ray": {RayKind.DIFFUSE: 1},
+    "Is Diffuse Ray": {RayKind.DIFFUSE: 1, RayKind.GATHER: 1},
     "Is Glossy Ray": {RayKind.GLOSSY: 1, RayKind.TRANSMITTED: 1},
     "Is Singular Ray": {},
-    "Is Reflection Ray": {RayKind.DIFFUSE: 1, RayKind.GLOSSY: 1},
+    "Is Reflection Ray": {RayKind.DIFFUSE: 1, RayKind.GLOSSY: 1, RayKind.GATHER: 1},
     "Is Transmission Ray": {RayKind.TRANSMITTED: 1},
     "Is Volume Scatter Ray": {},
     "Ray Length": dict.fromkeys(RayKind, 1),
-    "Ray Depth": {RayKind.DIFFUSE: 1, RayKind.GLOSSY: 2, RayKind.TRANSMITTED: 2, RayKind.SHADOW: 1},
-    "Diffuse Depth": {RayKind.DIFFUSE: 1, RayKind.GLOSSY: 1, RayKind.TRANSMITTED: 1, RayKind.SHADOW: 1},
+    "Ray Depth": {kind: 1 if kind == RayKind.GATHER else 2 for kind in RayKind if kind != RayKind.CAMERA},
+    "Diffuse Depth": {kind: 2 if kind == RayKind.DIFFUSE else 1 for kind in RayKind if kind != RayKind.CAMERA},
     "Glossy Depth": {RayKind.GLOSSY: 1},
     "Transparent Depth": {},
     "Transmission Depth": {RayKind.TRANSMITTED: 1},
     "Portal Depth": {},
 }
-"""What outputs of Light Path are for rays of each kind, 0 where it does not say; rays of gloss and glass are taken to
-have left a diffuse surface before. Rays that glass reflects count as transmitted."""
+"""What outputs of Light Path are for rays of each kind, 0 where it does not say, as Cycles counts: a gather ray has
+left a receiver, and all other rays are taken to have left one surface more. Rays that glass reflects count as
+transmitted."""
 
 TAKEN_FOR_ONE = ("Ray Length", "Ray Depth", "Diffuse Depth", "Glossy Depth", "Transparent Depth", "Transmission Depth")
 """Those whose values differ among rays of a kind."""
@@ -246,7 +247,7 @@ VIEWS = [View(kind, back) for kind in RayKind for back in (False, True)]
 def differing_views(tree: "bpy.types.NodeTree", for_camera: bool) -> tuple[list[View], tuple[int, ...]]:
     """Views in which a tree may differ, that of diffuse rays from the front first; and which one each of `VIEWS` is.
 
-    Unless it is `for_camera`, cameras' rays are taken to see what diffuse rays do.
+    Unless it is `for_camera`, cameras' rays are taken to see what gather rays do.
     """
     linked = [output for node in all_nodes(tree) for output in node.outputs if output.is_linked]
     used = [output for output in linked if FROM_FRONT.value(output) is not None]
@@ -255,7 +256,7 @@ def differing_views(tree: "bpy.types.NodeTree", for_camera: bool) -> tuple[list[
     views: list[View] = []
     which: list[int] = []
     for view in VIEWS:
-        by = RayKind.DIFFUSE if view.kind == RayKind.CAMERA and not for_camera else view.kind
+        by = RayKind.GATHER if view.kind == RayKind.CAMERA and not for_camera else view.kind
         seen = (*(View(by, view.back).value(output) for output in used), by_fresnel and view.back)
         if seen not in found:
             found[seen] = len(views)

@@ -2,7 +2,7 @@
 
 from ..registry import case
 from ..stage import lamp, probes, room
-from .stage import GROUP, diffuse, mixed, painted_floor, shiny_floor
+from .stage import GROUP, diffuse, divided, mixed, painted_floor, shiny_floor
 
 
 def scaled(node, output, operation, value, **inputs):
@@ -42,3 +42,22 @@ def facing_paint():
         return tree.add("BsdfAnisotropic", {"Color": (0.8, 0.1, 0.1), "Roughness": 0.5})
 
     painted_floor(mixed(scaled("LayerWeight", "Facing", "MULTIPLY", 1.0, Blend=0.3), gloss, diffuse((0.1, 0.2, 0.9))))
+
+
+MEAN = "its mean over all directions"
+
+
+@case("Curtain that reflects and lets through by Fresnel", GROUP, differs=MEAN)
+def fresnel_curtain():
+    def cloth(tree):
+        return tree.add("BsdfTranslucent", {"Color": (0.8, 0.7, 0.5)})
+
+    divided(mixed(scaled("Fresnel", 0, "MULTIPLY", 1.0, IOR=1.5), cloth, diffuse((0.3, 0.3, 0.3))))
+
+
+@case("Emission by Layer Weight's Facing", GROUP, differs=MEAN)
+def facing_emission():
+    def glow(tree):
+        return tree.add("Emission", {"Strength": 3.0})
+
+    painted_floor(mixed(scaled("LayerWeight", "Facing", "POWER", 3.0, Blend=0.5), diffuse((0.3, 0.3, 0.3)), glow))

@@ -6,7 +6,7 @@ from mathutils import Matrix
 
 from ..registry import case
 from ..stage import box, lamp, mesh, nodes, picture, probes, quad, room
-from .stage import GROUP, shiny_floor
+from .stage import GROUP, divided, shiny_floor
 
 
 def lean(angle, towards=(-1, 0)):
@@ -240,3 +240,15 @@ def bump_chained():
 def normal_map_scaled():
     tree = nodes()
     placed(tree.done(white(tree, mapped(tree, one_colour(lean(1.0))))), (0, 0, 0.6), (2, 2, 0.7))
+
+
+@case("Normal map on a back-lit leaf", GROUP, effort=2)
+def normal_map_leaf():
+    # Reflects and transmits, seen from both sides.
+    tree = nodes()
+    normal = mapped(tree, tiles(0.8))
+    both = {
+        1: tree.add("BsdfDiffuse", {"Color": (0.2, 0.6, 0.1), "Normal": normal}),
+        2: tree.add("BsdfTranslucent", {"Color": (0.5, 0.8, 0.2), "Normal": normal}),
+    }
+    divided(tree.done(tree.add("MixShader", {"Fac": 0.5, **both})))

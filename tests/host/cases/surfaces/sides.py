@@ -2,7 +2,7 @@
 
 from ..registry import case
 from ..stage import box, lamp, nodes, picture, probes, quad, room
-from .stage import GROUP, divided, mixed, painted_floor
+from .stage import GROUP, diffuse, divided, mixed, painted_floor, principled
 
 
 def backfacing(tree):
@@ -70,6 +70,16 @@ def light_path(output):
     return lambda tree: tree.add("LightPath").outputs[output]
 
 
+def either(*outputs):
+    """Whether a ray is one of some kinds."""
+
+    def largest(tree):
+        path = tree.add("LightPath")
+        return tree.add("Math", {i: path.outputs[name] for i, name in enumerate(outputs)}, operation="MAXIMUM")
+
+    return largest
+
+
 def clear(color):
     return lambda tree: tree.add("BsdfTransparent", {"Color": color})
 
@@ -90,6 +100,11 @@ def paned(material):
 def light_path_glass():
     # Lamplight comes both straight through and refracted.
     paned(mixed(light_path("Is Shadow Ray"), glass, clear((1, 1, 1))))
+
+
+@case("Glass that shadow and diffuse rays pass, tinted (Light Path)", GROUP, effort=2)
+def light_path_window():
+    paned(mixed(either("Is Shadow Ray", "Is Diffuse Ray"), glass, clear((0.9, 0.6, 0.4))))
 
 
 @case("Tinted shadows of a screen (Light Path)", GROUP)
@@ -119,3 +134,66 @@ def light_path_camera_panel():
     tree = nodes()
     strength = tree.add("Math", {0: light_path("Is Camera Ray")(tree), 1: 20.0}, operation="MULTIPLY")
     painted_floor(tree.done(tree.add("Emission", {"Strength": strength})))
+
+
+@case("Wall that mirrors show in another colour (Light Path)", GROUP, effort=4)
+def light_path_glossy():
+    # White to diffuse rays and red in the mirror floor.
+    def white(tree):
+        return tree.add("BsdfDiffuse", {"Color": (0.8, 0.8, 0.8)})
+
+    def red(tree):
+        return tree.add("BsdfDiffuse", {"Color": (0.9, 0.05, 0.05)})
+
+    mirror = principled(Base_Color=(0.9, 0.9, 0.9), Metallic=1.0, Roughness=0.3)
+    room(paint={"Floor": mirror, "Left": mixed(light_path("Is Glossy Ray"), white, red)}, dim=0.5)
+    probes("Right Front Back Ceiling", 48)
+    lamp("AREA", (0.5, 0, 1.0), (-2, 0, 0), size=0.5, energy=150)
+
+
+@case("Lamp of a mesh that only mirrors show (Light Path)", GROUP, differs="what diffuse rays see of it", effort=4)
+def light_path_glossy_panel():
+    # Its light comes by the mirror floor alone.
+    tree = nodes()
+    strength = tree.add("Math", {0: light_path("Is Glossy Ray")(tree), 1: 8.0}, operation="MULTIPLY")
+    mirror = principled(Base_Color=(0.9, 0.9, 0.9), Metallic=1.0, Roughness=0.3)
+    room(paint={"Floor": mirror}, dim=0.7)
+    probes("Right Front Back Ceiling", 48)
+    quad("Panel", (-1.95, 0, 0), (0, 0.8, 0), (0, 0, 0.8), tree.done(tree.add("Emission", {"Strength": strength})))
+    lamp("POINT", (0.5, 0, 1.0), energy=10, shadow_soft_size=0.1)
+
+
+def by_depth(output, bound):
+    """Whether a ray's depth is above a bound."""
+    return lambda tree: tree.add("Math", {0: light_path(output)(tree), 1: bound}, operation="GREATER_THAN")
+
+
+@case("Floor of another colour from the second bounce on (Ray Depth)", GROUP)
+def light_path_ray_depth():
+    painted_floor(mixed(by_depth("Ray Depth", 1.5), diffuse((0.2, 0.3, 0.8)), diffuse((0.9, 0.6, 0.1))))
+
+
+@case("Floor that is black from the second bounce on (Diffuse Depth)", GROUP)
+def light_path_diffuse_depth():
+    painted_floor(mixed(by_depth("Diffuse Depth", 1.5), diffuse((0.8, 0.8, 0.8)), diffuse((0, 0, 0))))
+
+
+@case("Metal floor, matte from the second bounce on (Ray Depth)", GROUP, differs="without what it reflects of lamps")
+def light_path_depth_metal():
+    def metal(tree):
+        return tree.add("BsdfAnisotropic", {"Color": (0.9, 0.6, 0.2), "Roughness": 0.4})
+
+    painted_floor(mixed(by_depth("Ray Depth", 1.5), metal, diffuse((0.3, 0.3, 0.3))))
+
+
+LONG_RAYS, DEEP_RAYS = "rays of 1 m", "from the third bounce on what the second sees"
+
+
+@case("Floor whose colour rays' lengths mix (Ray Length)", GROUP, differs=LONG_RAYS)
+def light_path_length():
+    painted_floor(mixed(by_depth("Ray Length", 1.6), diffuse((0.2, 0.3, 0.8)), diffuse((0.9, 0.6, 0.1))))
+
+
+@case("Floor of another colour from the third bounce on (Ray Depth)", GROUP, differs=DEEP_RAYS)
+def light_path_third_depth():
+    painted_floor(mixed(by_depth("Ray Depth", 2.5), diffuse((0.2, 0.3, 0.8)), diffuse((0.9, 0.6, 0.1))))
