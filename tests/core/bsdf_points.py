@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
-from photon_bake.addon.bsdf import Surface, mixture, surface_at
+from photon_bake.addon.bsdf import Surface, albedos, mixture, surface_at
 from photon_bake.addon.bsdf.closure import bsdf_of
 from photon_bake.addon.core.sampling.sobol import sobol_points, sobol_seeds
 from photon_bake.addon.core.vec3 import ONE, ZERO, put, row
@@ -148,18 +148,18 @@ def _pdf_glossy(scene, triangle, u, v, back, wo, wi, out):
 
 
 def glass_albedo(s):
-    """`mixture.glass_albedo`, (n, 3)."""
+    """`albedos.glass_albedo`, (n, 3)."""
     return s.asked(_glass_albedo)
 
 
 @compiled
 def _glass_albedo(scene, triangle, u, v, back, out):
     for i in range(len(triangle)):
-        put(out, i, mixture.glass_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i])))
+        put(out, i, albedos.glass_albedo(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i])))
 
 
 def base_transmittance(s, cos):
-    """`mixture.base_transmittance` at cosines (n,), (n, 3)."""
+    """`albedos.base_transmittance` at cosines (n,), (n, 3)."""
     return s.asked(_base_transmittance, cos)
 
 
@@ -167,18 +167,18 @@ def base_transmittance(s, cos):
 def _base_transmittance(scene, triangle, u, v, back, cos, out):
     for i in range(len(triangle)):
         wo = np.sqrt(max(ONE - cos[i] * cos[i], ZERO)), ZERO, cos[i]
-        put(out, i, mixture.base_transmittance(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), wo))
+        put(out, i, albedos.base_transmittance(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]), wo))
 
 
 def is_mirror(s):
-    """`mixture.is_mirror`, (n,) bool."""
+    """`albedos.is_mirror`, (n,) bool."""
     return s.asked(_is_mirror, columns=(), dtype=np.bool_)
 
 
 @compiled
 def _is_mirror(scene, triangle, u, v, back, out):
     for i in range(len(triangle)):
-        out[i] = mixture.is_mirror(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]))
+        out[i] = albedos.is_mirror(scene, bsdf_of(scene, triangle[i], u[i], v[i], back[i]))
 
 
 def albedo_of(s, cos, seed=1, **how):
