@@ -22,7 +22,7 @@ class NoLight:
 
     n_lights = 1
 
-    def radiance_of_paths(self, origins, directions, key, first):
+    def radiance_of_paths(self, origins, directions, key, first, kind):
         return Incoming(np.zeros_like(origins), Hits.none(len(origins)))
 
 
