@@ -190,6 +190,18 @@ def hair_melanin():
     curves("Lawn", lawn(30), 0.012, shader("BsdfHairPrincipled", brown, "Fur", parametrization="MELANIN"))
 
 
+@case("Hair with a Principled Hair BSDF, so dense that strands touch", GROUP, differs="tubes in place of ribbons")
+def hair_fibres_dense():
+    under_a_panel(matte((0.7, 0.7, 0.7)))
+    curves("Lawn", lawn(60), 0.012, shader("BsdfHairPrincipled", {"Color": (0.7, 0.4, 0.1)}, "Fur"))
+
+
+@case("Hair with a Hair BSDF", GROUP, differs="its cone around each fibre")
+def hair_cone():
+    under_a_panel(matte((0.7, 0.7, 0.7)))
+    curves("Lawn", lawn(30), 0.012, shader("BsdfHair", {"Color": (0.7, 0.4, 0.1)}, "Fur"))
+
+
 @case("Hair, translucent", GROUP)
 def hair_translucent():
     under_a_panel(matte((0.7, 0.7, 0.7)))
