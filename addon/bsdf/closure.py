@@ -89,7 +89,7 @@ def seen_by_camera(scene, triangle, u, v, back):
 @part
 def seen_otherwise(scene, hit, kind):
     """Whether rays of a kind see other closures where they met a surface than diffuse rays do."""
-    if kind == _DIFFUSE_RAY:
+    if not scene.materials.differs_by_kind[scene.material[hit.triangle]]:
         return False
     seen = material_seen(scene, hit.triangle, hit.back, np.int64(kind))
     return seen != material_seen(scene, hit.triangle, hit.back, _DIFFUSE_RAY)

@@ -29,7 +29,7 @@ class LampArrays(NamedTuple):
 
     Attributes
     ----------
-    seen : (5, l) bool
+    seen : (6, l) bool
         Whose light surfaces scatter by the lobes that rays of each `RayKind` follow.
     versine : (l,) float32
         1 − cos of half of `angle`, with all the digits of narrow cones.

@@ -118,20 +118,6 @@ class Exposure:
     cube_maps: MultiImageTracer | None = None
 
 
-def light(
-    scene: Scene,
-    groups: Sequence[Scene],
-    samples: Sequence[Samples],
-    settings: BakeSettings,
-    tracer: EmbreeTracer,
-    workers: Workers,
-    inspector: Inspector | None = None,
-    started: float | None = None,
-) -> Lit:
-    """Light all samples by one solve, as `expose` does, and finish them."""
-    return developed([expose(scene, groups, samples, settings, tracer, workers, inspector, started)], workers)
-
-
 def expose(
     scene: Scene,
     groups: Sequence[Scene],
@@ -142,7 +128,7 @@ def expose(
     inspector: Inspector | None = None,
     started: float | None = None,
 ) -> Exposure:
-    """Light all samples by one solve.
+    """Light all samples by one solve; `developed` finishes them.
 
     Parameters
     ----------

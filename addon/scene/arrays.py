@@ -85,6 +85,7 @@ class MaterialArrays(NamedTuple):
     perturbed: np.ndarray
     see_through: np.ndarray
     two_faced: np.ndarray
+    differs_by_kind: np.ndarray
     one_sided: np.ndarray
 
 

@@ -75,6 +75,12 @@ class Materials:
         return (self.seen_as[:, ::2] != self.seen_as[:, 1::2]).any(axis=1)
 
     @cached_property
+    def differs_by_kind(self) -> np.ndarray:
+        """Which materials some kind of rays sees otherwise than diffuse rays do, (m,) bool."""
+        sides = self.seen_as.reshape(len(self), -1, 2)
+        return (sides != sides[:, [RayKind.DIFFUSE]]).any(axis=(1, 2))
+
+    @cached_property
     def differs_in_shadow(self) -> bool:
         """Whether shadow rays see any material otherwise than diffuse rays do."""
         return self._differs(RayKind.SHADOW)

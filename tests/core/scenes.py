@@ -133,6 +133,17 @@ def receivers_in_box(n_a_wall: int, half=1.0, lift=1e-3, seed=3) -> Receivers:
     return receivers_at(np.concatenate(positions), np.concatenate(normals))
 
 
+def grid_on_walls(n=12, lift=1e-3):
+    """Receivers in the middles of n² squares of each wall: their mean is the walls' to a few parts in a thousand."""
+    a, b = (axis.ravel() for axis in np.meshgrid(*[(np.arange(n) + 0.5) / n * 2 - 1] * 2))
+    positions, normals = [], []
+    for axis in range(3):
+        for side in (-1, 1):
+            positions.append(np.insert(np.stack([a, b], 1), axis, side * (1 - lift), axis=1))
+            normals.append(np.tile(-side * np.eye(3)[axis], (n * n, 1)))
+    return receivers_at(np.concatenate(positions), np.concatenate(normals))
+
+
 def chi_square(counts, expected) -> float:
     """p-value of counts against expected counts, with sparse bins pooled."""
     counts, expected = np.ravel(counts).astype(float), np.ravel(expected)

@@ -10,7 +10,7 @@ from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.scene import N_VIEWS, Channel, Closures, LightKind, Lobe, Materials, RayKind
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.tracing.embree import EmbreeTracer
-from photon_bake.tests.core.scenes import box, lamp, merge, plane, receivers_at, scene_of
+from photon_bake.tests.core.scenes import box, grid_on_walls, lamp, merge, plane, receivers_at, scene_of
 
 POWER, RHO = 24.0, 0.5
 WHITE = np.ones(3, np.float32)
@@ -37,22 +37,11 @@ def room(material_of_triangle, made_of, mesh=None):
     light = lamp(LightKind.POINT, POWER / (4 * np.pi), position=(0.1, 0.2, 0.3))
     scene = scene_of(*inside, albedo=[RHO, RHO], material=material_of_triangle, lights=light)
     object.__setattr__(scene, "materials", made_of)
-    at = grid_of_receivers()
+    at = grid_on_walls()
     diffuse = wall_of(at) if mesh is None else np.zeros(len(at), bool)
     at = receivers_at(at.position[~diffuse], at.normal[~diffuse])
     settings = settings_for("draft", n_photons=200_000, n_cache_elements=5_000, add_direct=True, max_bounces=400)
     return bake(scene, at, settings, EmbreeTracer(scene))
-
-
-def grid_of_receivers(n=12, lift=1e-3):
-    """Receivers in the middles of n² squares of each wall: their mean is the walls' to a few parts in a thousand."""
-    a, b = (axis.ravel() for axis in np.meshgrid(*[(np.arange(n) + 0.5) / n * 2 - 1] * 2))
-    positions, normals = [], []
-    for axis in range(3):
-        for side in (-1, 1):
-            positions.append(np.insert(np.stack([a, b], 1), axis, side * (1 - lift), axis=1))
-            normals.append(np.tile(-side * np.eye(3)[axis], (n * n, 1)))
-    return receivers_at(np.concatenate(positions), np.concatenate(normals))
 
 
 # The box's walls at x = ±1 are triangles 0, 1, 6 and 7

@@ -110,8 +110,8 @@ def albedo_of(color, g, fitted):
 
 @part
 def _fit(color, g):
-    a, c, d, f = _power_series(_A, _A_7, g), _power_series(_C, _C_7, g), _power_series(_D, _D_7, g), 0.0
-    f = _power_series(_F, _F_7, g)
+    a, c = _power_series(_A, _A_7, g), _power_series(_C, _C_7, g)
+    d, f = _power_series(_D, _D_7, g), _power_series(_F, _F_7, g)
     b = _B_BASE + _B_SCALE * np.exp(_power_series(_B, _B_7, g))
     e = _E_BASE + _E_SCALE * np.exp(_power_series(_E, _E_7, g))
     blend = max(color, 0.0) ** 0.25

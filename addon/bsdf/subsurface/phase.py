@@ -7,7 +7,6 @@ from ...core.sampling.warps import at_versine
 from ...core.vec3 import ONE, TWO, to_world
 
 _ISOTROPIC = np.float32(1e-3)
-_FOUR_PI = np.float32(4 * np.pi)
 
 
 @part
@@ -19,10 +18,3 @@ def sample(direction, g, u, v):
         k = (ONE - g * g) / (ONE - g + TWO * g * u)
         versine = min(max(ONE - (ONE + g * g - k * k) / (TWO * g), np.float32(0)), TWO)
     return to_world(at_versine(versine, v), direction)
-
-
-@part
-def evaluate(cos, g):
-    """P at a cosine between the directions before and after, 1/sr."""
-    x = ONE + g * g - TWO * g * cos
-    return (ONE - g * g) / (_FOUR_PI * x * np.sqrt(x))

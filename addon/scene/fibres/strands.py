@@ -11,6 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...core.ranges import repeat_ranges
+
 MOST_TRIANGLES = 1_000_000
 """Of one object's hair; where it would be more, curves have fewer segments, and then there are fewer strands."""
 
@@ -64,7 +66,8 @@ class Strands:
     def take(self, chosen: np.ndarray) -> "Strands":
         """Some of the strands, by index."""
         sizes = self.sizes[chosen]
-        keys = _ranges(self.start[chosen], sizes)
+        strand, nth = repeat_ranges(sizes)
+        keys = self.start[chosen][strand] + nth
         uvs = {name: uv[chosen] for name, uv in self.uvs.items()}
         return Strands(self.positions[keys], self.radii[keys], _ends(sizes), uvs, self.random[chosen])
 
@@ -125,8 +128,7 @@ class Tubes:
         sides = ROUND if 2 * ROUND * n <= min(FINE, most) else 4 if 8 * n <= most // 4 else 3
         if 2 * sides * n > most:
             segments = np.maximum(segments * (most / (2 * sides * n)), 1).astype(np.int64)
-        strand = np.repeat(np.arange(len(strands)), segments + 1)
-        step = _ranges(np.zeros(len(segments), np.int64), segments + 1)
+        strand, step = repeat_ranges(segments + 1)
         positions, radii = _curve(strands, strand, step / segments[strand], straight)
         rings = replace(strands, positions=positions, radii=radii, start=_ends(segments + 1))
         areas = _areas(rings)
@@ -251,9 +253,8 @@ def _curve_areas(strands: Strands, straight: bool) -> np.ndarray:
     for low in range(0, len(strands), _CHUNK):
         part = strands.take(np.arange(low, min(low + _CHUNK, len(strands))))
         n = _FINE_STEPS * (part.sizes - 1)
-        strand = np.repeat(np.arange(len(part)), n + 1)
-        at = _ranges(np.zeros(len(n), np.int64), n + 1) / n[strand]
-        positions, radii = _curve(part, strand, at, straight)
+        strand, step = repeat_ranges(n + 1)
+        positions, radii = _curve(part, strand, step / n[strand], straight)
         areas[low : low + _CHUNK] = _areas(replace(part, positions=positions, radii=radii, start=_ends(n + 1)))
     return areas
 
@@ -319,9 +320,3 @@ def _any_normal(directions: np.ndarray) -> np.ndarray:
 def _ends(sizes: np.ndarray) -> np.ndarray:
     """Where runs of some sizes start and end, (n + 1,) int64."""
     return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
-
-
-def _ranges(first: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """The numbers from `first[i]` on, `sizes[i]` of them, one run after the other."""
-    ends = _ends(sizes)
-    return np.arange(ends[-1]) + np.repeat(first - ends[:-1], sizes)

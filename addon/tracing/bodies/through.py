@@ -13,7 +13,7 @@ from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, ZERO, mul, negative, times, to_local, to_world
 from ...scene.hit import hit_at, off_surface
 from ..embree import BODIES
-from .walk import N_PAIRS, Exit, walk
+from .walk import N_PAIRS, walk
 
 _STREAM = np.uint64(0xD1B54A32D192ED03)  # that walks' numbers are apart from those of the surfaces on a path
 
@@ -67,6 +67,3 @@ def through_body(tracing, room, hit, on, seen, key, path):
     weight = times(mul(on.weight, exit_.weight), left.weight)
     onward = to_world(left.direction, out.normal)
     return Scattered(left.weight > ZERO, off_surface(scene, out, ONE), onward, weight, on.lobe, on.kind, False, False)
-
-
-__all__ = ["Exit", "entered", "exit_of", "medium_of", "outside_of", "through_body", "walk_key"]

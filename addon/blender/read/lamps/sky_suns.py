@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ....scene import LightKind, Lights, RayKind
+from ....scene import LightKind, Lights, RayKind, World
 from ...temporary import Temporary
 from ..materials.nodes import all_nodes
 from .cycles_stage import panorama, shot
@@ -90,7 +90,8 @@ def _sun(own: Any, node: Any, without: np.ndarray, temporary: Temporary) -> SkyS
     """One disc's; black where it is not to be seen."""
     angle = float(node.sun_size)
     with _shown(node, max(angle, _LEAST_SIZE)):
-        light = (shot(own, _SAMPLES) - without) * _solid_angles()
+        picture = World(np.ones(3, np.float32), shot(own, _SAMPLES) - without)
+    light = picture.image * picture.solid_angles[:, None, None]
     whole = light.sum(axis=(0, 1), dtype=np.float64)
     toward = np.einsum("hwc,hwk->k", np.maximum(light, 0), _directions(), dtype=np.float64)
     if whole.max() <= 0 or not toward.any():
@@ -125,12 +126,6 @@ def _shown(node: Any, angle: float) -> Iterator[None]:
         yield
     finally:
         node.sun_disc, node.sun_size = False, before
-
-
-def _solid_angles() -> np.ndarray:
-    """Of the pixels of a panorama's rows, (height, 1, 1), sr."""
-    width, height = _SIZE
-    return (np.diff(-np.cos(pi * np.arange(height + 1) / height)) * 2 * pi / width)[:, None, None]
 
 
 def _directions() -> np.ndarray:
