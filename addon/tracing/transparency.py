@@ -37,7 +37,7 @@ from .ray_hash import hashed
 
 _MAX_SURFACES = 64  # see-through surfaces along one ray
 _SHADOW, _DIFFUSE = int(RayKind.SHADOW), int(RayKind.DIFFUSE)
-_TINY = np.float32(1e-30)
+_TINY, _NO_TINT = np.float32(1e-30), np.empty((0, 3), np.float32)
 
 
 @by_reference
@@ -263,8 +263,9 @@ class TransparencyTracer:
         """What kernels take; valid as long as this tracer lives."""
         scene = self._scene.arrays
         see_through = bool(scene.materials.see_through[scene.material].any())
-        all_objects = np.ones(len(scene.emits), bool)
-        return Tracing(scene, self.surfaces.handles, see_through, self._coincident.arrays, all_objects)
+        return Tracing(
+            scene, self.surfaces.handles, see_through, self._coincident.arrays, np.ones(len(scene.emits), bool)
+        )
 
     def closest_hit(
         self,
@@ -324,8 +325,9 @@ class TransparencyTracer:
     def visibility(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """Share of the light that passes from each origin to its target, (n, 3) float32."""
         passes = np.empty((len(origins), 3), np.float32)
-        ends = kernel_array(origins, np.float32), kernel_array(targets, np.float32)
-        _visibilities(self.arrays, new_ray(), *ends, passes)
+        _visibilities(
+            self.arrays, new_ray(), kernel_array(origins, np.float32), kernel_array(targets, np.float32), passes
+        )
         return passes
 
     def transmittance(
@@ -343,9 +345,6 @@ class TransparencyTracer:
         blocks = self.arrays.all_objects if blocks is None else kernel_array(blocks, np.bool_)
         _transmittances(self.arrays, new_ray(), *rays, kernel_array(t_max, np.float32), blocks, passes)
         return passes
-
-
-_NO_TINT = np.empty((0, 3), np.float32)
 
 
 def _columns(hits: Hits) -> tuple[np.ndarray, ...]:

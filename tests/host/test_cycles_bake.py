@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from photon_bake.addon.blender.lightmap.atlas import make_atlas
 from photon_bake.addon.blender.read.materials import cycles_bake
-from photon_bake.addon.blender.read.materials.materials import DEFAULT_GREY
+from photon_bake.addon.blender.read.materials.material_reader import DEFAULT_GREY
 from photon_bake.addon.blender.temporary import CyclesError
 from photon_bake.tests.host import scenes
 

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender.read.materials.materials import DEFAULT_GREY
+from photon_bake.addon.blender.read.materials.material_reader import DEFAULT_GREY
 from photon_bake.addon.scene import Lobe
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.shader_trees import F0, expect, principled, read

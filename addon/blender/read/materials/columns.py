@@ -6,8 +6,8 @@ import numpy as np
 
 from ....scene import N_ANGLES, N_VIEWS, AngleCurves, Channel, Closures, Materials, Textures
 from .pictures.images import ImageTable
+from .pictures.texture_grid import Coordinates
 from .sums import ShaderSum, Term
-from .texture_grid import Coordinates
 
 CHANNELS = ("emission", "coverage", "tint")
 OF_CLOSURES = ("weight", "roughness", "f0", "f90", "edge", "film", "stretch", "normal")

@@ -6,12 +6,12 @@ import bpy
 import numpy as np
 from mathutils import Euler
 
-from ...lightmap.atlas import Atlas
-from ..meshes.meshes import CornerUVs
-from .expressions import UnreadableError, constant
-from .nodes import Place
-from .pictures.images import is_readable
-from .pictures.texels import SMALL_SIDE
+from ....lightmap.atlas import Atlas
+from ...meshes.meshes import CornerUVs
+from ..expressions import UnreadableError, constant
+from ..nodes import Place
+from .images import is_readable
+from .texels import SMALL_SIDE
 
 
 @dataclass(frozen=True)
