@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...scene import Lobe, Materials, RayKind
+from ...scene import Lobe, Materials, RayKind, Textures
 
 _MOST_TEXELS = 1 << 24
 """Of all images together: larger ones are halved until there are no more."""
@@ -29,17 +29,22 @@ class Looks:
         Scene-linear.
     see_through : bool
         Whether light passes any of them.
+    textures : Textures
+    sums : tuple of tuple of bytes
+        What the images were made of.
     """
 
     materials: np.ndarray
     images: np.ndarray
     pixels: np.ndarray
     see_through: bool
+    textures: Textures
+    sums: tuple[tuple[bytes, ...], ...]
 
     @staticmethod
-    def of(materials: Materials) -> "Looks":
-        """Those of materials as a camera sees them from the front."""
-        pictures = _Pictures(materials)
+    def of(materials: Materials, last: "Looks | None" = None) -> "Looks":
+        """Those of materials as a camera sees them from the front, with images of the last ones if they are equal."""
+        pictures = _Pictures(materials.textures)
         seen = materials.seen_as[:, 2 * RayKind.CAMERA]
         rows = np.zeros((len(materials), 3, 4), np.float32)
         for k, row in enumerate(seen.tolist()):
@@ -48,7 +53,10 @@ class Looks:
             coverage = materials.coverage.value[row] * _opaque(materials, row)
             rows[k, 2] = pictures.sum_of([(coverage, int(materials.coverage.texture[row]))])
         see_through = bool(((rows[:, 2, 0] < 1) | (rows[:, 2, 3] >= 0)).any())
-        return Looks(rows.reshape(-1, 4), *pictures.packed(), see_through)
+        textures, sums = materials.textures, tuple(pictures.index)
+        same = last is not None and last.textures is textures and last.sums == sums
+        images, pixels = (last.images, last.pixels) if last is not None and same else pictures.packed()
+        return Looks(rows.reshape(-1, 4), images, pixels, see_through, textures, sums)
 
 
 Part = tuple[np.ndarray, int]
@@ -80,13 +88,18 @@ def _opaque(materials: Materials, row: int) -> float:
 
 
 class _Pictures:
-    """The images that materials show, each held once."""
+    """The images that materials show, each held once: sums of textures.
 
-    def __init__(self, materials: Materials) -> None:
-        self._textures = materials.textures
-        self._index: dict[tuple[bytes, ...], int] = {}
-        self._pictures: list[np.ndarray] = []
-        self._extends: list[bool] = []
+    Attributes
+    ----------
+    index : dict of tuple to int
+        Number of each by what it is a sum of.
+    """
+
+    def __init__(self, textures: Textures) -> None:
+        self._textures = textures
+        self._sums: list[tuple[np.ndarray, list[Part]]] = []
+        self.index: dict[tuple[bytes, ...], int] = {}
 
     def sum_of(self, parts: list[Part]) -> np.ndarray:
         """Colour and number of the image of a sum, (4,)."""
@@ -94,19 +107,24 @@ class _Pictures:
         textured = [(value, texture) for value, texture in parts if texture >= 0]
         if not textured:
             return np.array([*plain, -1.0])
-        largest = max(textured, key=lambda part: part[0].sum())[1]
-        height, width = self._shape(largest)
+        if len(textured) == 1 and not plain.any():  # a colour in front of the image, which may change without it
+            color, textured = textured[0][0], [(np.ones(3), textured[0][1])]
+        else:
+            color = np.ones(3)
         key = (plain.tobytes(), *(value.tobytes() + str(texture).encode() for value, texture in textured))
-        if key not in self._index:
-            picture = np.broadcast_to(plain, (height, width, 3)).astype(np.float32)
-            for value, texture in textured:
-                one = self._picture(texture)
-                same = one.shape[:2] == (height, width)
-                picture += value.astype(np.float32) * (one if same else one.mean(axis=(0, 1)))
-            self._index[key] = len(self._pictures)
-            self._pictures.append(picture)
-            self._extends.append(bool(self._textures.extends[largest]))
-        return np.array([1.0, 1.0, 1.0, self._index[key]])
+        if key not in self.index:
+            self.index[key] = len(self._sums)
+            self._sums.append((plain, textured))
+        return np.array([*color, self.index[key]])
+
+    def _made(self, plain: np.ndarray, textured: list[Part]) -> np.ndarray:
+        """The picture of a sum, of the size of the texture that counts most."""
+        shape = self._shape(_main(textured))
+        picture = np.broadcast_to(plain, (*shape, 3)).astype(np.float32)
+        for value, texture in textured:
+            one = self._picture(texture)
+            picture += value.astype(np.float32) * (one if one.shape[:2] == shape else one.mean(axis=(0, 1)))
+        return picture
 
     def _shape(self, texture: int) -> tuple[int, int]:
         return int(self._textures.height[texture]), int(self._textures.width[texture])
@@ -118,7 +136,8 @@ class _Pictures:
 
     def packed(self) -> tuple[np.ndarray, np.ndarray]:
         """The tables `images` and `pixels`."""
-        pictures = list(self._pictures)
+        pictures = [self._made(*one) for one in self._sums]
+        extends = [self._textures.extends[_main(textured)] for _, textured in self._sums]
         while sum(picture.shape[0] * picture.shape[1] for picture in pictures) * 4 / 3 > _MOST_TEXELS:
             k = int(np.argmax([picture.size for picture in pictures]))
             pictures[k] = _halved(pictures[k])
@@ -127,8 +146,8 @@ class _Pictures:
         first = np.cumsum([0, *counts])[:-1]
         images = np.array(
             [
-                (start, picture.shape[1], picture.shape[0], extends)
-                for start, picture, extends in zip(first, pictures, self._extends, strict=True)
+                (start, picture.shape[1], picture.shape[0], one)
+                for start, picture, one in zip(first, pictures, extends, strict=True)
             ],
             np.float32,
         ).reshape(-1, 4)
@@ -136,6 +155,11 @@ class _Pictures:
         if levels:
             pixels[:, :3] = np.concatenate([level for of_one in levels for level in of_one])
         return images, pixels
+
+
+def _main(textured: list[Part]) -> int:
+    """The texture of a sum that counts most."""
+    return max(textured, key=lambda part: float(np.sum(part[0])))[1]
 
 
 def _levels(picture: np.ndarray) -> list[np.ndarray]:

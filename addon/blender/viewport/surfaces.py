@@ -33,9 +33,10 @@ class DrawnSurfaces:
 
     def looks(self, looks: Looks) -> None:
         """Take over what materials look like."""
-        if self._is_new("looks", looks):
-            self._tables["materials"], self._tables["images"] = table(looks.materials), table(looks.images)
-            self._tables["pixels"] = table(looks.pixels, half=True)
+        if self._is_new("materials", looks.materials):
+            self._tables["materials"] = table(looks.materials)
+        if self._is_new("pixels", looks.pixels):
+            self._tables["images"], self._tables["pixels"] = table(looks.images), table(looks.pixels, half=True)
 
     def _is_new(self, name: str, value: Any) -> bool:
         new = self._made_of.get(name) is not value
