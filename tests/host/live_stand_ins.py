@@ -41,3 +41,26 @@ def light_on(surfaces, direct=1.0, indirect=0.5, version=1, error=0.02, converge
         since=0.0,
         converged=converged,
     )
+
+
+class Engine:
+    """As `Live`: remembers what it is told, and answers with the same light each time."""
+
+    def __init__(self, surfaces):
+        self.edits, self.failure, self.running = [], None, True
+        self.light = light_on(surfaces)
+
+    def edit(self, *edits):
+        self.edits += edits
+        self.light = light_on(getattr(edits[-1], "surfaces", self.light.surfaces), version=self.light.version + 1)
+
+    def start(self):
+        self.running = True
+
+    def stop(self):
+        self.running = False
+
+    def told(self):
+        """Kinds of the edits since it was asked last."""
+        edits, self.edits = self.edits, []
+        return [type(one).__name__ for one in edits]

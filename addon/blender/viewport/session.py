@@ -98,9 +98,10 @@ class LiveSession:
         self._noted: float | None = None
         self._edited: tuple[float, float] | None = None
         self._stages: list[Stage] = []
-        self._take(self._read(scene, view_layer))
-        if not gives_light(self._reading.scene):
+        reading = self._read(scene, view_layer)
+        if not gives_light(reading.scene):
             raise BakeError(NO_LIGHT)
+        self._take(reading)
         self._live: Live = self._started()
         self._follow_view(scene)
         self._drawing = Drawing(self.scenery, fails)
@@ -154,9 +155,10 @@ class LiveSession:
 
     def _take(self, reading: LiveReading) -> None:
         """Go on with all that was read; until there is light on its surfaces, the last ones are drawn."""
-        from ...pipeline.live import live_surfaces
+        from ...pipeline.live import LiveSurfaces, live_surfaces
 
-        surfaces = live_surfaces(reading.scene, self._settings)
+        empty = reading.scene.n_triangles == 0
+        surfaces = LiveSurfaces(()) if empty else live_surfaces(reading.scene, self._settings)
         looks = Looks.of(reading.scene.materials, self._stages[-1].looks if self._stages else None)
         transforms = np.tile(np.eye(4, dtype=np.float32), (len(reading.owners), 1, 1))
         self._reading = reading
@@ -168,7 +170,7 @@ class LiveSession:
         """Take updates of a dependency graph in; they are read by the next `tick`."""
         if scene.session_uid == self._scene_uid and depsgraph.mode == "VIEWPORT":
             self.changes.note(depsgraph.updates)
-            self._noted = self._noted or perf_counter()
+            self._noted = (self._noted or perf_counter()) if self.changes else None
 
     def forget(self) -> None:
         """After an undo: images may be others than before."""
@@ -216,21 +218,19 @@ class LiveSession:
         if changes.contents:
             contents = contents_of(scene, layer)
             changes.everything |= contents != self._contents
-            changes.contents, self._gone = (
-                False,
-                {uid for uid in self._reading.owners.tolist() if uid not in contents[0]},
-            )
+            changes.contents = False
+            for stage in self._stages:
+                stage.gone = set(stage.owners.tolist()) - contents[0]
         edits = None if changes.everything else self._edits(scene, layer)
         if edits is None:
             changes.everything = True
             if perf_counter() < self._ready:
                 return True
             edits = self._replaced(scene, layer)
-        self.changes = Changes(held=changes.held)
+        self.changes, noted, self._noted = Changes(held=changes.held), self._noted, None
         if edits:
             now = perf_counter()
-            first = self._edited[0] if self._edited else self._noted or now
-            self._edited, self._noted = (first, now), None
+            self._edited = (self._edited[0] if self._edited else noted or now), now
             self._live.edit(*edits)
         return True
 

@@ -47,9 +47,11 @@ class Changes:
         blocks = [one.id.original for one in found]
         rebuilt = any(isinstance(block, bpy.types.Scene | bpy.types.Collection) for block in blocks)
         self.contents |= rebuilt
+        # Objects are told of shading too when a graph is rebuilt, and some when one of their materials changes
+        own_shading = not rebuilt and not any(isinstance(block, bpy.types.Material) for block in blocks)
         for update, block in zip(found, blocks, strict=True):
             if isinstance(block, bpy.types.Object):
-                self._note_object(update, block, rebuilt)
+                self._note_object(update, block, own_shading and update.is_updated_shading)
             elif isinstance(block, bpy.types.Material):
                 self.materials.add(block.session_uid)
             elif isinstance(block, bpy.types.Light):
@@ -59,8 +61,7 @@ class Changes:
             elif isinstance(block, bpy.types.Image):
                 self.everything = True
 
-    def _note_object(self, update: Any, obj: "bpy.types.Object", rebuilt: bool) -> None:
-        shading = update.is_updated_shading and not rebuilt  # which all objects are told that a graph is rebuilt for
+    def _note_object(self, update: Any, obj: "bpy.types.Object", shading: bool) -> None:
         if obj.type in _NEVER_SEEN:
             return
         if obj.type == "LIGHT":
@@ -68,11 +69,13 @@ class Changes:
             return
         if obj.mode == "EDIT":
             self.held.add(obj.session_uid)
-        elif update.is_updated_geometry or shading:
+        elif update.is_updated_geometry:
             self.everything = True
-        elif update.is_updated_transform:
+        elif update.is_updated_transform:  # animated objects are told of shading then, too
             self.moved.add(obj.session_uid)
             self.lamps |= obj.type == "EMPTY"  # which may instance lamps
+        else:
+            self.everything |= shading
 
     def release(self, view_layer: "bpy.types.ViewLayer") -> None:
         """Let those that are edited no longer count."""
