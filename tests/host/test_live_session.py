@@ -25,7 +25,9 @@ def session(empty_scene, monkeypatch):
 
 def started(monkeypatch):
     monkeypatch.setattr(LiveSession, "_started", lambda self: Engine(self._stages[-1].surfaces))
-    one = LiveSession(bpy.context.scene, bpy.context.view_layer, LiveSettings(), lambda: "colored", pytest.fail)
+    one = LiveSession(
+        bpy.context.scene, bpy.context.view_layer, LiveSettings(n_vertices=200), lambda: "colored", pytest.fail
+    )
     handlers = bpy.app.handlers.depsgraph_update_post, bpy.app.handlers.frame_change_post
     for listed in handlers:
         listed.append(one.note)
