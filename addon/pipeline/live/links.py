@@ -11,7 +11,7 @@ import numpy as np
 
 from ...bsdf.albedos import diffuse_albedo, glass_albedo, glossy_albedo, reflects_highlights, total_weight
 from ...bsdf.closure import bsdf_at
-from ...bsdf.mixture import SPECULAR_LOBES, TRANSLUCENT
+from ...bsdf.mixture import NARROW_LOBES, TRANSLUCENT
 from ...bsdf.scatter import axis_at, lambertian_normal, scatter
 from ...core.compiling import kernel, part
 from ...core.sampling.path_numbers import two_numbers
@@ -90,7 +90,7 @@ def link_end(tracing, room, elements, hidden, origin, direction, kind, key, path
         if follow >= chance:
             return (side if matte else np.int32(DARK)), length, times(weight, ONE / (ONE - chance))
         a, b = two_numbers(key, path, i + 1)
-        on = scatter(scene, hit, direction, choice, a, b, SPECULAR_LOBES, False, np.int64(kind))
+        on = scatter(scene, hit, direction, choice, a, b, NARROW_LOBES, False, np.int64(kind))
         if not on.alive:
             return np.int32(DARK), length, BLACK
         weight, origin, direction, kind = times(mul(weight, on.weight), ONE / chance), on.origin, on.direction, on.kind
