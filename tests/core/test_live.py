@@ -4,10 +4,13 @@ from time import perf_counter, sleep
 
 import numpy as np
 import pytest
-from photon_bake.addon.pipeline.live import LampsChanged, Live, live_surfaces
-from photon_bake.addon.scene import LightKind
+from photon_bake.addon.pipeline.bake import bake
+from photon_bake.addon.pipeline.live import LampsChanged, Live, MaterialsChanged, WorldChanged, live_surfaces
+from photon_bake.addon.scene import LightKind, Materials, World
+from photon_bake.addon.settings.bake import BakeSettings
 from photon_bake.addon.settings.live import LiveSettings
-from photon_bake.tests.core.scenes import box, lamp, of_objects, plane, scene_of
+from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.tests.core.scenes import box, lamp, merge, of_objects, plane, scene_of
 
 SMALL = {"n_vertices": 600, "n_elements": 500, "n_links": 64, "n_direct": 4, "n_threads": 1}
 
@@ -55,17 +58,94 @@ def test_direct_light_of_a_lamp():
     assert light.direct[:, 0] * np.pi == pytest.approx(3 * cosine**3 / 4, rel=0.02)
 
 
-def test_an_edit_of_lamps_equals_a_fresh_start():
-    live = live_of(furnace())
-    converged(live)
-    moved = lamp(LightKind.POINT, 2.0, position=(0.5, 0.2, 0.1))
-    live.edit(LampsChanged(lamp(LightKind.POINT, 9.0)), LampsChanged(moved))
-    edited, fresh = converged(live), converged(live_of(scene_of_lamp(moved)))
-    assert edited.version > 1 and np.array_equal(edited.direct, fresh.direct)
+def of_vertices(light):
+    """Area of the surface around each vertex, m², for means over surfaces."""
+    areas = np.zeros(len(light.direct))
+    for mesh in light.surfaces.meshes:
+        corners = mesh.position[mesh.triangles].astype(np.float64)
+        area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+        areas[mesh.vertices] += np.bincount(mesh.triangles.ravel(), np.repeat(area / 3, 3), len(mesh.position))
+    return areas
 
 
-def scene_of_lamp(lights):
-    return of_objects(scene_of(*box(), albedo=0.5, lights=lights), np.zeros(12))
+def mean_of(values, light):
+    return np.average(values.mean(axis=1), weights=of_vertices(light)) * np.pi
+
+
+@pytest.mark.parametrize("albedo", [0.5, 0.8])
+def test_white_furnace(albedo):
+    """In a closed box of 24 m² a lamp of 24 W gives a mean irradiance of 1/(1−ρ), of which ρ/(1−ρ) is indirect."""
+    light = converged(live_of(furnace(albedo)))
+    assert mean_of(light.indirect, light) == pytest.approx(albedo / (1 - albedo), rel=0.01)
+    assert mean_of(light.direct, light) == pytest.approx(1, rel=0.03)  # which curves over the vertices' triangles
+    assert 0 < light.error < 0.05
+
+
+def test_first_light_has_all_bounces():
+    """Five bounces and the tail of a geometric series: 1/(1−ρ) from the first step on."""
+    live = live_of(furnace(0.8))
+    live.step()
+    assert mean_of(live.light.indirect, live.light) == pytest.approx(4, rel=0.03) and not live.light.converged
+
+
+def room(lights=None, colors=((0.7, 0.7, 0.7), (0.6, 0.1, 0.1), (0.1, 0.5, 0.2)), world=0.0):
+    """A box with walls of several colours and a smaller box in it, each an object."""
+    block = box(0.3, inwards=False)
+    mesh = merge(box(), (block[0] + np.array([0.2, -0.1, -0.7], np.float32), block[1]))
+    walls, lamps = [0, 1, 2, 0, 0, 0] * 2, lamp(LightKind.POINT, 3.0, position=(-0.4, 0.3, 0.5), radius=0.1)
+    scene = scene_of(*mesh, albedo=colors, lights=lights or lamps, material=walls + [0] * 12, world=world)
+    return of_objects(scene, [0] * 12 + [1] * 12)
+
+
+def test_it_agrees_with_a_bake():
+    light = converged(live_of(room(), n_vertices=900, n_elements=4000, n_links=256))
+    some = np.arange(0, len(light.direct), 3)
+    settings = BakeSettings(interpolate=False, n_gather_rays=512, add_direct=True)
+    baked = bake(room(), light.surfaces.receivers().where(some), settings, EmbreeTracer(room()))
+    for name in ("indirect", "direct"):
+        truth = baked.passes[name] / np.pi
+        off = getattr(light, name)[some] - truth
+        assert off.mean() / truth.mean() == pytest.approx(0, abs=0.01), name
+        assert np.sqrt(np.mean(off**2)) / truth.mean() < 0.06, name
+
+
+def test_light_does_not_depend_on_threads():
+    one, two = (converged(live_of(room(), n_threads=n, n_links=32)) for n in (1, 2))
+    assert np.array_equal(one.indirect, two.indirect) and np.array_equal(one.direct, two.direct)
+
+
+MOVED = lamp(LightKind.POINT, 2.0, position=(0.5, 0.2, 0.1))
+PAINTED = ((0.2, 0.3, 0.6), (0.6, 0.1, 0.1), (0.3, 0.3, 0.3))
+
+
+@pytest.mark.parametrize(
+    ("edit", "fresh"),
+    [
+        (LampsChanged(MOVED), room(MOVED)),
+        (WorldChanged(World.constant(0.5)), room(world=0.5)),
+        (MaterialsChanged(Materials.matte_of(PAINTED)), room(colors=PAINTED)),
+    ],
+    ids=["lamps", "world", "materials"],
+)
+def test_an_edit_equals_a_fresh_start(edit, fresh):
+    live = live_of(room())
+    before = converged(live)
+    live.edit(LampsChanged(lamp(LightKind.POINT, 9.0)))
+    live.step()
+    live.edit(LampsChanged(room().lights), edit)
+    edited, fresh = converged(live), converged(live_of(fresh))
+    assert edited.version > before.version
+    assert np.array_equal(edited.direct, fresh.direct)
+    assert edited.indirect == pytest.approx(fresh.indirect, rel=1e-3, abs=1e-3 * fresh.indirect.mean())
+
+
+def test_an_edit_leaves_what_it_does_not_touch_as_well_known_as_it_was():
+    """Direct light takes few estimates a step, but paint does not make it noisy again."""
+    live = live_of(room(), n_direct=16)
+    before = converged(live)
+    live.edit(MaterialsChanged(Materials.matte_of(PAINTED)))
+    live.step()
+    assert np.array_equal(live.light.direct, before.direct) and not np.allclose(live.light.indirect, before.indirect)
 
 
 def test_the_thread_converges_follows_edits_and_stops():

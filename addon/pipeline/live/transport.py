@@ -1,0 +1,131 @@
+"""Light carried over links: from side to side of elements, bounce by bounce, and from there to vertices.
+
+With D the direct and G the gathered light of sides (E/π), ρ what they reflect and τ what they let through of their
+other side's, L = ρ (D + G) + τ (D' + G') is the radiance of a side, and G = F L that of what its links end on: the mean
+over its rows. Five products, and the tail of a geometric series, give what an edit makes of it; more follow while
+nothing moves, until G stays as it is.
+"""
+
+import numpy as np
+
+from ...core.compiling import kernel, part
+from ...core.vec3 import BLACK, ONE, ZERO, mean, mul, plus, put, row, times
+from .crew import Crew, Task
+from .links import INSIDE, Links
+from .reflectance import Reflectance
+
+_CHUNK = 1 << 10  # rows
+N_PARTS = 4
+"""Of a row's links, by whose means its error is known."""
+
+
+@kernel
+def _radiate(albedo, translucence, direct, gathered, start, stop, radiance):
+    """L of sides; `start` and `stop` are even."""
+    for side in range(start, stop):
+        own = plus(row(direct, side), row(gathered, side))
+        other = plus(row(direct, side ^ 1), row(gathered, side ^ 1))
+        put(radiance, side, plus(mul(row(albedo, side), own), mul(row(translucence, side), other)))
+
+
+@part
+def _mean_of_links(end, weight, radiance, i, first, last):
+    """Sum over links `first` to `last` of a row, and how many count."""
+    total, n = BLACK, 0
+    for k in range(first, last):
+        side = end[i, k]
+        if side >= 0:
+            light = row(radiance, side)
+            if weight.shape[1] > 0:
+                light = mul(light, row(weight[i], k))
+            total = plus(total, light)
+        n += side != INSIDE
+    return total, n
+
+
+@kernel
+def _gather_sides(end, weight, n_links, radiance, sides, start, stop, gathered):
+    for i in range(start, stop):
+        side = sides[i]
+        total, n = _mean_of_links(end, weight, radiance, side, 0, n_links)
+        put(gathered, side, times(total, ONE / np.float32(max(n, 1))))
+
+
+@kernel
+def _gather_vertices(end, weight, n_links, radiance, start, stop, gathered, variance):
+    """What vertices gather, and the variance of its mean over colours by that of four parts of their links."""
+    for i in range(start, stop):
+        sum_, n, sum_1, sum_2 = BLACK, 0, ZERO, ZERO
+        for p in range(N_PARTS):
+            total, count = _mean_of_links(
+                end, weight, radiance, i, p * n_links // N_PARTS, (p + 1) * n_links // N_PARTS
+            )
+            sum_, n = plus(sum_, total), n + count
+            of_part = mean(total) / np.float32(max(count, 1))
+            sum_1, sum_2 = sum_1 + of_part, sum_2 + of_part * of_part
+        put(gathered, i, times(sum_, ONE / np.float32(max(n, 1))))
+        spread = sum_2 / np.float32(N_PARTS) - (sum_1 / np.float32(N_PARTS)) ** 2
+        variance[i] = max(spread, ZERO) / np.float32(N_PARTS - 1)
+
+
+class Transport:
+    """Radiance of the sides of elements, which bounces between them.
+
+    Attributes
+    ----------
+    gathered : (s, 3) float32, W/(m² sr)
+        G.
+    radiance : (s, 3) float32, W/(m² sr)
+        L.
+    """
+
+    def __init__(self, n_sides: int, crew: Crew) -> None:
+        self._crew = crew
+        self.gathered, self.radiance = np.zeros((2, n_sides, 3), np.float32)
+
+    def bounce(self, direct: np.ndarray, links: Links, sides: np.ndarray, of: Reflectance) -> float:
+        """Once from side to side; how much G changed, relative to it."""
+        self.radiate(direct, of)
+        gathered = np.zeros_like(self.gathered)
+
+        def gather(chunk: slice) -> None:
+            at = sides, chunk.start, chunk.stop
+            _gather_sides(links.end, links.weight, links.n_traced, self.radiance, *at, gathered)
+
+        self._crew.run(Task(len(sides)), _CHUNK, gather)
+        change = float(np.abs(gathered - self.gathered).sum(dtype=np.float64))
+        self.gathered = gathered
+        return change / max(float(np.abs(gathered).sum(dtype=np.float64)), 1e-30)
+
+    def restart(self, n: int, direct: np.ndarray, links: Links, sides: np.ndarray, of: Reflectance) -> None:
+        """N bounces of new direct light, and what those after them add if each is the same share of the one before."""
+        before = np.zeros(3)
+        self.gathered = np.zeros_like(self.gathered)
+        for _ in range(max(n, 1)):
+            last, was = before, self.gathered
+            self.bounce(direct, links, sides, of)
+            added = self.gathered - was
+            before = np.abs(added).sum(axis=0, dtype=np.float64)
+        share = np.clip(before / np.maximum(last, 1e-30), 0, _LARGEST_SHARE) if n > 1 else np.zeros(3)
+        self.gathered += added * (share / (1 - share)).astype(np.float32)
+
+    def radiate(self, direct: np.ndarray, of: Reflectance) -> None:
+        """L of D and G."""
+
+        def radiate(chunk: slice) -> None:
+            at = chunk.start, chunk.stop, self.radiance
+            _radiate(of.albedo, of.translucence, direct, self.gathered, *at)
+
+        self._crew.run(Task(len(self.radiance)), 1 << 14, radiate)
+
+    def to_vertices(self, links: Links, n_links: int, gathered: np.ndarray, variance: np.ndarray) -> None:
+        """What vertices gather of L by their first links, (n, 3), and its variance, (n,); of the mean over colours."""
+
+        def gather(chunk: slice) -> None:
+            at = chunk.start, chunk.stop, gathered, variance
+            _gather_vertices(links.end, links.weight, n_links, self.radiance, *at)
+
+        self._crew.run(Task(len(gathered)), _CHUNK, gather)
+
+
+_LARGEST_SHARE = 0.95
