@@ -84,8 +84,8 @@ def slope2(w, x, y):
     return ((x * w[0]) ** 2 + (y * w[1]) ** 2) / w[2] ** 2
 
 
-def masked_by(distribution, s2):
-    return (1 + np.sqrt(1 + s2)) / 2 if distribution == GGX else float(beckmann.masked(f(s2)))
+def one_plus_lambda(distribution, s2):
+    return (1 + np.sqrt(1 + s2)) / 2 if distribution == GGX else float(beckmann.one_plus_lambda(f(s2)))
 
 
 def density_of(distribution, h, x, y):

@@ -77,9 +77,9 @@ def test_curves_over_the_angle():
     scene, bsdf = point(WHITE_FLOOR, THROUGH, by_angle=AngleCurves(np.int32([1, -1]), curves))
     for cos in (0.0, 0.03, 0.37, 0.9, 1.0):
         expected = np.interp(np.sqrt(cos), np.sqrt(angle_cosines()), curves[1])
-        assert parts.seen_at(scene, 0, f(cos)) == pytest.approx(expected, abs=1e-5)
-        assert parts.seen_at(scene, 1, f(cos)) == 1
-    assert parts.seen_at(scene, 0, f(-0.5)) == 0
+        assert parts.angle_weight(scene, 0, f(cos)) == pytest.approx(expected, abs=1e-5)
+        assert parts.angle_weight(scene, 1, f(cos)) == 1
+    assert parts.angle_weight(scene, 0, f(-0.5)) == 0
     view = unit(0.4, 0.1, -0.5)
     expected = np.interp(np.sqrt(-view[2]), np.sqrt(angle_cosines()), curves[1])
     assert mixture.transmittance_to(scene, bsdf, 0, view) == pytest.approx([expected] * 3, abs=1e-5)
@@ -120,7 +120,7 @@ def test_sets_of_lobes():
     assert bits(Lobe.ROUGH_DIFFUSE, Lobe.SHEEN, Lobe.VELVET, Lobe.TOON) == mixture.BROAD_LOBES
     assert bits(Lobe.ROUGH_DIFFUSE, Lobe.SHEEN, Lobe.TOON) == mixture.BUMPED_LOBES
     assert bits(Lobe.SHEEN, Lobe.VELVET, Lobe.TOON) == mixture.DIRECTED_LOBES
-    assert bits(Lobe.GLOSSY, Lobe.GLASS, Lobe.GLOSSY_TOON, Lobe.PANE, Lobe.FIBRE) == mixture.SPECULAR_LOBES
+    assert bits(Lobe.GLOSSY, Lobe.GLASS, Lobe.GLOSSY_TOON, Lobe.PANE, Lobe.FIBRE) == mixture.NARROW_LOBES
     assert bits(Lobe.DIFFUSE, Lobe.TRANSLUCENT) == mixture._LAMBERTIAN_LOBES
     assert [kind for kind in Lobe if mixture.is_cosine_lobe(kind)] == [Lobe.DIFFUSE, Lobe.TRANSLUCENT, Lobe.SUBSURFACE]
 

@@ -16,8 +16,8 @@ from photon_bake.tests.core.values.lobe_formulas import (
     f,
     fresnel_of,
     gained,
-    masked_by,
     numbers,
+    one_plus_lambda,
     slope2,
     triple,
 )
@@ -83,7 +83,7 @@ def test_samples_of_glass(values, from_light):
             if kind == ASHIKHMIN_SHIRLEY:
                 left = min(abs(wi[2]) / wo[2], 1)
             else:
-                seen, lit = (masked_by(kind, slope2(np.float64(w), x, y)) for w in (wo, wi))
+                seen, lit = (one_plus_lambda(kind, slope2(np.float64(w), x, y)) for w in (wo, wi))
                 left = seen / (seen + lit - 1)
             chance = (up if reflects else down) / (up + down)
             color = r * np.float64(one.f0) if reflects else t * np.float64(one.f90) * scale
@@ -101,9 +101,10 @@ def glass_scale(one, cos, ior):
     return gained(one.f90, at(tables.GLASS, z, roughness, cos), at(tables.GLASS_AVERAGE, z, roughness))
 
 
-def test_photons_see_the_film_of_glass_from_where_they_go():
+@pytest.mark.parametrize("table", [0, 1])
+def test_photons_see_the_film_of_glass_from_where_they_go(table):
     """Beyond the surface the film has η_film/η, and the glass 1/η."""
-    film, ior = triple((420, 1.33, 1)), f(1.5)
+    film, ior = triple((420, 1.33, table)), f(1.5)
     one, wo, (u, v) = closure(**CLEAR | {"film": film, "roughness": 0.2}), VIEWS[0], (f(0.3), f(0.6))
     facet = glass.facet_of(one, wo, u, v)
     assert facet.reflected == fresnel.glass_reflectance(film, ior, facet.cos)
@@ -111,7 +112,7 @@ def test_photons_see_the_film_of_glass_from_where_they_go():
     wi, weight = glass.scatter(one, wo, facet, False, True)
     inside = film[0], film[1] / ior, film[2]
     seen = fresnel.glass_reflectance(inside, f(1) / ior, f(abs(np.dot(wi, facet.normal))))
-    left = microfacets.unshadowed(facets_of(one), wo, wi)
+    left = microfacets.g2_over_g1(facets_of(one), wo, wi)
     expected = np.float64(one.weight) * (1 - np.float64(seen)) * np.float64(one.f90) / 2.25 * left
     assert weight == pytest.approx(expected, rel=1e-4)
     wi, weight = glass.scatter(one, wo, facet, False, False)

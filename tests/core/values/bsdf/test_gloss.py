@@ -27,8 +27,8 @@ from photon_bake.tests.core.values.lobe_formulas import (
     fresnel_of,
     gained,
     grazing,
-    masked_by,
     numbers,
+    one_plus_lambda,
     slope2,
     triple,
     unit,
@@ -99,11 +99,11 @@ def test_facets_mask_each_other(distribution):
         if distribution == ASHIKHMIN_SHIRLEY:
             expected = min(wi[2] / wo[2], 1)
         else:
-            seen, lit = (masked_by(distribution, slope2(np.float64(w), x, y)) for w in (wo, wi))
-            assert microfacets.masked(facets, wo) == pytest.approx(seen, rel=1e-5)
+            seen, lit = (one_plus_lambda(distribution, slope2(np.float64(w), x, y)) for w in (wo, wi))
+            assert microfacets.one_plus_lambda(facets, wo) == pytest.approx(seen, rel=1e-5)
             expected = seen / (seen + lit - 1)
         for side in (1, -1):
-            assert microfacets.unshadowed(facets, wo, (*wi[:2], f(side) * wi[2])) == pytest.approx(expected, rel=1e-5)
+            assert microfacets.g2_over_g1(facets, wo, (*wi[:2], f(side) * wi[2])) == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("distribution", Distribution)
@@ -113,7 +113,7 @@ def test_densities_of_reflected_directions(distribution):
     for wo, wi in PAIRS:
         o, h = np.float64(wo), np.float64(wo) + np.float64(wi)
         h /= np.linalg.norm(h)
-        facing = o[2] * masked_by(distribution, slope2(o, x, y)) if distribution != ASHIKHMIN_SHIRLEY else o @ h
+        facing = o[2] * one_plus_lambda(distribution, slope2(o, x, y)) if distribution != ASHIKHMIN_SHIRLEY else o @ h
         expected = density_of(distribution, h, x, y) / (4 * facing)
         facets = Facets(distribution, f(x), f(y))
         assert microfacets.pdf_reflected(facets, wo, triple(h)) == pytest.approx(expected, rel=2e-4, abs=1e-6)
@@ -218,7 +218,7 @@ def shape_of(one, wo, wi):
     d = density_of(kind, h, x, y)
     if kind == ASHIKHMIN_SHIRLEY:
         return d / (4 * (o @ h)), d / (4 * (o @ h) * max(o[2], i[2])), o @ h
-    seen, lit = (masked_by(kind, slope2(w, x, y)) for w in (o, i))
+    seen, lit = (one_plus_lambda(kind, slope2(w, x, y)) for w in (o, i))
     return d / (4 * o[2] * seen), d / (4 * o[2] * i[2] * (seen + lit - 1)), o @ h
 
 

@@ -79,6 +79,8 @@ def test_some_closures_need_no_choice():
     k, inverse, choice = mixture.choose_closure(scene, bsdf, VIEWS[0], f(0.3), mixture.ALL_LOBES, False)
     assert k == 0 and inverse == 1 and choice == pytest.approx(0.3)
     assert mixture.choose_closure(scene, bsdf, VIEWS[0], f(1 - 2**-24), mixture.ALL_LOBES, False)[2] < 1
+    assert mixture.choose_closure(scene, bsdf, DOWN, f(0.3), mixture.ALL_LOBES, False)[0] == -1
+    assert mixture.choose_closure(scene, bsdf, DOWN, f(0.3), 1 << Lobe.GLOSSY, False)[0] == -1
     scene, bsdf = point(METAL, THROUGH)
     black, dark = point({**WHITE_FLOOR, "weight": 0}, {**METAL, "weight": (0, 0, 0)})
     assert mixture.choose_closure(black, dark, VIEWS[0], f(0.3), mixture.ALL_LOBES, False)[0] == -1
@@ -196,7 +198,7 @@ def test_f_is_the_sum_of_lobes_below_their_peak():
             else:
                 direct = direct + seen
         assert mixture.evaluate_glossy(scene, bsdf, wo, wi) == pytest.approx(glossy_f, rel=1e-5)
-        assert mixture.evaluate_broad(scene, bsdf, wo, wi) == pytest.approx(broad, rel=1e-5)
+        assert mixture.evaluate_glossy_below_peak(scene, bsdf, wo, wi) == pytest.approx(broad, rel=1e-5)
         assert mixture.evaluate_direct(scene, bsdf, wo, wi) == pytest.approx(broad + direct, rel=1e-5)
     assert 2 < n_peaks < 40
 

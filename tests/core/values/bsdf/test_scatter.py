@@ -224,7 +224,7 @@ def test_f_of_closures_that_lean():
         for k, bumps in ((0, False), (1, True), (2, False), (3, False)):
             one, frame = closure_at(scene, bsdf, k), frames.frame_of(scene, bsdf, k, wo)
             own = frames.into(frame, wo), frames.into(frame, wi)
-            file = mixture.glossy if one.kind == Lobe.GLOSSY else mixture.others
+            file = mixture.glossy if one.kind == Lobe.GLOSSY else mixture.broad
             value = np.float64(file.evaluate(one, *own)) * max(own[1][2], 0) / wi[2]
             value = value * mixture.transmittance_to(scene, bsdf, k, wo)
             if bumps:

@@ -155,6 +155,17 @@ def test_small_caustic_makers_are_aimed_at_by_all_sampled_sources():
 # Caustic makers
 
 
+def test_only_objects_that_are_small_enough_are_aimed_at():
+    """Also where a large one is the first of all."""
+    large, small = ball(1.0, (3, 0, 0), 2), ball(0.1, (0.5, 0.2, 0.4), 2)
+    which = np.repeat([0, 1], [len(large[1]), len(small[1])])
+    scene = of_objects(scene_of(*merge(large, small)), which)
+    scene = replace(scene, materials=Materials.of(1, closures=closures(CLEAR)))
+    aim = makers.caustic_makers(scene, 0.5)
+    assert len(aim.radius) == 1 and aim.centre[0] == pytest.approx((0.5, 0.2, 0.4), abs=1e-3)
+    assert aim.radius[0] == pytest.approx(0.1, rel=1e-3) and len(makers.caustic_makers(scene, 1.1).radius) == 2
+
+
 def test_balls_hold_their_corners():
     """Around the middle of each group's bounds."""
     corners = np.random.default_rng(1).normal(size=(9, 3, 3))

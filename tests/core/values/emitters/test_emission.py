@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from photon_bake.addon.core.sampling.sobol import fixed_points
+from photon_bake.addon.core.sampling.warps import at_versine
+from photon_bake.addon.core.vec3 import to_world
 from photon_bake.addon.emitters import Sphere, area, light_sources, row, world
 from photon_bake.addon.emitters.aiming.discs import discs_around
 from photon_bake.addon.emitters.emission import emit, emit_rays
@@ -63,8 +65,9 @@ def test_photons_of_point_lamps(sphere, position):
         across = np.linalg.norm(offset - offset @ direction * direction)
         assert across == pytest.approx(0.3 * np.sqrt(u[2]), abs=2e-5)
         assert offset @ direction == pytest.approx(0.3 * np.sqrt(1 - u[2]) if sphere else 0, abs=2e-5)
+        expected = to_world(at_versine(u[0] * versine, u[1]), triple((0, 0, 1)) if axis is None else triple(axis))
         if axis is not None:
-            assert 1 - direction @ axis == pytest.approx(u[0] * versine, rel=1e-3)
+            assert direction == pytest.approx(np.float64(expected), abs=1e-5)
 
 
 @pytest.mark.parametrize("stretch", [(1, 1), (1.5, 0.7)])
@@ -172,7 +175,8 @@ def test_photons_of_suns(region):
     assert source.power == pytest.approx(beam * discs.area_of_region, rel=1e-5)
     assert source.n_cells == (1, 1, 64, 64, len(discs.radii) + 1) and source.row.versine == pytest.approx(versine)
     for u, origin, direction, flux, _ in emitted(source):
-        assert 1 - direction @ AXIS == pytest.approx(u[0] * versine, rel=1e-2, abs=1e-6)
+        expected = to_world(at_versine(u[0] * versine, u[1]), triple(AXIS))
+        assert direction == pytest.approx(np.float64(expected), abs=1e-5)
         assert flux == pytest.approx(beam * area_by_discs(discs, origin, direction), rel=1e-3)
         back = (np.float64(discs.whole) - origin) @ direction
         assert back == pytest.approx(discs.whole_radius, rel=1e-4)

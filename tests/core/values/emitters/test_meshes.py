@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.core.sampling.warps import cosine_hemisphere, uniform_triangle
+from photon_bake.addon.core.sampling.sobol import fixed_points
+from photon_bake.addon.core.sampling.warps import cosine_hemisphere, sample_uniform_triangle, uniform_triangle
 from photon_bake.addon.emitters import Sphere, light_sources, mesh
 from photon_bake.addon.emitters.emission import emit
 from photon_bake.addon.emitters.source import Surroundings, emitters_of
-from photon_bake.addon.scene import Channel, RayKind
+from photon_bake.addon.scene import Channel, RayKind, Textures
 from photon_bake.addon.scene.hit import point_at, ray_offset
 from photon_bake.tests.core.scenes import lamp, merge, of_objects, plane, scene_of
 from photon_bake.tests.core.test_emission import source_of
@@ -161,6 +162,51 @@ def test_what_emissive_meshes_light():
     linked = arrays._replace(link_group=np.int32([0, -1]), illuminates=np.array([[False, True]]))
     for emitter, object_, lit in ((0, 0, False), (0, 1, True), (1, 0, True), (0, -1, True), (-1, 0, True)):
         assert mesh.lights_up(linked, emitter, object_) == lit
+
+
+def test_meshes_that_shine_from_their_back_alone():
+    scene = scene_of(*plane(1.0), albedo=[0] * 2, emission=[0.0, 2.0])
+    seen_as = np.int32([[0, 1] * 6, [1] * 12])
+    scene = replace(scene, materials=replace(scene.materials, seen_as=seen_as))
+    (source,) = light_sources(scene, AROUND)
+    assert source.surroundings.mesh.front.tolist() == [0, 0] and source.power == pytest.approx([8 * np.pi] * 3)
+    for _, _, direction, flux, _ in emitted(source):
+        assert direction[2] < 0 and flux == pytest.approx([8 * np.pi] * 3, rel=1e-4)
+
+
+def test_objects_without_power_get_no_photons():
+    scene = glowing()
+    covered = replace(scene.materials, coverage=Channel.constant(np.float32([1, 0, 1])))
+    (source,) = light_sources(replace(scene, materials=covered), AROUND)
+    assert source.surroundings.mesh.density == pytest.approx([0.25, 0.25, 0, 0])
+    assert all(object_ == 0 for *_, object_ in emitted(source))
+
+
+def test_textured_triangles_by_their_mean_and_their_brightest():
+    """Nine tenths by the mean of points, a tenth by what they could be at the most."""
+    picture = np.random.default_rng(4).uniform(0, 1, (3, 5, 3)).astype(np.float32) ** 3
+    other = np.ones((2, 2, 3), np.float32)
+    scene = glowing()
+    texture = np.int32([-1, 1, -1])
+    emission = Channel(scene.materials.emission.value, texture)
+    materials = replace(scene.materials, emission=emission, textures=Textures.pack([other, picture]))
+    triangles, chance, power = mesh.emissive_triangles(replace(scene, materials=materials))
+    u, v = sample_uniform_triangle(fixed_points(32))  # as many as two triangles get of 64
+    expected = 2 * np.pi * SIZES[:, None] * GLOW[[0, 0, 1, 1]]
+    for k in (2, 3):
+        uvs = scene.corner_uvs[k]
+        at = (1 - u - v)[:, None] * uvs[0] + u[:, None] * uvs[1] + v[:, None] * uvs[2]
+        column, line = (((at - np.floor(at)) * [5, 3]).astype(int)).T
+        expected[k] *= picture[line, column].mean(axis=0)
+    assert triangles.tolist() == [0, 1, 2, 3] and power == pytest.approx(expected, rel=1e-4)
+    bound = 2 * np.pi * SIZES[:, None] * GLOW[[0, 0, 1, 1]] * np.array([[1] * 3] * 2 + [picture.max(axis=(0, 1))] * 2)
+    of_bound = bound.sum(axis=1) / bound.sum()
+    assert chance == pytest.approx(0.9 * expected.sum(axis=1) / expected.sum() + 0.1 * of_bound, rel=1e-4)
+    cut = replace(materials, emission=scene.materials.emission, coverage=Channel(np.ones((3, 3), np.float32), texture))
+    _, _, power = mesh.emissive_triangles(replace(scene, materials=cut))
+    assert power[:2] == pytest.approx(2 * np.pi * SIZES[:2, None] * GLOW[0], rel=1e-5)
+    assert power[2, 0] < 0.6 * 2 * np.pi * SIZES[2] * GLOW[1, 0]
+    assert mesh._brightest(replace(scene, materials=materials))[1] == pytest.approx(GLOW[1] * picture.max(axis=(0, 1)))
 
 
 def test_coverage_and_light_that_is_taken_away():
