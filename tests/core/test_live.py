@@ -1,15 +1,26 @@
 """Live light: what it is where the answer is known, what edits make of it, and its thread."""
 
+from dataclasses import replace
 from time import perf_counter, sleep
 
 import numpy as np
 import pytest
 from photon_bake.addon.pipeline.bake import bake
-from photon_bake.addon.pipeline.live import LampsChanged, Live, MaterialsChanged, WorldChanged, live_surfaces
+from photon_bake.addon.pipeline.live import (
+    LampsChanged,
+    Live,
+    LiveSurfaces,
+    MaterialsChanged,
+    ObjectMoved,
+    WorldChanged,
+    live_surfaces,
+)
+from photon_bake.addon.pipeline.live.transport.links import KEPT, STALE
 from photon_bake.addon.scene import LightKind, Materials, World
 from photon_bake.addon.settings.bake import BakeSettings
 from photon_bake.addon.settings.live import LiveSettings
 from photon_bake.addon.tracing.embree import EmbreeTracer
+from photon_bake.addon.tracing.embree_pair import PairTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, of_objects, plane, scene_of
 
 SMALL = {"n_vertices": 600, "n_elements": 500, "n_links": 64, "n_direct": 4, "n_threads": 1}
@@ -168,3 +179,95 @@ def wait_for(true, seconds=60):
     while not true():
         assert perf_counter() < end, "nothing came of it"
         sleep(0.005)
+
+
+def turned(degrees, move=(0, 0, 0), scale=1.0):
+    """A rotation around z, a scaling and a translation."""
+    a = np.radians(degrees)
+    matrix = np.eye(4)
+    matrix[:2, :2] = [[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]]
+    matrix[:3, :3] *= scale
+    matrix[:3, 3] = move
+    return matrix
+
+
+def elsewhere(scene, number, transform):
+    """The scene with an object moved."""
+    k = scene.object_of_triangle == number
+    used = np.unique(scene.triangles[k])
+    vertices, normals = scene.vertices.copy(), scene.corner_normals.copy()
+    vertices[used] = vertices[used] @ transform[:3, :3].T + transform[:3, 3]
+    turned = normals[k] @ np.linalg.inv(transform[:3, :3])
+    normals[k] = turned / np.linalg.norm(turned, axis=-1, keepdims=True)
+    return replace(scene, vertices=vertices.astype(np.float32), corner_normals=normals.astype(np.float32))
+
+
+def test_a_moved_object_equals_a_fresh_start():
+    """Also where it moved over other places before, whether all was found there or not."""
+    to, settings = turned(30, (-0.5, 0.3, 0.4), 0.8), LiveSettings(**SMALL | {"n_links": 256, "n_elements": 1000})
+    live = Live(room(), live_surfaces(room(), settings), settings)
+    walls, block = converged(live).surfaces.meshes
+    live.edit(ObjectMoved(1, turned(0, (-0.3, 0, 0.2))))
+    converged(live)
+    live.edit(ObjectMoved(1, turned(0, (0, 0.4, 0))))
+    live.step()
+    live.edit(ObjectMoved(1, to))
+    live.step()
+    first, moved = live.light, converged(live)
+    position, normal = block.position @ to[:3, :3].T + to[:3, 3], block.normal @ np.linalg.inv(to[:3, :3]) * 0.8
+    block = replace(block, position=position.astype(np.float32), normal=normal.astype(np.float32))
+    fresh = converged(Live(elsewhere(room(), 1, to), LiveSurfaces((walls, block)), settings))
+    assert np.mean(np.abs(moved.direct - fresh.direct)) < 0.01 * fresh.direct.mean()
+    off = moved.indirect - fresh.indirect
+    assert np.sqrt(np.mean(off**2)) < 0.04 * fresh.indirect.mean()
+    assert abs(off.mean()) < 0.005 * fresh.indirect.mean()
+    of_first = first.indirect - fresh.indirect
+    assert np.sqrt(np.mean(of_first**2)) < 0.2 * fresh.indirect.mean()
+    assert moved.surfaces is first.surfaces
+
+
+def test_links_that_an_edit_does_not_cross_stay():
+    """Those that it does are found exactly: they and no others end elsewhere."""
+    live = live_of(room(), n_links=64)
+    converged(live)
+    links = live._solver._linking.vertices
+    before = links.arrays.end.copy()
+    live.edit(ObjectMoved(1, turned(20, (-0.2, 0.1, 0.3))))
+    live.step()
+    stale = links.arrays.state != KEPT
+    assert 0 < stale[live.light.surfaces.object_of_vertex == 0].mean() < 0.5
+    converged(live)
+    assert np.array_equal(links.end[~stale], before[~stale])
+    after = links.end.copy()
+    links.arrays.state[:], links.arrays.split[:], links.n_renewed = STALE, True, 0
+    live._solver._planned = live._solver.converged = False
+    converged(live)
+    assert np.array_equal(links.end, after)
+
+
+def test_pair_tracer_sees_what_a_tracer_of_all_sees():
+    scene, to = room(), turned(30, (-0.5, 0.3, 0.4))
+    moved = elsewhere(scene, 1, to)
+    pair = PairTracer(scene, np.array([False, True]))
+    pair.update(moved)
+    random = np.random.default_rng(1)
+    origins = random.uniform(-0.9, 0.9, (2000, 3)).astype(np.float32)
+    directions = random.normal(size=(2000, 3))
+    directions = (directions / np.linalg.norm(directions, axis=1, keepdims=True)).astype(np.float32)
+    one, other = (tracer.closest_hit(origins, directions) for tracer in (pair, EmbreeTracer(moved)))
+    assert np.array_equal(one.triangle, other.triangle) and (one.triangle >= 12).any()
+    assert one.distance == pytest.approx(other.distance, rel=1e-5)
+    assert np.array_equal(pair.occluded(origins, origins[::-1]), EmbreeTracer(moved).occluded(origins, origins[::-1]))
+
+
+def test_it_stops_within_50_ms():
+    live = live_of(room(), n_vertices=20_000, n_links=1024)
+    live.start()
+    wait_for(lambda: live.light)
+    for _ in range(5):
+        sleep(0.1)
+        start = perf_counter()
+        live.stop()
+        assert perf_counter() - start < 0.05
+        live.start()
+    live.stop()

@@ -8,19 +8,19 @@ from ...core.progress import Progress
 from ...scene import Lights, Materials, Scene, World
 from ...tracing import EmbreeTracer, TransparencyTracer
 
-_OF_SURFACES = ("bounds", "diagonal", "_normals_and_areas", "smooth", "packed_normals", "height_errors")
+OF_SURFACES = ("bounds", "diagonal", "_normals_and_areas", "smooth", "packed_normals", "height_errors")
 """What a scene has found out about its triangles alone."""
 
 
 def lit_otherwise(scene: Scene, lights: Lights | None = None, world: World | None = None) -> Scene:
     """The same surfaces under other lamps, or another world."""
     changed = replace(scene, lights=lights or scene.lights, world=world or scene.world)
-    return _knowing(changed, scene, (*_OF_SURFACES, "arrays", "shines"))
+    return _knowing(changed, scene, (*OF_SURFACES, "arrays", "shines"))
 
 
 def made_otherwise(scene: Scene, materials: Materials) -> Scene:
     """The same triangles of other materials, in the same rows."""
-    return _knowing(replace(scene, materials=materials), scene, _OF_SURFACES)
+    return _knowing(replace(scene, materials=materials), scene, OF_SURFACES)
 
 
 def _knowing(scene: Scene, other: Scene, names: tuple[str, ...]) -> Scene:

@@ -4,17 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...bsdf.albedos import total_weight
-from ...bsdf.closure import bsdf_at
-from ...bsdf.mixture import TRANSLUCENT
-from ...core.compiling import kernel
-from ...core.vec3 import ONE, ZERO, add, put, row, times
-from ...gather.radiance_cache.elements import SurfaceElements
-from ...gather.radiance_cache.lit_sides import point_of_side
-from ...scene import RayKind
-from ...scene.hit import look_up
-from ...tracing.transparency import TransparencyTracer
-from .crew import Crew, Task
+from ....bsdf.albedos import total_weight
+from ....bsdf.closure import bsdf_at
+from ....bsdf.mixture import TRANSLUCENT
+from ....core.compiling import kernel
+from ....core.vec3 import ONE, ZERO, add, put, row, times
+from ....gather.radiance_cache.elements import SurfaceElements
+from ....gather.radiance_cache.lit_sides import point_of_side
+from ....scene import RayKind
+from ....scene.hit import look_up
+from ....tracing.transparency import TransparencyTracer
+from ..crew import Crew, Task
 from .links import matte_albedo
 
 _N_POINTS = 8

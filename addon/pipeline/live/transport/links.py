@@ -6,24 +6,25 @@ that meet smooth gloss or glass are followed on to where they meet something mat
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from ...bsdf.albedos import diffuse_albedo, glass_albedo, glossy_albedo, reflects_highlights, total_weight
-from ...bsdf.closure import bsdf_at
-from ...bsdf.mixture import NARROW_LOBES, TRANSLUCENT
-from ...bsdf.scatter import axis_at, lambertian_normal, scatter
-from ...core.compiling import kernel, part
-from ...core.sampling.path_numbers import two_numbers
-from ...core.sampling.warps import cosine_hemisphere
-from ...core.vec3 import BLACK, ONE, WHITE, ZERO, dot, largest, mul, negative, put, row, times, to_local, to_world
-from ...gather.direct.ray_directions import shifted
-from ...gather.radiance_cache.elements import element_at
-from ...gather.radiance_cache.hidden_sides import is_hidden
-from ...gather.radiance_cache.lit_sides import point_of_side
-from ...scene import RayKind
-from ...scene.hit import hit_at, off_surface
-from ...tracing.transparency import closest_hit
+from ....bsdf.albedos import diffuse_albedo, glass_albedo, glossy_albedo, reflects_highlights, total_weight
+from ....bsdf.closure import bsdf_at
+from ....bsdf.mixture import NARROW_LOBES, TRANSLUCENT
+from ....bsdf.scatter import axis_at, lambertian_normal, scatter
+from ....core.compiling import by_reference, kernel, part
+from ....core.sampling.path_numbers import two_numbers
+from ....core.sampling.warps import cosine_hemisphere
+from ....core.vec3 import BLACK, ONE, WHITE, ZERO, dot, largest, mul, negative, put, row, times, to_local, to_world
+from ....gather.direct.ray_directions import shifted
+from ....gather.radiance_cache.elements import element_at
+from ....gather.radiance_cache.hidden_sides import is_hidden
+from ....gather.radiance_cache.lit_sides import point_of_side
+from ....scene import RayKind
+from ....scene.hit import hit_at, off_surface
+from ....tracing.transparency import closest_hit
 
 DARK, INSIDE = -1, -2
 """Ends of links that meet nothing that reflects, and of those that start inside of something: these do not count."""
@@ -31,9 +32,23 @@ DARK, INSIDE = -1, -2
 FOLLOWED = np.float32(-1)
 """Length of a link that was followed over smooth gloss or through glass."""
 
-_SHIFT, _POINT, _FOLLOW = 1 << 15, (1 << 15) + 1, (1 << 15) + 3  # of a path's pairs of numbers
+KEPT, STALE, RENEWED = np.uint8(0), np.uint8(1), np.uint8(2)
+"""States of a link: as it is; crossed by what an edit moved; traced again since."""
+
+SHIFT, POINT, _FOLLOW = 1 << 15, (1 << 15) + 1, (1 << 15) + 3  # of a path's pairs of numbers
 _MOST_FOLLOWED, _NUMBERS_A_STEP = 8, 3
 _DIFFUSE, _GATHER = int(RayKind.DIFFUSE), int(RayKind.GATHER)
+
+
+@by_reference
+class LinkArrays(NamedTuple):
+    """`Links` as kernels take them; see there."""
+
+    end: np.ndarray
+    length: np.ndarray
+    weight: np.ndarray
+    state: np.ndarray
+    split: np.ndarray
 
 
 @dataclass
@@ -42,31 +57,54 @@ class Links:
 
     Attributes
     ----------
-    end : (r, n) int32
-        Side of an element (front 2k, back 2k + 1), `DARK` or `INSIDE`.
-    length : (r, n) float32, m
-        Of the first segment; infinite where it meets nothing, or `FOLLOWED`.
-    weight : (r, n, 3) or (r, 0, 3) float32
-        What surfaces on the way leave of the light, over the probability of the way; without it, all of it.
+    arrays : LinkArrays
+        end : (r, n) int32, side of an element (front 2k, back 2k + 1), `DARK` or `INSIDE`; length : (r, n) float32, m,
+        of the first segment, infinite where it meets nothing, or `FOLLOWED`; weight : (r, n, 3) or (r, 0, 3) float32,
+        what surfaces on the way leave of the light, over the probability of the way: without it, all of it;
+        state : (r, n) uint8; split : (r,) bool, whether some link of the row is not `KEPT`.
     n_traced : int
         So many links of each row are there.
+    n_renewed : int
+        So many of them are not stale any more.
     """
 
-    end: np.ndarray
-    length: np.ndarray
-    weight: np.ndarray
+    arrays: LinkArrays
     n_traced: int = 0
+    n_renewed: int = 0
+
+    @property
+    def end(self) -> np.ndarray:
+        """Sides that the links end on, (r, n) int32."""
+        return self.arrays.end
+
+    @property
+    def n_most(self) -> int:
+        return self.arrays.end.shape[1]
 
     @property
     def finished(self) -> bool:
-        """Whether all are there."""
-        return self.n_traced >= self.end.shape[1]
+        """Whether all are there, and none is stale."""
+        return self.n_traced >= self.n_most and not self.stale
+
+    @property
+    def stale(self) -> bool:
+        """Whether some may be."""
+        return self.n_renewed < self.n_traced
 
     @staticmethod
     def none(n_rows: int, n: int, weighted: bool) -> "Links":
         """Room for links, of which none is there yet."""
         length, weight = np.zeros((n_rows, n), np.float32), np.zeros((n_rows, n if weighted else 0, 3), np.float32)
-        return Links(np.full((n_rows, n), DARK, np.int32), length, weight)
+        end, state = np.full((n_rows, n), DARK, np.int32), np.zeros((n_rows, n), np.uint8)
+        return Links(LinkArrays(end, length, weight, state, np.zeros(n_rows, np.bool_)))
+
+    def renewed_to(self, last: int) -> None:
+        """Say how many of each row are not stale."""
+        self.n_renewed = last
+        if not self.stale:
+            split = np.flatnonzero(self.arrays.split)
+            self.arrays.state[split] = KEPT
+            self.arrays.split[split] = False
 
 
 @part
@@ -122,7 +160,7 @@ def matte_albedo(scene, bsdf, wo):
 @part
 def vertex_ray(points, normal, key, vertex, k):
     """Direction of the k-th ray of a vertex."""
-    a, b = two_numbers(key, vertex, _SHIFT)
+    a, b = two_numbers(key, vertex, SHIFT)
     u, v = shifted(points, k, a, b)
     return to_world(cosine_hemisphere(u, v), normal)
 
@@ -130,43 +168,54 @@ def vertex_ray(points, normal, key, vertex, k):
 @part
 def side_ray(scene, elements, points, key, side, k):
     """The k-th point of a side as a `Hit`, and the origin and direction of the ray from there."""
-    hit = point_of_side(scene, elements, side, key, side * len(points) + k, _POINT)
-    a, b = two_numbers(key, side * len(points), _SHIFT)
+    hit = point_of_side(scene, elements, side, key, side * len(points) + k, POINT)
+    a, b = two_numbers(key, side * len(points), SHIFT)
     u, v = shifted(points, k, a, b)
     return hit, off_surface(scene, hit, ONE), to_world(cosine_hemisphere(u, v), lambertian_normal(scene, hit))
 
 
 @kernel
 def trace_vertex_links(
-    tracing, room, elements, hidden, positions, normals, points, key, start, stop, first, last, end, length, weight
+    tracing, room, elements, hidden, positions, normals, points, key, start, stop, first, last, stale, links
 ):
-    """Trace links `first` to `last` of vertices `start` to `stop`."""
+    """Trace links `first` to `last` of vertices `start` to `stop`, or those of them that are stale."""
     for vertex in range(start, stop):
+        if stale and not links.split[vertex]:
+            continue
         for k in range(first, last):
+            if stale and links.state[vertex, k] != STALE:
+                continue
             direction, path = vertex_ray(points, row(normals, vertex), key, vertex, k), vertex * len(points) + k
             origin = row(positions, vertex)
             side, far, light = link_end(tracing, room, elements, hidden, origin, direction, _GATHER, key, path)
-            _put_link(end, length, weight, vertex, k, side, far, light)
+            _put_link(links, vertex, k, side, far, light, stale)
 
 
 @kernel
-def trace_side_links(
-    tracing, room, elements, hidden, sides, points, key, start, stop, first, last, end, length, weight
-):
-    """Trace links `first` to `last` of `sides` from `start` to `stop`; from behind their facets comes nothing."""
+def trace_side_links(tracing, room, elements, hidden, sides, points, key, start, stop, first, last, stale, links):
+    """Trace links `first` to `last` of `sides` from `start` to `stop`, or those that are stale.
+
+    From behind their facets comes nothing.
+    """
     for i in range(start, stop):
         side = sides[i]
+        if stale and not links.split[side]:
+            continue
         for k in range(first, last):
+            if stale and links.state[side, k] != STALE:
+                continue
             hit, origin, direction = side_ray(tracing.scene, elements, points, key, side, k)
             path = side * len(points) + k
             met, far, light = link_end(tracing, room, elements, hidden, origin, direction, _DIFFUSE, key, path)
             if met != INSIDE and dot(direction, hit.normal) <= ZERO:
                 met = np.int32(DARK)
-            _put_link(end, length, weight, side, k, met, far, light)
+            _put_link(links, side, k, met, far, light, stale)
 
 
 @part
-def _put_link(end, length, weight, i, k, side, far, light):
-    end[i, k], length[i, k] = side, far
-    if weight.shape[1] > 0:
-        put(weight[i], k, light)
+def _put_link(links, i, k, side, far, light, stale):
+    links.end[i, k], links.length[i, k] = side, far
+    if links.weight.shape[1] > 0:
+        put(links.weight[i], k, light)
+    if stale:
+        links.state[i, k] = RENEWED

@@ -10,13 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...bsdf.scatter import lit_normal
-from ...core.compiling import by_reference, kernel, part
-from ...core.vec3 import BLACK, ONE, ZERO, plus, put, row, times
-from ...gather.direct.visible import arriving
-from ...scene import RayKind
-from ...scene.hit import look_up
-from ...tracing.coplanar import coplanar_occluded
+from ....bsdf.scatter import lit_normal
+from ....core.compiling import by_reference, kernel, part
+from ....core.vec3 import BLACK, ONE, ZERO, plus, put, row, times
+from ....gather.direct.visible import arriving
+from ....scene import RayKind
+from ....scene.hit import look_up
+from ....tracing.coplanar import coplanar_occluded
 from .links import INSIDE, side_ray
 
 _DIFFUSE, _PER_PI = int(RayKind.DIFFUSE), np.float32(1 / np.pi)

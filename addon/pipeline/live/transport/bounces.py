@@ -8,10 +8,10 @@ nothing moves, until G stays as it is.
 
 import numpy as np
 
-from ...core.compiling import kernel, part
-from ...core.vec3 import BLACK, ONE, ZERO, mean, mul, plus, put, row, times
-from .crew import Crew, Task
-from .links import INSIDE, Links
+from ....core.compiling import kernel, part
+from ....core.vec3 import BLACK, ONE, ZERO, mean, mul, plus, put, row, times
+from ..crew import Crew, Task
+from .links import INSIDE, RENEWED, STALE, Links
 from .reflectance import Reflectance
 
 _CHUNK = 1 << 10  # rows
@@ -29,41 +29,74 @@ def _radiate(albedo, translucence, direct, gathered, start, stop, radiance):
 
 
 @part
-def _mean_of_links(end, weight, radiance, i, first, last):
-    """Sum over links `first` to `last` of a row, and how many count."""
+def _light_of_link(links, radiance, i, k):
+    """What comes over a link."""
+    side = links.end[i, k]
+    if side < 0:
+        return BLACK
+    light = row(radiance, side)
+    if links.weight.shape[1] > 0:
+        light = mul(light, row(links.weight[i], k))
+    return light
+
+
+@part
+def _mean_of_links(links, radiance, i, first, last):
+    """Mean over links `first` to `last` of a row, and the number that counts."""
     total, n = BLACK, 0
     for k in range(first, last):
-        side = end[i, k]
-        if side >= 0:
-            light = row(radiance, side)
-            if weight.shape[1] > 0:
-                light = mul(light, row(weight[i], k))
-            total = plus(total, light)
-        n += side != INSIDE
-    return total, n
+        total = plus(total, _light_of_link(links, radiance, i, k))
+        n += links.end[i, k] != INSIDE
+    return times(total, ONE / np.float32(max(n, 1))), n
+
+
+@part
+def _mean_of_strata(links, radiance, i, n_links):
+    """Mean over the first N links of a row of which S are stale, or were.
+
+    The k of those that are renewed stand for all of them, (Σ_kept L + S/k Σ_renewed L) / N; until one is, they stand
+    as they were.
+    """
+    kept = stale = renewed = BLACK
+    n_kept = n_stale = n_renewed = 0
+    for k in range(n_links):
+        light, counts = _light_of_link(links, radiance, i, k), links.end[i, k] != INSIDE
+        if links.state[i, k] == STALE:
+            stale, n_stale = plus(stale, light), n_stale + counts
+        elif links.state[i, k] == RENEWED:
+            renewed, n_renewed = plus(renewed, light), n_renewed + counts
+        else:
+            kept, n_kept = plus(kept, light), n_kept + counts
+    n = n_kept + n_stale + n_renewed
+    if n_renewed == 0:
+        return times(plus(kept, stale), ONE / np.float32(max(n, 1)))
+    share = np.float32(n_stale + n_renewed) / np.float32(n_renewed)
+    return times(plus(kept, times(renewed, share)), ONE / np.float32(max(n, 1)))
 
 
 @kernel
-def _gather_sides(end, weight, n_links, radiance, sides, start, stop, gathered):
+def _gather_sides(links, n_links, radiance, sides, start, stop, gathered):
     for i in range(start, stop):
         side = sides[i]
-        total, n = _mean_of_links(end, weight, radiance, side, 0, n_links)
-        put(gathered, side, times(total, ONE / np.float32(max(n, 1))))
+        if links.split[side]:
+            put(gathered, side, _mean_of_strata(links, radiance, side, n_links))
+        else:
+            put(gathered, side, _mean_of_links(links, radiance, side, 0, n_links)[0])
 
 
 @kernel
-def _gather_vertices(end, weight, n_links, radiance, start, stop, gathered, variance):
-    """What vertices gather, and the variance of its mean over colours by that of four parts of their links."""
+def _gather_vertices(links, n_links, radiance, start, stop, gathered, variance):
+    """What vertices gather, and the variance of its mean over colours by that of parts of their links."""
     for i in range(start, stop):
-        sum_, n, sum_1, sum_2 = BLACK, 0, ZERO, ZERO
+        total, n, sum_1, sum_2 = BLACK, 0, ZERO, ZERO
         for p in range(N_PARTS):
-            total, count = _mean_of_links(
-                end, weight, radiance, i, p * n_links // N_PARTS, (p + 1) * n_links // N_PARTS
-            )
-            sum_, n = plus(sum_, total), n + count
-            of_part = mean(total) / np.float32(max(count, 1))
-            sum_1, sum_2 = sum_1 + of_part, sum_2 + of_part * of_part
-        put(gathered, i, times(sum_, ONE / np.float32(max(n, 1))))
+            light, count = _mean_of_links(links, radiance, i, p * n_links // N_PARTS, (p + 1) * n_links // N_PARTS)
+            total, n = plus(total, times(light, np.float32(count))), n + count
+            sum_1, sum_2 = sum_1 + mean(light), sum_2 + mean(light) * mean(light)
+        if links.split[i]:
+            put(gathered, i, _mean_of_strata(links, radiance, i, n_links))
+        else:
+            put(gathered, i, times(total, ONE / np.float32(max(n, 1))))
         spread = sum_2 / np.float32(N_PARTS) - (sum_1 / np.float32(N_PARTS)) ** 2
         variance[i] = max(spread, ZERO) / np.float32(N_PARTS - 1)
 
@@ -90,7 +123,7 @@ class Transport:
 
         def gather(chunk: slice) -> None:
             at = sides, chunk.start, chunk.stop
-            _gather_sides(links.end, links.weight, links.n_traced, self.radiance, *at, gathered)
+            _gather_sides(links.arrays, links.n_traced, self.radiance, *at, gathered)
 
         self._crew.run(Task(len(sides)), _CHUNK, gather)
         change = float(np.abs(gathered - self.gathered).sum(dtype=np.float64))
@@ -123,7 +156,7 @@ class Transport:
 
         def gather(chunk: slice) -> None:
             at = chunk.start, chunk.stop, gathered, variance
-            _gather_vertices(links.end, links.weight, n_links, self.radiance, *at)
+            _gather_vertices(links.arrays, n_links, self.radiance, *at)
 
         self._crew.run(Task(len(gathered)), _CHUNK, gather)
 

@@ -1,0 +1,23 @@
+"""The switch of live light, what it shows, and how far its light has converged."""
+
+from typing import Any
+
+from ..live import live_switch
+from .tab import draw_sentence
+
+
+def draw_live(layout: Any, context: Any, width: int) -> None:
+    """Draw them, sentences in lines of `width` characters."""
+    row = layout.row(align=True)
+    row.operator("photon_bake.live", icon="SHADING_SOLID" if not live_switch.on else "PAUSE", depress=live_switch.on)
+    if live_switch.on:
+        row.prop(context.window_manager, "photon_bake_live_mode", text="")
+        draw_sentence(layout.column(align=True), live_switch.words, "BLANK1", width)
+    elif live_switch.error:
+        draw_sentence(layout.column(align=True), live_switch.error, "ERROR", width)
+
+
+def draw_in_view_menu(menu: Any, context: Any) -> None:
+    """The same switch in the 3D View's View menu."""
+    menu.layout.separator()
+    menu.layout.operator("photon_bake.live", icon="CHECKBOX_HLT" if live_switch.on else "CHECKBOX_DEHLT")
