@@ -30,4 +30,3 @@ class Claims:
             except FileExistsError:
                 self._ours[path] = False
         return self._ours[path]
-
