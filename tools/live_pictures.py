@@ -1,7 +1,7 @@
 """Pictures of live light before and after a lamp is moved, beside Cycles' viewport; and one of a lamp that is dragged.
 
     tools/screenshot_panel.sh BLENDER build/live tools/live_pictures.py     the pictures, in a Blender with a window
-    python tools/live_pictures.py build/live                               joins them: live.png and live.gif
+    python tools/live_pictures.py build/live                               joins them: live.jpg and live.gif
 
 The room is the demo scene's without its sun. Pictures of the screen are asked for as in screenshot_panel.py; meanwhile
 nothing else runs on Blender's main thread, so that they show what was drawn last at the time in their name. Prints how
@@ -143,14 +143,14 @@ def live_switch() -> Any:
 
 
 def join(folder: Path) -> None:
-    """live.png: a row of pictures a renderer; live.gif: the lamp that is dragged."""
+    """live.jpg: a row of pictures a renderer; live.gif: the lamp that is dragged."""
     crop = (folder / "crop.txt").read_text() if (folder / "crop.txt").is_file() else "1000x800+0+40"
     cut = ["-crop", crop, "+repage", "-resize", "480x"]
     rows = []
     for name in ("live", "cycles"):
         row = [str(folder / f"{name}_{when}.png") for when in ("before", *(f"{seconds:g}s" for seconds in TIMES))]
         rows += ["(", *row, *cut, "+append", ")"]
-    subprocess.run(["convert", *rows, "-append", str(folder / "live.png")], check=True)
+    subprocess.run(["convert", *rows, "-append", "-quality", "85", str(folder / "live.jpg")], check=True)
     frames = sorted(str(path) for path in folder.glob("frame_*.png"))
     delay = ["-delay", str(round(100 * FRAME)), "-loop", "0"]
     small = ["-fuzz", "2%", "-layers", "OptimizeTransparency", "-colors", "128"]
