@@ -113,7 +113,9 @@ class Solver:
             self._reflectance = None
             progress = self._crew.progress
             self._trace_by(self._tracer.lit_by(self._scene) if stay else tracer_of(self._scene, progress))
-            if not stay:
+            if stay:
+                self._unmarked.append((-1, np.zeros((0, 2, 3), np.float32)))
+            else:
                 self._moving.restart()
                 self._start_links()
         self._linking.direct = self._direct()

@@ -179,6 +179,8 @@ class Linking:
 
         Parameters
         ----------
+        object_ : int
+            −1: none has, but surfaces that links were followed from reflect otherwise.
         objects : (n,) int32
             Object of each vertex.
         boxes : (b, 2, 3) float32, m

@@ -317,6 +317,7 @@ def light_near_sides(light, sides, points, key, start, stop, first, last, links,
 def _put_link(links, i, k, end, far, weight, stale):
     """Write a link; of one that was stale see whether it is what it was."""
     if stale:
-        links.changed[i] = links.changed[i] or end != links.end[i, k] or far != links.length[i, k]
+        same = end == links.end[i, k] and far == links.length[i, k] and packed(weight) == links.weight[i, k]
+        links.changed[i] = links.changed[i] or not same
         links.state[i, k] = RENEWED
     links.end[i, k], links.length[i, k], links.weight[i, k] = end, far, packed(weight)
