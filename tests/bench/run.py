@@ -2,7 +2,7 @@
 
     make bench ARGS="[--scenes DIR] [--output FILE.md] [--pictures DIR] [--only PART]"
     make bench ARGS="--only speed [--scene NAME…] [--receivers N…] [--quality Q…] [--cycles-anew]"
-    make bench ARGS="--only versions --against COMMIT [--scene NAME…] [--receivers N] [--quality Q] [--rounds N]"
+    make bench ARGS="--only versions --against COMMIT [--warm] [--scene NAME…] [--receivers N] [--quality Q] …"
     make bench ARGS="--make-truth NAME…"
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the

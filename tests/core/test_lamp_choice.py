@@ -7,6 +7,7 @@ from photon_bake.addon.core.sampling.cutpoint_table import chance_of
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.core.vec3 import row
 from photon_bake.addon.emitters.patterns.arrays import pattern_arrays
+from photon_bake.addon.gather.direct import lamp_choice as choice
 from photon_bake.addon.gather.direct.lamp_choice import cell_of, choose_lamp, lamp_grid
 from photon_bake.addon.gather.direct.ray_directions import gather_directions, shifted, stratified_set
 from photon_bake.addon.scene import LightKind, Lights
@@ -60,6 +61,14 @@ def test_cells_of_positions():
     outside = np.empty(4, np.int64)
     cells_of(grid, np.float32([(-9, -9, -9), (9, 9, 9), (9, -9, -9), (-9, -9, 9)]), outside)
     assert outside.tolist() == [0, n**3 - 1, (n - 1) * n * n, n - 1]
+
+
+def test_many_lamps_have_fewer_cells(monkeypatch):
+    """As many a side as leave room for a chance of each lamp in each cell, one at the least."""
+    lights = [lamp(LightKind.POINT, 1, position=(x, 0, 0)) for x in np.linspace(-0.5, 0.5, 5)]
+    for most, per_side in ((5 * 27, 3), (5 * 26, 2), (4, 1)):
+        monkeypatch.setattr(choice, "_MAX_CHANCES", most)
+        assert grid_of(*lights)[1].per_side == per_side
 
 
 def test_one_lamp_is_always_taken():

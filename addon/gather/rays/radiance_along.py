@@ -98,15 +98,15 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
     for step in range(first_step, last_step):
         if triangle < 0 or largest(throughput) <= ZERO:
             break
-        i, hit = step * _NUMBERS_A_STEP, hit_at(scene, direction, triangle, distance, u, v)
-        side, directional = side_at(cache, hit), scene.materials.directional[scene.material[triangle]]
-
         # What broad lobes reflect the cache says, but not to those who are too near, or see another surface
-        otherwise, reach = seen_otherwise(scene, hit, kind), cache.reach[side >> 1]
+        back, directional = is_back(scene, triangle, direction), scene.materials.directional[scene.material[triangle]]
+        otherwise, side = seen_otherwise(scene, triangle, back, kind), side_at(cache, triangle, u, v, back)
+        reach = cache.reach[side >> 1]
         near = (step < _MAX_NEAR_HITS and (distance < reach or otherwise)) or reach == _INFINITY
         if not (near or directional):
             radiance, triangle = plus(radiance, mul(throughput, row(cache.radiance, side))), np.int32(-1)
             break
+        i, hit = step * _NUMBERS_A_STEP, hit_at(scene, direction, triangle, distance, u, v)
         bsdf = bsdf_at(scene, hit, kind)
         near = near and _only_reflects(scene, bsdf)
         if near:

@@ -103,8 +103,8 @@ def test_sides_and_kinds_of_rays_see_their_own_closures():
         hit = hit_at(scene, tuple(map(f, direction)), 0, f(1), *at[1:])
         assert parts.bsdf_at(scene, hit, RayKind.GLOSSY)[:2] == expected
         assert parts.bsdf_at(scene, hit, RayKind.CAMERA)[:2] == (3, 4)
-        assert parts.seen_otherwise(scene, hit, RayKind.CAMERA)
-        assert not parts.seen_otherwise(scene, hit, RayKind.GLOSSY)
+        assert parts.seen_otherwise(scene, hit.triangle, hit.back, RayKind.CAMERA)
+        assert not parts.seen_otherwise(scene, hit.triangle, hit.back, RayKind.GLOSSY)
     assert parts.has_lobes(scene, back, 1 << Lobe.GLASS) and parts.has_lobes(scene, back, 1 << Lobe.GLOSSY)
     assert not parts.has_lobes(scene, back, 1 << Lobe.DIFFUSE) and not parts.has_lobes(scene, front, 1 << Lobe.GLASS)
     assert parts.has_lobes(scene, front, parts.TRANSMITTING_LOBES | 1)

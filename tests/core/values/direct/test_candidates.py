@@ -1,6 +1,7 @@
 """Direct light by single candidates and shadow rays against their formulas, as plain Python."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ IMAGE[2:, 3:6] *= 30
 KEY = path_key(3, 7)
 DIFFUSE, GLOSSY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY)
 AT, UP = triple((0.2, 0.1, 0.3)), triple((0, 0, 1))
+POINT, NORMAL = np.float32([AT]), np.float32([UP])
 MESH_LIGHT = np.array([2.0, 1, 3])
 
 
@@ -50,14 +52,28 @@ def lit(lights=None, glow=True, world=None, links=None, **columns):
 
 
 PICTURE = World(np.float32([1, 0.5, 2]), IMAGE, frozenset({RayKind.GLOSSY}))
-ALL = lit(lamps(), world=PICTURE)
+
+
+@cache
+def everything():
+    """Lamps, a square that glows, and a picture around; made in the first test that asks, as mutants need it."""
+    return lit(lamps(), world=PICTURE)
+
+
+SCENES = {
+    "everything": everything,
+    "lamps": lambda: lit(lamps(), glow=False),
+    "hidden lamps": lambda: lit(lamps(position=np.float32([(0.1, 0, 5), (0.3, 0.2, 2)])), glow=False),
+    "sky": lambda: lit(lamps(), world=World.constant(0.7)),
+    "picture": lambda: lit(None, glow=False, world=PICTURE),
+}
 
 
 # What is sampled
 
 
 def test_sources_are_sampled_half_by_power_and_half_evenly():
-    direct, _, scene = ALL
+    direct, _, scene = everything()
     sources = light_sources(scene, Sphere(np.zeros(3, np.float32), 2.0))
     power = np.array([source.importance for source in sources])
     chance = power / power.sum() / 2 + 1 / 8
@@ -105,15 +121,15 @@ def candidate(of, place, path=5, object_=-1, kind=DIFFUSE, own=True, at=AT, norm
 
 
 @pytest.mark.parametrize("place", [0.02, 0.3, 0.5, 0.62, 0.7, 0.8, 0.97])
-@pytest.mark.parametrize("path", [5, 6, 11])
+@pytest.mark.parametrize("path", range(5, 12))
 def test_a_candidate_is_a_point_over_its_chance(place, path):
     """Of a lamp, of the mesh unless a cosine-weighted ray finds it more often, or of the world."""
-    direct, _, scene = ALL
+    direct, _, scene = everything()
     arrays = direct.arrays
     by_lamps, by_mesh = float(arrays.lamp_chance), float(arrays.mesh_chance)
     u, v = two_numbers(KEY, path, 9)
     for own in (True, False):
-        target, light, of = candidate(ALL, place, path, own=own)
+        target, light, of = candidate(everything(), place, path, own=own)
         if place < by_lamps:
             k, chance = choose_lamp(arrays.grid, cell_of(arrays.grid, AT), f(place / by_lamps))
             point, given = sample_lamp(arrays.lamps, k, AT, UP, u, v, arrays.far)
@@ -131,7 +147,7 @@ def test_a_candidate_is_a_point_over_its_chance(place, path):
             given = np.float64(world_seen(arrays.world, way, DIFFUSE)) / density
             point = np.float64(AT) + float(arrays.far) * np.float64(way)
             assert of == 3
-            hidden = candidate(ALL, place, path, kind=GLOSSY)[1]
+            hidden = candidate(everything(), place, path, kind=GLOSSY)[1]
             assert hidden == (0, 0, 0)
         assert target == pytest.approx(point, rel=1e-5)
         cos = way[2]
@@ -156,24 +172,28 @@ def test_candidates_of_lamps_and_meshes_that_light_some_objects_alone():
     assert candidate(linked, 0.3, object_=1)[1] == (0, 0, 0) != candidate(linked, 0.3, object_=0)[1]
     hidden = lit(lamps(seen_in_gloss=np.array([False, False])), glow=False)
     assert candidate(hidden, 0.3, kind=GLOSSY)[1] == (0, 0, 0) != candidate(hidden, 0.3)[1]
-    links = EmitterLinks(np.int32([-1, 0]), np.array([[True, False]]), np.array([[False, True]]))
-    for group, has in ((links, True), (replace(links, blocked_by=np.array([[True, True]])), False)):
-        of = lit(lamps(), links=group)
+    linked_to_all = lit(lamps(illuminates=np.array([[False, True], [False, True]])), glow=False)[0]
+    assert linked_to_all.mean_irradiance(POINT, NORMAL, None, 1, KEY).max() > 0
+    three = Lights.join([lamps(), lamp(LightKind.POINT, 1.0, position=(0, 1, 2))])
+    lit_up = np.array([[True, True], [True, False]])
+    links = EmitterLinks(np.int32([-1, 1]), lit_up, np.array([[True, True], [False, True]]))
+    for group, has in ((links, True), (replace(links, blocked_by=np.ones((2, 2), bool)), False)):
+        of = lit(three, links=group)
         direct, _, scene = of
         _, light, found = candidate(of, 0.99, object_=0)
-        assert found == (4 if has else 2) and light[0] > 0
+        assert found == (6 if has else 3) and light[0] > 0
         assert candidate(of, 0.99, object_=1)[1] == (0, 0, 0)
         assert sampling.has_own_blockers(direct.arrays, scene.arrays, 1) == has
         assert not sampling.has_own_blockers(direct.arrays, scene.arrays, 0)
         close = triple((0.1, 0.1, 2.9))  # where rays find the mesh more often, but for what rays would end on
         assert (candidate(of, 0.99, object_=0, at=close)[1] != (0, 0, 0)) == has
-    assert not sampling.has_own_blockers(ALL[0].arrays, ALL[2].arrays, 1)
+    assert not sampling.has_own_blockers(everything()[0].arrays, everything()[2].arrays, 1)
 
 
-@pytest.mark.parametrize("of", [ALL, lit(lamps(), glow=False)], ids=["all", "lamps"])
-def test_one_candidate_is_kept_by_what_it_gives(of):
+@pytest.mark.parametrize("name", ["everything", "lamps"])
+def test_one_candidate_is_kept_by_what_it_gives(name):
     """Σw/M over its own weight; the choice goes on with what is left of it."""
-    direct, _, scene = of
+    direct, _, scene = SCENES[name]()
     kept = set()
     for path in range(12):
         start, choice = two_numbers(KEY, path, 4)
@@ -200,7 +220,17 @@ def test_one_candidate_is_kept_by_what_it_gives(of):
         assert found[1] == pytest.approx(np.float64(best[1]) * total / (4 * own), rel=1e-3)
     assert len(kept) > 1
     below = sampling.sample_emitters(direct.arrays, scene.arrays, AT, triple((0, 0, -1)), -1, DIFFUSE, True, KEY, 1, 4)
-    assert of is ALL or (not below[3] and below[:3] == (AT, (0, 0, 0), 2))
+    assert name == "everything" or (not below[3] and below[:3] == (AT, (0, 0, 0), 2))
+
+
+def test_numbers_next_to_one_are_no_trouble(monkeypatch):
+    below_one = f(1 - 2**-24)
+    monkeypatch.setattr(sampling, "two_numbers", lambda *_: (below_one, below_one))
+    for name in ("everything", "lamps", "picture"):
+        direct, _, scene = SCENES[name]()
+        found = sampling.sample_emitters(direct.arrays, scene.arrays, AT, UP, -1, DIFFUSE, True, KEY, 1, 0)
+        assert np.isfinite(found[1]).all()
+        assert direct.arrays.world_chance > 0 or candidate((direct, None, scene), below_one)[2] == 1
 
 
 def test_numbers_that_direct_light_uses_up():
@@ -226,12 +256,12 @@ def met(of, triangle, direction, distance=2.0, normal=UP, object_=-1):
 
 
 def test_rays_have_what_they_find_more_often():
-    arrays, n_own = ALL[0].arrays, 0
+    arrays, n_own = everything()[0].arrays, 0
     for direction in np.float32([*sample_cosine_hemisphere(fixed_points(32)), unit(0.9, 0, 0.1), unit(0.1, 0.2, 0.9)]):
         way = triple(direction)
         own = way[2] / np.pi > float(arrays.world_chance) * float(world_pdf(arrays.world, way))
         n_own += own
-        assert met(ALL, -1, way) == pytest.approx(world_seen(arrays.world, way, DIFFUSE) if own else [0] * 3)
+        assert met(everything(), -1, way) == pytest.approx(world_seen(arrays.world, way, DIFFUSE) if own else [0] * 3)
     assert 3 < n_own < 31
     density = arrays.mesh.density
     for triangle in (2, 3):
@@ -244,14 +274,14 @@ def test_rays_have_what_they_find_more_often():
             of_mesh = float(arrays.mesh_chance) * density[triangle] * distance**2 / way[2]
             own = way[2] / np.pi > of_mesh
             expected = MESH_LIGHT if own else [0] * 3
-            assert met(ALL, triangle, way, distance) == pytest.approx(expected)
-    assert met(ALL, 2, UP, 0.3) != (0, 0, 0) == met(ALL, 2, UP, 30.0)
-    assert met(ALL, 0, unit(0.1, 0.2, 0.9), 0.1) == (0, 0, 0)
+            assert met(everything(), triangle, way, distance) == pytest.approx(expected)
+    assert met(everything(), 2, UP, 0.3) != (0, 0, 0) == met(everything(), 2, UP, 30.0)
+    assert met(everything(), 0, unit(0.1, 0.2, 0.9), 0.1) == (0, 0, 0)
     assert met(lit(lamps(), glow=False), 2, UP, 0.1) == (0, 0, 0)
     constant = lit(lamps(), world=World.constant(0.7))
     assert met(constant, -1, unit(0.9, 0, 0.1)) == pytest.approx([0.7] * 3)
     assert sampling.unsampled_sky(constant[0].arrays, DIFFUSE) == pytest.approx([0.7] * 3)
-    assert sampling.unsampled_sky(ALL[0].arrays, DIFFUSE) == (0, 0, 0)
+    assert sampling.unsampled_sky(everything()[0].arrays, DIFFUSE) == (0, 0, 0)
     hidden = lit(lamps(), world=replace(World.constant(0.7), hidden_from=frozenset({RayKind.DIFFUSE})))
     assert sampling.unsampled_sky(hidden[0].arrays, DIFFUSE) == (0, 0, 0)
     assert sampling.unsampled_sky(hidden[0].arrays, GLOSSY) == pytest.approx([0.7] * 3)

@@ -19,7 +19,17 @@ from photon_bake.addon.receivers.receivers import AttributeTarget
 from photon_bake.addon.scene import World
 from photon_bake.addon.tracing.embree import new_ray
 from photon_bake.tests.core.scenes import receivers_at
-from photon_bake.tests.core.values.direct.test_candidates import ALL, AT, DIFFUSE, KEY, PICTURE, UP, lamps, lit, met
+from photon_bake.tests.core.values.direct.test_candidates import (
+    AT,
+    DIFFUSE,
+    KEY,
+    SCENES,
+    UP,
+    everything,
+    lamps,
+    lit,
+    met,
+)
 from photon_bake.tests.core.values.lobe_formulas import f, triple, unit
 
 # With shadow rays
@@ -31,13 +41,9 @@ def arriving(of, path, with_sky=False, at=AT, normal=UP):
 
 
 @pytest.mark.parametrize("with_sky", [False, True])
-@pytest.mark.parametrize(
-    "of",
-    [ALL, lit(lamps(), glow=False), lit(lamps(), world=World.constant(0.7)), lit(None, glow=False, world=PICTURE)],
-    ids=["all", "lamps", "sky", "picture"],
-)
-def test_an_estimate_is_a_point_and_a_ray(of, with_sky):
-    direct, tracer, scene = of
+@pytest.mark.parametrize("name", SCENES)
+def test_an_estimate_is_a_point_and_a_ray(name, with_sky):
+    of = direct, tracer, scene = SCENES[name]()
     ceiling = np.float64(scene.vertices[4:]).reshape(-1, 3)
     for path in range(8):
         towards, light, direction, found = arriving(of, path, with_sky)
@@ -77,6 +83,11 @@ def test_lights_pass_what_does_not_block_them():
     for k, passes_ in ((0, 0), (1, 1), (2, 0), (7, 0)):
         share = visible.visible_share(direct.arrays, tracer.arrays, new_ray(), k, AT, triple((0.1, 0, 5)))
         assert share == (passes_,) * 3
+    by_square = replace(above, blocked_by=np.array([[True, True], [False, True]]))
+    direct, tracer, _ = lit(by_square, glow=False)
+    for height, passed in ((2.9, 1), (3.5, 0)):  # the square is a step before the second
+        target = triple((0.2, 0.1, height))
+        assert visible.visible_share(direct.arrays, tracer.arrays, new_ray(), 1, AT, target) == (passed,) * 3
     direct, tracer, _ = lit(above, glow=False)
     assert visible.visible_share(direct.arrays, tracer.arrays, new_ray(), 1, AT, triple((0.1, 0, 5))) == (0, 0, 0)
     assert visible.visible_share(direct.arrays, tracer.arrays, new_ray(), 1, AT, triple((2, 0, 2))) == (1, 1, 1)
@@ -116,7 +127,7 @@ def test_means_of_estimates(with_sky):
 
 @pytest.mark.parametrize("own", [False, True])
 def test_incident_light_of_points(own):
-    direct, tracer, scene = ALL
+    direct, tracer, scene = everything()
     key = np.uint64(stream(4).integers(1 << 64, dtype=np.uint64, endpoint=False))
     found = direct.sample(POINTS, NORMALS, np.int32([0, 1]), stream(4), own)
     for k in range(2):
@@ -129,7 +140,7 @@ def test_incident_light_of_points(own):
 
 def test_light_met_by_rays_from_several_sides():
     """Σ (ω·a)⁺² L(ω) over the sides, and what see-through surfaces leave of it."""
-    direct, tracer, _ = ALL
+    direct, tracer, _ = everything()
     directions = np.float32([unit(0.1, 0.05, 1), unit(0.7, 0.2, 0.3), unit(-0.2, 0.1, -0.9)])
     sides = np.float32([UP, unit(0.6, 0.1, 0.5), unit(0, 0, -1)])
     hits = tracer.closest_hit(np.float32([(0.1, 0.1, 2.8), AT, AT]), directions)
@@ -139,7 +150,7 @@ def test_light_met_by_rays_from_several_sides():
         for side in sides:
             cos = float(direction @ side)
             if cos > 0:
-                own = met(ALL, hits.triangle[k], triple(direction), hits.distance[k], triple(side))
+                own = met(everything(), hits.triangle[k], triple(direction), hits.distance[k], triple(side))
                 total += cos**2 * np.float64(own)
         assert found[k] == pytest.approx(total, rel=1e-4)
     assert found[0].max() > 0 and found[1].max() > 0

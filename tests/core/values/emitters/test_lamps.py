@@ -60,11 +60,12 @@ def slats(direction, spread=2.2):
 
 
 def test_columns_that_kernels_need():
-    assert ARRAYS.reach == pytest.approx(
+    arrays = lamp_arrays(LIGHTS)
+    assert arrays.reach == pytest.approx(
         [np.sin(0.2), 0.3, 0.3, 0.3, 0.3, *[np.hypot(0.6, 1.1) / 2] * 3, np.hypot(2.6, 3.1) / 2], rel=1e-6
     )
-    assert ARRAYS.versine == pytest.approx([1 - np.cos(a / 2) for a in LIGHTS.angle], rel=1e-5, abs=1e-12)
-    assert ARRAYS.has_size.all() and ARRAYS.illuminates.shape == (0, 0) and ARRAYS.seen.shape == (len(RayKind), 9)
+    assert arrays.versine == pytest.approx([1 - np.cos(a / 2) for a in LIGHTS.angle], rel=1e-5, abs=1e-12)
+    assert arrays.has_size.all() and arrays.illuminates.shape == (0, 0) and arrays.seen.shape == (len(RayKind), 9)
     assert area.areas_of(LIGHTS)[RECTANGLE:] == pytest.approx([0.66, np.pi / 4 * 0.66, 0.66, np.pi / 4 * 2.6 * 3.1])
     for k in (RECTANGLE, ELLIPSE, SPREAD, NARROW):
         assert area.area_of(ARRAYS, k) == pytest.approx(area.areas_of(LIGHTS)[k], rel=1e-6)

@@ -137,6 +137,8 @@ def test_what_photons_do_not_meet_may_cast_shadows():
     lights = two_lamps(None, np.array([[1, 1, 0], [1, 1, 1]], bool))
     hits, power = sent_down(layers(lights, **unseen), 0)
     assert (hits.triangle // 2 == 1).all() and (power == 1).all()
+    hits, power = sent_down(layers(two_lamps(), scatters=np.array([False, True, True])), 0)  # behind what is met
+    assert (hits.triangle // 2 == 2).all() and (power == 1).all()
     assert (sent_down(layers(lights, **unseen), 1)[1] == 0).all()
 
 
@@ -149,6 +151,10 @@ def test_light_falls_off_by_its_way():
     assert (sent_down(scene, 0)[1] == 1).all() and sent_down(scene, 1)[1] == pytest.approx(1.0)
     lowest = dict.fromkeys(("scatters", "casts_shadow"), np.array([True, False, False]))
     lower = layers(lights, emission=(0.5, 0, 0), **lowest)
+    nothing = layers(lights, emission=(0.5, 0, 0), **dict.fromkeys(lowest, np.zeros(3, bool)))
+    for source in (0, 1):
+        hits, power = sent_down(nothing, source)
+        assert (hits.triangle < 0).all() and (power == 1).all()
     assert sent_down(lower, 1)[1] == pytest.approx(3.0) and (sent_down(lower, 2)[1] == 1).all()
     smooth = two_lamps(None, None, smoothing=np.float32([7, 0]))
     lower = layers(smooth, **lowest)
