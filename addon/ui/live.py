@@ -9,7 +9,6 @@ import bpy
 from ..blender.viewport.session import LiveSession
 from ..core.errors import BakeError
 from ..pipeline.warm_up import COMPILING, compiler
-from ..settings.live import LiveSettings
 from .redraw import redraw_panels, redraw_view3d
 from .state import bake_state, duration
 
@@ -95,7 +94,7 @@ class LiveSwitch:
 
     def _start(self, scene: Any, view_layer: Any) -> None:
         self._paused = False
-        self.session = LiveSession(scene, view_layer, LiveSettings(), lambda: self.mode, self._fails)
+        self.session = LiveSession(scene, view_layer, scene.photon_bake.live.settings(), lambda: self.mode, self._fails)
 
     def _fails(self, error: Exception) -> None:
         self._failure = error

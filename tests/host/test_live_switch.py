@@ -7,7 +7,6 @@ import bpy
 import pytest
 from photon_bake.addon.blender.viewport.session import LiveSession
 from photon_bake.addon.core.errors import BakeError
-from photon_bake.addon.settings.live import LiveSettings
 from photon_bake.addon.ui import live as module
 from photon_bake.addon.ui.live import NO_WINDOW, live_switch
 from photon_bake.addon.ui.panels import live as panel
@@ -22,7 +21,7 @@ from .scenes import add_cube, add_lamp, add_plane
 def scene(empty_scene, monkeypatch):
     """A cube and a floor under a lamp, in a Blender that seems to have a window."""
     monkeypatch.setattr(LiveSession, "_started", lambda self: Engine(self._stages[-1].surfaces))
-    monkeypatch.setattr(module, "LiveSettings", lambda: LiveSettings(n_vertices=200))
+    empty_scene.photon_bake.live.n_vertices = 200
     app = SimpleNamespace(
         background=False, timers=bpy.app.timers, handlers=bpy.app.handlers, is_job_running=lambda name: False
     )

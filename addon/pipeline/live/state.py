@@ -14,7 +14,8 @@ OF_SURFACES = ("bounds", "diagonal", "_normals_and_areas", "smooth", "packed_nor
 
 def lit_otherwise(scene: Scene, lights: Lights | None = None, world: World | None = None) -> Scene:
     """The same surfaces under other lamps, or another world."""
-    changed = replace(scene, lights=lights or scene.lights, world=world or scene.world)
+    lights = scene.lights if lights is None else lights  # of no lamps is false, too
+    changed = replace(scene, lights=lights, world=world or scene.world)
     return _knowing(changed, scene, (*OF_SURFACES, "arrays", "shines"))
 
 

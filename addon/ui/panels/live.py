@@ -2,8 +2,10 @@
 
 from typing import Any
 
+import bpy
+
 from ..live import live_switch
-from .tab import draw_sentence
+from .tab import Section, draw_sentence
 
 
 def draw_live(layout: Any, context: Any, width: int) -> None:
@@ -15,6 +17,20 @@ def draw_live(layout: Any, context: Any, width: int) -> None:
         draw_sentence(layout.column(align=True), live_switch.words, "BLANK1", width)
     elif live_switch.error:
         draw_sentence(layout.column(align=True), live_switch.error, "ERROR", width)
+
+
+class PHOTON_BAKE_PT_live(Section, bpy.types.Panel):
+    """How finely light is found; what is changed here counts when it is turned on next."""
+
+    bl_label = "Live Light"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Any) -> None:
+        column = self.layout.column()
+        column.use_property_split, column.use_property_decorate = True, False
+        column.enabled = not live_switch.on
+        for name in ("n_vertices", "n_links", "n_bounces", "memory"):
+            column.prop(context.scene.photon_bake.live, name)
 
 
 def draw_in_view_menu(menu: Any, context: Any) -> None:
