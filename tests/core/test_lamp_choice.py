@@ -63,6 +63,24 @@ def test_cells_of_positions():
     assert outside.tolist() == [0, n**3 - 1, (n - 1) * n * n, n - 1]
 
 
+def test_lamps_that_fade_are_taken_by_what_is_left():
+    """Linear light is d times as strong, d² being that of the cell's middle and half of its size."""
+    near, fading = (lamp(LightKind.POINT, 1.0, position=(0.2, 0.1, 0.3), distance_power=k) for k in (0, 1))
+    _, grid = grid_of(near, fading)
+    found = np.empty(2)
+    chances_of(grid, 5, found)
+    size = np.array(grid.cell, np.float64)
+    middle = np.array(grid.low) + np.array([0.5, 0.5, 5.5]) * size
+    d2 = ((middle - (0.2, 0.1, 0.3)) ** 2).sum() + (size**2).sum() / 4
+    give = np.array([1, np.sqrt(d2)])
+    assert found == pytest.approx(SHARE / 2 + (1 - SHARE) * give / give.sum(), rel=1e-4)
+
+
+def test_lamps_of_which_none_is_taken():
+    _, grid = grid_of(lamp(LightKind.POINT, 0.0), lit=[False])
+    assert grid.table.cumulative.tolist() == [0]
+
+
 def test_many_lamps_have_fewer_cells(monkeypatch):
     """As many a side as leave room for a chance of each lamp in each cell, one at the least."""
     lights = [lamp(LightKind.POINT, 1, position=(x, 0, 0)) for x in np.linspace(-0.5, 0.5, 5)]

@@ -5,6 +5,7 @@ from time import perf_counter, sleep
 
 import numpy as np
 import pytest
+from photon_bake.addon.core.errors import BakeError
 from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.pipeline.live import (
     LampsChanged,
@@ -21,7 +22,7 @@ from photon_bake.addon.settings.bake import BakeSettings
 from photon_bake.addon.settings.live import LiveSettings
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.addon.tracing.embree_pair import PairTracer
-from photon_bake.tests.core.scenes import box, lamp, merge, of_objects, plane, scene_of
+from photon_bake.tests.core.scenes import ball, box, lamp, merge, of_objects, plane, scene_of
 
 SMALL = {"n_vertices": 600, "n_elements": 500, "n_links": 64, "n_direct": 4, "n_threads": 1}
 
@@ -87,9 +88,21 @@ def mean_of(values, light):
 def test_white_furnace(albedo):
     """In a closed box of 24 m² a lamp of 24 W gives a mean irradiance of 1/(1−ρ), of which ρ/(1−ρ) is indirect."""
     light = converged(live_of(furnace(albedo)))
-    assert mean_of(light.indirect, light) == pytest.approx(albedo / (1 - albedo), rel=0.01)
-    assert mean_of(light.direct, light) == pytest.approx(1, rel=0.03)  # which curves over the vertices' triangles
+    # Within what light curves over the triangles between vertices
+    assert mean_of(light.indirect, light) == pytest.approx(albedo / (1 - albedo), rel=0.025)
+    assert mean_of(light.direct, light) == pytest.approx(1, rel=0.03)
     assert 0 < light.error < 0.05
+
+
+@pytest.mark.parametrize("albedo", [0.5, 0.8])
+def test_furnace_of_glowing_walls_is_even(albedo):
+    """Walls of radiance L make E/π = L/(1−ρ) everywhere, Lρ/(1−ρ) of it indirect."""
+    scene = of_objects(scene_of(*box(), albedo=albedo, emission=1.0), np.zeros(12))
+    light = converged(live_of(scene, n_direct=64))
+    expected = albedo / (1 - albedo)
+    assert light.indirect.mean() == pytest.approx(expected, rel=0.01)
+    assert np.abs(light.indirect / expected - 1).max() < 0.15
+    assert light.direct.mean() == pytest.approx(1, rel=0.01)
 
 
 def test_first_light_has_all_bounces():
@@ -226,6 +239,18 @@ def test_a_moved_object_equals_a_fresh_start():
     assert moved.surfaces is first.surfaces
 
 
+def test_of_too_many_vertices_some_find_light_for_all():
+    scene = scene_of(*ball(1.0, n=24)[:2], lights=lamp(LightKind.POINT, 3.0, position=(0, 0, 3)))
+    scene = of_objects(scene, np.zeros(scene.n_triangles))
+    light = converged(live_of(scene, n_vertices=300))
+    (mesh,) = light.surfaces.meshes
+    assert len(mesh.position) > 1000
+    way = np.array([0, 0, 3]) - mesh.position
+    distance = np.linalg.norm(way, axis=1)
+    expected = 3 * np.maximum((mesh.normal * way).sum(axis=1), 0) / distance**3
+    assert np.sqrt(np.mean((light.direct[:, 0] * np.pi - expected) ** 2)) < 0.1 * expected.max()
+
+
 def test_links_that_an_edit_does_not_cross_stay():
     """Those that it does are found exactly: they and no others end elsewhere."""
     live = live_of(room(), n_links=64)
@@ -242,7 +267,7 @@ def test_links_that_an_edit_does_not_cross_stay():
     links.arrays.state[:], links.arrays.split[:], links.n_renewed = STALE, True, 0
     live._solver._planned = live._solver.converged = False
     converged(live)
-    assert np.array_equal(links.end, after)
+    assert np.mean(links.end != after) < 1e-4  # where a ray meets an edge, either triangle may be the first
 
 
 def test_pair_tracer_sees_what_a_tracer_of_all_sees():
@@ -258,6 +283,13 @@ def test_pair_tracer_sees_what_a_tracer_of_all_sees():
     assert np.array_equal(one.triangle, other.triangle) and (one.triangle >= 12).any()
     assert one.distance == pytest.approx(other.distance, rel=1e-5)
     assert np.array_equal(pair.occluded(origins, origins[::-1]), EmbreeTracer(moved).occluded(origins, origins[::-1]))
+
+
+def test_too_little_memory_is_said_with_the_numbers():
+    live = live_of(room(), memory=50, n_elements=20_000, n_element_links=1024)
+    live.start()
+    wait_for(lambda: live.failure)
+    assert isinstance(live.failure, BakeError) and "MB at least, and may take 50" in str(live.failure)
 
 
 def test_it_stops_within_50_ms():

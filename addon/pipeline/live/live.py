@@ -16,8 +16,8 @@ from .surfaces import LiveSurfaces
 class Live:
     """Keeps the light at the vertices of a scene's surfaces up to date; safe to call from any thread.
 
-    A thread of low needs works until the light has converged, and sleeps then. An edit halts what it does within 50 ms,
-    unless that is the first light after an edit, which comes first: who drags a lamp shall see light on the way.
+    A thread works until the light has converged, and sleeps then. An edit halts what it does within 50 ms, unless that
+    is the first light after an edit, which comes first: who drags a lamp shall see light on the way.
     Either call `start`, or `step` until it says that nothing is left.
 
     Parameters

@@ -10,7 +10,6 @@ from ...tracing import TransparencyTracer
 from ...tracing.embree_pair import PairTracer
 from .edits import ObjectMoved
 from .state import OF_SURFACES
-from .surfaces import LiveSurfaces
 
 _MARGIN = 1e-4  # of the box around an object, as a share of its size
 
@@ -38,14 +37,14 @@ class Moving:
 
     Parameters
     ----------
-    surfaces : LiveSurfaces
     receivers : Receivers
-        At its vertices, which move with their objects: written in place.
+        Which move with their objects: written in place.
+    objects : (n,) int32
+        Of each.
     """
 
-    def __init__(self, surfaces: LiveSurfaces, receivers: Receivers) -> None:
-        self._receivers = receivers
-        self._meshes = {mesh.object: mesh.vertices for mesh in surfaces.meshes}
+    def __init__(self, receivers: Receivers, objects: np.ndarray) -> None:
+        self._receivers, self._objects = receivers, objects
         self._at_first = Receivers(receivers.position.copy(), receivers.normal.copy(), receivers.footprint)
         self._parts: dict[int, _Part] = {}
         self._pair: PairTracer | None = None
@@ -70,8 +69,7 @@ class Moving:
         after = _box(scene.vertices[part.vertices])
         low, high = scene.bounds
         scene.__dict__["bounds"] = np.stack([np.minimum(low, after[0]), np.maximum(high, after[1])])
-        if edit.object in self._meshes:
-            self._move_receivers(self._meshes[edit.object], edit.transform)
+        self._move_receivers(np.flatnonzero(self._objects == edit.object), edit.transform)
         if first or self._pair is None:
             moves = np.zeros(len(scene.objects.names), bool)
             moves[list(self._parts)] = True
@@ -112,7 +110,7 @@ class Moving:
             own.__dict__[name] = float(value) if name == "diagonal" else copied
         return own
 
-    def _move_receivers(self, rows: slice, transform: np.ndarray) -> None:
+    def _move_receivers(self, rows: np.ndarray, transform: np.ndarray) -> None:
         at = self._at_first
         self._receivers.position[rows] = _points(at.position[rows], transform)
         self._receivers.normal[rows] = _normals(at.normal[rows], transform)

@@ -15,13 +15,13 @@ from .light import LiveLight
 from .moving import Moving
 from .state import lit_otherwise, made_otherwise, paths_stay, tracer_of
 from .surfaces import LiveSurfaces
+from .thinned import Thinned
 from .transport.bounces import Transport
-from .transport.direct import Estimates
 from .transport.lighting import Lighting
 from .transport.linking import Linking
 from .transport.reflectance import Reflectance, reflectance
 
-_OF_AREA = 65  # stream of random numbers
+_OF_AREA = 115  # stream of random numbers
 _PASSES = 2  # estimates of direct light that a step adds
 _FIRST_LINKS = 256  # of a vertex that the first light after an edit is taken from
 _FEW_BOUNCES = 2
@@ -46,7 +46,10 @@ class Solver:
     # --- what is built once for a scene -------------------------------------------------------------------------
 
     def _set_up(self, scene: Scene, surfaces: LiveSurfaces) -> None:
-        self._scene, self._surfaces, self._receivers = scene, surfaces, surfaces.receivers()
+        self._scene, self._surfaces = scene, surfaces
+        self._thinned = Thinned.of(surfaces, self._settings.n_vertices)
+        chosen = self._thinned.chosen
+        self._receivers, self._objects = surfaces.receivers().where(chosen), surfaces.object_of_vertex[chosen]
         n = len(self._receivers)
         self._plan.drop()
         self._empty = n == 0 or scene.n_triangles == 0
@@ -56,7 +59,7 @@ class Solver:
             return
         self._region = region_of(self._receivers.position)
         self._tracer = tracer_of(scene, self._crew.progress)
-        self._moving = Moving(surfaces, self._receivers)
+        self._moving = Moving(self._receivers, self._objects)
         self._start_links()
 
     def _start_links(self) -> None:
@@ -66,13 +69,10 @@ class Solver:
         pilot = importance_pilot(self._scene, self._tracer, receivers, region, n_elements, crew.workers)
         self._unmarked: list[tuple[int, np.ndarray]] = []
         how = settings, self._plan, self._light_new
-        self._linking = Linking.of(self._scene, self._tracer, receivers, pilot, *how)
-        n_sides, n_links = self._linking.sides.end.shape
-        self._transport = Transport(n_sides, crew)
+        self._linking = Linking.of(self._scene, self._tracer, receivers, pilot, self._direct(), *how)
+        self._transport = Transport(len(self._linking.sides.end), crew)
         self._reflectance: Reflectance | None = None
-        estimates = Estimates.none(len(receivers), settings.n_direct, False), Estimates.none(n_sides, n_links, True)
-        of = self._tracer, receivers, self._surfaces.object_of_vertex, self._linking, settings
-        self._lighting = Lighting(self._direct(), *of, *estimates)
+        self._lighting = Lighting.of(self._tracer, receivers, self._objects, self._linking, settings)
 
     def _direct(self) -> DirectLight:
         """What gives light, as it is now."""
@@ -113,10 +113,12 @@ class Solver:
             self._reflectance = None
             progress = self._crew.progress
             self._trace_by(self._tracer.lit_by(self._scene) if stay else tracer_of(self._scene, progress))
-            if not stay:
+            if stay:
+                self._unmarked.append((-1, np.zeros((0, 2, 3), np.float32)))
+            else:
                 self._moving.restart()
                 self._start_links()
-        self._lighting.direct = self._direct()
+        self._linking.direct = self._direct()
 
     def _move(self, edit: ObjectMoved) -> None:
         """An object stands elsewhere."""
@@ -124,7 +126,7 @@ class Solver:
         self._trace_by(tracer)
         self._unmarked.append((edit.object, boxes))
         if self._scene.shines[self._scene.object_of_triangle == edit.object].any():
-            self._lighting.direct = self._direct()
+            self._linking.direct = self._direct()
 
     def _trace_by(self, tracer: TransparencyTracer) -> None:
         self._tracer = self._linking.tracer = self._lighting.tracer = tracer
@@ -153,7 +155,7 @@ class Solver:
         linking, lighting, then = self._linking, self._lighting, self._plan.then
         self._planned, n = True, _PASSES if self._lit else 1
         for moved in self._unmarked:
-            for job in linking.moved(moved[0], self._surfaces.object_of_vertex, moved[1]):
+            for job in linking.moved(moved[0], self._objects, moved[1]):
                 then(job)
         if self._unmarked:
             then(lambda: Job(0, 1, _nothing, self._unmarked.clear))
@@ -170,6 +172,10 @@ class Solver:
             then(lambda: lighting.light_sides(n))
         if not lighting.vertices.finished:
             then(lambda: lighting.light_vertices(n))
+        if not lighting.near_sides.finished:
+            then(lambda: lighting.light_near_sides(n))
+        if not lighting.near_vertices.finished:
+            then(lambda: lighting.light_near_vertices(4 * n))
 
     def _carry(self) -> None:
         """From direct light and links to what vertices gather."""
@@ -177,7 +183,8 @@ class Solver:
         if self._reflectance is None:
             key = path_key(self._settings.seed, _OF_AREA)
             self._reflectance = reflectance(self._tracer, linking.pilot.elements, key, self._crew)
-        of, change = (lighting.sides.mean, linking.sides, linking.reached, self._reflectance), 1.0
+        lit = lighting.sides.mean, lighting.near_sides.mean
+        of, change = (*lit, linking.sides, linking.reached, self._reflectance), 1.0
         if not self._lit:
             self._transport.restart(self._settings.n_bounces, *of)
         else:
@@ -186,8 +193,9 @@ class Solver:
         self._transport.radiate(of[0], self._reflectance)
         n_links = linking.vertices.n_traced if self._lit else min(linking.vertices.n_traced, _FIRST_LINKS)
         self._transport.to_vertices(linking.vertices, n_links, self._indirect, self._variance)
-        left = linking.vertices, linking.sides, lighting.vertices, lighting.sides
-        self.converged = self._lit and all(one.finished for one in left) and change < _STILL
+        self._indirect += lighting.near_vertices.mean
+        finished = linking.vertices.finished and linking.sides.finished and lighting.finished
+        self.converged = self._lit and finished and change < _STILL
         self._lit = True
 
     # --- what is known ------------------------------------------------------------------------------------------
@@ -199,7 +207,7 @@ class Solver:
             return LiveLight(version, self._surfaces, dark, dark, 0.0, since, True)
         mean = float(self._indirect.mean(dtype=np.float64))
         error = float(np.sqrt(self._variance.mean(dtype=np.float64))) / mean if mean > 0 else 0.0
-        direct, indirect = self._lighting.vertices.mean.copy(), self._indirect.copy()
+        direct, indirect = (self._thinned.spread(of) for of in (self._lighting.vertices.mean, self._indirect))
         return LiveLight(version, self._surfaces, direct, indirect, error, since, self.converged)
 
 

@@ -1,9 +1,9 @@
 """Light carried over links: from side to side of elements, bounce by bounce, and from there to vertices.
 
 With D the direct and G the gathered light of sides (E/π), ρ what they reflect and τ what they let through of their
-other side's, L = ρ (D + G) + τ (D' + G') is the radiance of a side, and G = F L that of what its links end on: the mean
-over its rows. Five products, and the tail of a geometric series, give what an edit makes of it; more follow while
-nothing moves, until G stays as it is.
+other side's, L = ρ (D + G) + τ (D' + G') is the radiance of a side, and G = F L + N what it gathers: the mean over its
+links, and what near points make of direct light. Five products, and the tail of a geometric series, give what an edit
+makes of it; more follow while nothing moves, until G stays as it is.
 """
 
 import numpy as np
@@ -12,6 +12,7 @@ from ....core.compiling import kernel, part
 from ....core.vec3 import BLACK, ONE, ZERO, mean, mul, plus, put, row, times
 from ..crew import Crew, Task
 from .links import INSIDE, RENEWED, STALE, Links
+from .packing import unpacked
 from .reflectance import Reflectance
 
 _CHUNK = 1 << 10  # rows
@@ -34,10 +35,7 @@ def _light_of_link(links, radiance, i, k):
     side = links.end[i, k]
     if side < 0:
         return BLACK
-    light = row(radiance, side)
-    if links.weight.shape[1] > 0:
-        light = mul(light, row(links.weight[i], k))
-    return light
+    return mul(row(radiance, side), unpacked(links.weight[i, k]))
 
 
 @part
@@ -54,8 +52,8 @@ def _mean_of_links(links, radiance, i, first, last):
 def _mean_of_strata(links, radiance, i, n_links):
     """Mean over the first N links of a row of which S are stale, or were.
 
-    The k of those that are renewed stand for all of them, (Σ_kept L + S/k Σ_renewed L) / N; until one is, they stand
-    as they were.
+    The k of those that are renewed stand for all of them, (Σ_kept L + S/k Σ_renewed L) / N; until one of these is not
+    what it was, they stand as they were.
     """
     kept = stale = renewed = BLACK
     n_kept = n_stale = n_renewed = 0
@@ -68,8 +66,8 @@ def _mean_of_strata(links, radiance, i, n_links):
         else:
             kept, n_kept = plus(kept, light), n_kept + counts
     n = n_kept + n_stale + n_renewed
-    if n_renewed == 0:
-        return times(plus(kept, stale), ONE / np.float32(max(n, 1)))
+    if n_renewed == 0 or not links.changed[i]:
+        return times(plus(plus(kept, stale), renewed), ONE / np.float32(max(n, 1)))
     share = np.float32(n_stale + n_renewed) / np.float32(n_renewed)
     return times(plus(kept, times(renewed, share)), ONE / np.float32(max(n, 1)))
 
@@ -116,7 +114,7 @@ class Transport:
         self._crew = crew
         self.gathered, self.radiance = np.zeros((2, n_sides, 3), np.float32)
 
-    def bounce(self, direct: np.ndarray, links: Links, sides: np.ndarray, of: Reflectance) -> float:
+    def bounce(self, direct: np.ndarray, near: np.ndarray, links: Links, sides: np.ndarray, of: Reflectance) -> float:
         """Once from side to side; how much G changed, relative to it."""
         self.radiate(direct, of)
         gathered = np.zeros_like(self.gathered)
@@ -126,17 +124,20 @@ class Transport:
             _gather_sides(links.arrays, links.n_traced, self.radiance, *at, gathered)
 
         self._crew.run(Task(len(sides)), _CHUNK, gather)
+        gathered += near
         change = float(np.abs(gathered - self.gathered).sum(dtype=np.float64))
         self.gathered = gathered
         return change / max(float(np.abs(gathered).sum(dtype=np.float64)), 1e-30)
 
-    def restart(self, n: int, direct: np.ndarray, links: Links, sides: np.ndarray, of: Reflectance) -> None:
+    def restart(
+        self, n: int, direct: np.ndarray, near: np.ndarray, links: Links, sides: np.ndarray, of: Reflectance
+    ) -> None:
         """N bounces of new direct light, and what those after them add if each is the same share of the one before."""
         before = np.zeros(3)
         self.gathered = np.zeros_like(self.gathered)
         for _ in range(max(n, 1)):
             last, was = before, self.gathered
-            self.bounce(direct, links, sides, of)
+            self.bounce(direct, near, links, sides, of)
             added = self.gathered - was
             before = np.abs(added).sum(axis=0, dtype=np.float64)
         share = np.clip(before / np.maximum(last, 1e-30), 0, _LARGEST_SHARE) if n > 1 else np.zeros(3)

@@ -69,9 +69,11 @@ def _mark(links, i, k):
 def mark_vertex_links(positions, normals, objects, points, key, moved, boxes, start, stop, n, links):
     """Mark which of the first n links of vertices `start` to `stop` are stale: of those on an object, all."""
     for vertex in range(start, stop):
+        links.changed[vertex] = links.changed[vertex] and links.split[vertex]
         if objects[vertex] == moved:
             for k in range(n):
                 _mark(links, vertex, k)
+            links.changed[vertex] = True
             continue
         origin, normal = row(positions, vertex), row(normals, vertex)
         a, b = two_numbers(key, vertex, SHIFT)
@@ -97,10 +99,12 @@ def mark_side_links(scene, elements, points, key, moved, boxes, sides, start, st
     """Mark which of the first n links of `sides` from `start` to `stop` are stale."""
     for i in range(start, stop):
         side = sides[i]
+        links.changed[side] = links.changed[side] and links.split[side]
         on = scene.object[elements.triangle[elements.order[elements.start[side // 2]]]]
         for k in range(n):
             if on == moved:
                 _mark(links, side, k)
+                links.changed[side] = True
                 continue
             _, origin, direction = side_ray(scene, elements, points, key, side, k)
             for box in range(len(boxes)):
@@ -112,8 +116,7 @@ def mark_side_links(scene, elements, points, key, moved, boxes, sides, start, st
 
 @part
 def _mark_followed(links, i, n):
-    """Of links over mirrors and through glass only the first segment is known: they are stale whatever moved."""
-    if links.weight.shape[1] > 0:
-        for k in range(n):
-            if links.length[i, k] == FOLLOWED:
-                _mark(links, i, k)
+    """Of links that were followed only the first segment is known: they may be stale whatever moved."""
+    for k in range(n):
+        if links.length[i, k] == FOLLOWED:
+            _mark(links, i, k)

@@ -2,12 +2,15 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
+from ....core.errors import BakeError
 from ....core.sampling.path_numbers import path_key
-from ....gather import ImportancePilot
+from ....gather import DirectLight, ImportancePilot
 from ....gather.direct.ray_directions import stratified_set
+from ....gather.radiance_cache.radiance_cache import NEAR
 from ....receivers import Receivers
 from ....scene import Lobe, Scene
 from ....settings.live import LiveSettings
@@ -15,9 +18,9 @@ from ....tracing import TransparencyTracer
 from ....tracing.embree import new_ray
 from ..jobs import Job, Plan
 from .crossings import mark_side_links, mark_vertex_links
-from .links import Links, trace_side_links, trace_vertex_links
+from .links import BYTES, LinkLight, Links, trace_side_links, trace_vertex_links
 
-_OF_VERTICES, _OF_SIDES = 61, 62  # streams of random numbers
+_OF_VERTICES, _OF_SIDES = 111, 112  # streams of random numbers
 _BLOCK, _SIDE_BLOCK = 16, 16  # links of a row that a step adds at least
 _GROWTH = 4  # a step adds to a row this part of the links that are there
 _CHECKS = 16  # links are looked at as fast as one is traced
@@ -41,6 +44,7 @@ class Linking:
     tracer: TransparencyTracer
     receivers: Receivers
     pilot: ImportancePilot
+    direct: DirectLight
     settings: LiveSettings
     plan: Plan
     vertices: Links
@@ -54,21 +58,30 @@ class Linking:
         tracer: TransparencyTracer,
         receivers: Receivers,
         pilot: ImportancePilot,
+        direct: DirectLight,
         settings: LiveSettings,
         plan: Plan,
         on_reached: Callable[[np.ndarray], None],
     ) -> "Linking":
-        """No links yet."""
-        n, n_sides, materials = len(receivers), 2 * len(pilot.elements), scene.materials
-        of_triangles = (materials.directional | materials.see_through)[scene.material_of_triangle]
-        weighted = bool(of_triangles.any()) or bool(tracer.arrays.coincident.any)
-        a_link = 21 if weighted else 9  # bytes
-        spare = settings.memory * 10**6 - n_sides * settings.n_element_links * a_link
-        affordable = max(spare, 0) // (n * a_link) // _BLOCK * _BLOCK
-        n_links = int(max(_BLOCK, min(settings.n_links, affordable)))
-        vertices = Links.none(n, n_links, weighted)
-        sides = Links.none(n_sides, settings.n_element_links, weighted)
-        return Linking(scene, tracer, receivers, pilot, settings, plan, vertices, sides, on_reached)
+        """No links yet.
+
+        Raises
+        ------
+        BakeError
+            If the least of them take more memory than they may.
+        """
+        n, n_sides = len(receivers), 2 * len(pilot.elements)
+        spare = settings.memory * 10**6 - n_sides * settings.n_element_links * BYTES
+        affordable = spare // (n * BYTES) // _BLOCK * _BLOCK
+        if affordable < _BLOCK:
+            least = (settings.memory * 10**6 - spare + n * BYTES * _BLOCK) / 1e6
+            raise BakeError(
+                f"Live light of {n:,} vertices takes {least:,.0f} MB at least, and may take {settings.memory:,}: "
+                "raise its Memory, or lower its Vertices."
+            )
+        n_links = int(min(settings.n_links, affordable))
+        links = Links.none(n, n_links), Links.none(n_sides, settings.n_element_links)
+        return Linking(scene, tracer, receivers, pilot, direct, settings, plan, *links, on_reached)
 
     @property
     def key_of_sides(self) -> np.uint64:
@@ -76,9 +89,20 @@ class Linking:
         return path_key(self.settings.seed, _OF_SIDES)
 
     @property
-    def _hidden(self) -> np.ndarray:
-        hidden = self.pilot.hidden
-        return hidden.of_object if hidden.any else np.zeros(0, bool)
+    def key_of_vertices(self) -> np.uint64:
+        """What `vertex_ray` takes."""
+        return path_key(self.settings.seed, _OF_VERTICES)
+
+    def met(self) -> LinkLight:
+        """What rays meet, for one call of a kernel."""
+        hidden, elements = self.pilot.hidden, self.pilot.elements.arrays
+        of_object = hidden.of_object if hidden.any else np.zeros(0, bool)
+        return LinkLight(self.tracer.arrays, new_ray(), elements, of_object, self._reach, self.direct.arrays)
+
+    @cached_property
+    def _reach(self) -> np.ndarray:
+        reach: np.ndarray = (NEAR * np.sqrt(self.pilot.elements.areas)).astype(np.float32)
+        return reach
 
     # --- tracing ------------------------------------------------------------------------------------------------
 
@@ -130,22 +154,21 @@ class Linking:
 
     def _vertex_tracer(self, first: int, last: int, stale: bool) -> Callable[[slice], None]:
         links, at = self.vertices, self.receivers
-        tracing = self.tracer.arrays, self.pilot.elements.arrays, self._hidden
-        how = stratified_set(links.n_most), path_key(self.settings.seed, _OF_VERTICES)
+        how = stratified_set(links.n_most), self.key_of_vertices
 
         def trace(chunk: slice) -> None:
             rows = chunk.start, chunk.stop, first, last, stale, links.arrays
-            trace_vertex_links(tracing[0], new_ray(), *tracing[1:], at.position, at.normal, *how, *rows)
+            trace_vertex_links(self.met(), at.position, at.normal, *how, *rows)
 
         return trace
 
     def _side_tracer(self, sides: np.ndarray, first: int, last: int, stale: bool) -> Callable[[slice], None]:
-        links, tracing = self.sides, (self.tracer.arrays, self.pilot.elements.arrays, self._hidden)
+        links = self.sides
         how = stratified_set(links.n_most), self.key_of_sides
 
         def trace(chunk: slice) -> None:
             rows = chunk.start, chunk.stop, first, last, stale, links.arrays
-            trace_side_links(tracing[0], new_ray(), *tracing[1:], sides, *how, *rows)
+            trace_side_links(self.met(), sides, *how, *rows)
 
         return trace
 
@@ -156,6 +179,8 @@ class Linking:
 
         Parameters
         ----------
+        object_ : int
+            −1: none has, but surfaces that links were followed from reflect otherwise.
         objects : (n,) int32
             Object of each vertex.
         boxes : (b, 2, 3) float32, m
@@ -163,7 +188,7 @@ class Linking:
         """
         sides, of_vertices, of_sides = self.reached, self.vertices, self.sides
         of_vertices.n_renewed = of_sides.n_renewed = 0
-        points = stratified_set(of_vertices.n_most), path_key(self.settings.seed, _OF_VERTICES)
+        points = stratified_set(of_vertices.n_most), self.key_of_vertices
         scene, elements = self.tracer.arrays.scene, self.pilot.elements.arrays
         side_points, at = (stratified_set(of_sides.n_most), self.key_of_sides), self.receivers
 

@@ -199,7 +199,7 @@ def test_velvet_at_the_ends():
 
 # Toon
 
-TOONS = [(0.4, 0.2), (0.5, 0.0), (0.8, 0.5), (1.0, 0.0)]
+TOONS = [(0.2, 0.6), (0.4, 0.2), (0.5, 0.0), (0.8, 0.5), (1.0, 0.0)]
 
 
 def toon_angles(size, edge):

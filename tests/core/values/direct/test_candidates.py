@@ -167,6 +167,16 @@ def test_candidates_are_of_what_there_is():
     assert candidate(no_mesh, 0.999)[2] == 3
 
 
+def test_numbers_go_to_lamps_by_their_chances():
+    of = direct, _, _ = SCENES["lamps"]()
+    found = set()
+    for place in np.linspace(0.02, 0.98, 9):
+        k, _ = choose_lamp(direct.arrays.grid, cell_of(direct.arrays.grid, AT), f(place))
+        assert candidate(of, place)[2] == k
+        found.add(int(k))
+    assert found == {0, 1}
+
+
 def test_candidates_of_lamps_and_meshes_that_light_some_objects_alone():
     linked = lit(lamps(illuminates=np.array([[True, False], [True, False]])), glow=False)
     assert candidate(linked, 0.3, object_=1)[1] == (0, 0, 0) != candidate(linked, 0.3, object_=0)[1]

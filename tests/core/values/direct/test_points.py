@@ -75,6 +75,13 @@ def test_an_estimate_is_a_point_and_a_ray(name, with_sky):
     assert len(ceiling) == 4
 
 
+def test_rays_that_end_on_a_surface_see_no_sky():
+    of = SCENES["sky"]()
+    for path in range(6):
+        *_, found = arriving(of, path, normal=triple((0, 0, -1)))
+        assert found == (0, 0, 0)
+
+
 def test_lights_pass_what_does_not_block_them():
     """A lamp above the square that does not block it; others are in its shadow."""
     above = lamps(position=np.float32([(0.1, 0, 5), (0.1, 0.1, 5)]))

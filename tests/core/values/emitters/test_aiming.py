@@ -117,6 +117,11 @@ def test_places_are_parted_between_balls_and_the_rest(source, aimed):
     assert maps._parted(True, 0.0, f(3)) == 0
 
 
+def place_of(source, photon):
+    """Where a photon of an area lamp or a mesh starts, on the surface itself."""
+    return photon[0] if len(source.surroundings.scene.lights) else (*photon[0][:2], f(1))
+
+
 @pytest.mark.parametrize("name", ["point", "sphere", "spot", "area", "spread", "far area", "sun", "mesh"])
 def test_aimed_sources_part_their_photons(name):
     """Aimed photons carry 2 L/p of the balls; others twice what they carry unaimed, or nothing towards a ball."""
@@ -134,6 +139,17 @@ def test_aimed_sources_part_their_photons(name):
         away = AIM.centre - origin
         across = np.linalg.norm(away - (away @ direction)[:, None] * direction, axis=1)
         assert (across <= AIM.radius + (0.61 if name == "sphere" else 1e-3)).any()
+        balls, kind = emitters.balls, source.kind
+        if kind == LightKind.SUN:
+            place, _ = maps.moved(balls, 0, True, u[2], u[3], triple(0), aimed[1], f(1))
+            aside = np.float64(place) - origin
+            assert aside - aside @ direction * direction == pytest.approx(0, abs=1e-4)
+        else:
+            point = kind in (LightKind.POINT, LightKind.SPOT)
+            start = emitters.lamps.position[0] if point else place_of(source, alone)
+            reach = emitters.lamps.radius[0] if point else f(0)
+            to, _ = maps.redirected(balls, 0, True, u[0], u[1], tuple(start), reach, triple(0), f(1))
+            assert direction == pytest.approx(np.float64(to), abs=1e-4)
 
 
 def test_small_caustic_makers_are_aimed_at_by_all_sampled_sources():

@@ -147,6 +147,17 @@ def test_points_of_narrow_lamps_lie_where_they_shine_from():
     assert area.sample_area(ARRAYS, NARROW, aside, f(0.3), f(0.4))[2] == 0
 
 
+def test_a_small_lamp_that_is_narrow():
+    """A disc of radius 0.3 around the foot is less than its area, if not by much."""
+    arrays = lamp_arrays(lamp(LightKind.RECTANGLE, 1, size=(0.6, 1.1), spread=0.5, **PLACE))
+    for height, disc in ((0.3 / np.tan(0.25), True), (0.5 / np.tan(0.25), False)):
+        position, u, v = triple(CENTRE + height * AXIS), f(0.3), f(0.6)
+        target, _, _ = area.sample_area(arrays, 0, position, u, v)
+        assert (target == area.place_on_area(arrays, 0, u, v)) != disc
+        if disc:
+            assert np.linalg.norm(np.float64(target) - CENTRE) == pytest.approx(0.3 * np.sqrt(0.3), rel=1e-3)
+
+
 def test_area_lamps_are_dark_behind():
     for k in (RECTANGLE, NARROW):
         behind = triple(CENTRE - 0.5 * AXIS)

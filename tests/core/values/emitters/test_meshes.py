@@ -129,6 +129,18 @@ def test_photons_of_meshes_far_from_the_region():
     assert {(True, True), (False, True), (False, False)} <= halves
 
 
+def test_meshes_close_to_a_small_region():
+    """What is nearer than its radius counts as if it were there: half of all directions."""
+    scene, region = glowing(), Sphere(np.float32([0.3, 0.1, 1.5]), 0.2)
+    corners = scene.vertices[scene.triangles].astype(np.float64)
+    centre = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - centre[:, None], axis=2).max(axis=1)
+    nearest = np.maximum(np.linalg.norm(centre - region.centre, axis=1) - reach, 0.2)
+    chance = chances((1 - np.sqrt(1 - (0.2 / nearest) ** 2)) / 2)
+    assert (nearest == 0.2).any() and (nearest > 0.2).any()
+    assert Surroundings.of(scene, region).mesh.density == pytest.approx(chance / SIZES, rel=1e-4)
+
+
 def test_points_of_emissive_meshes():
     """L over the density by solid angle, d² p/|cos θ'|, which meets say as well."""
     scene, region = glowing(False), AROUND

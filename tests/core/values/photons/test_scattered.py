@@ -259,3 +259,26 @@ def test_light_falls_off_on_its_first_way_alone():
     assert len(photons) == 40
     first, second = (photons.power[photons.bounce == k, 0] / (4 * np.pi / 20) for k in (1, 2))
     assert first == pytest.approx(second, rel=1e-4) and first == pytest.approx(np.full(20, 1.9), abs=0.11)
+
+
+def test_a_single_photon_flies_on_as_one_of_many(monkeypatch):
+    """However photons are cut into batches, down to one each."""
+    scene = scene_of(*box(), albedo=1.0, lights=lamp(LightKind.POINT, 1.0, position=(0.1, 0.2, 0.3)))
+    _, together = traced(scene, n=7)
+    assert len(together) == 21
+    for chunk in (1, 3):
+        monkeypatch.setattr(tracing, "CHUNK", chunk)
+        _, found = traced(scene, n=7)
+        of = np.lexsort((found.bounce, found.path)), np.lexsort((together.bounce, together.path))
+        assert np.array_equal(found.position[of[0]], together.position[of[1]])
+
+
+def test_photons_of_glass_and_gloss_are_not_directed():
+    for one in (CLEAR, METAL):
+        _, tracer, _, rules = lit_floor(one, region=REGION)
+        scene, _, _, plain = lit_floor(one)
+        for path in range(6):
+            at = photon(path=path), hit_of(scene)
+            assert tracing.scattered(tracer.arrays, new_ray(), rules, 1, *at) == tracing.scattered(
+                tracer.arrays, new_ray(), plain, 1, *at
+            )
