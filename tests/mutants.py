@@ -37,7 +37,7 @@ COPY = PLACE / "photon_bake"
 FOUND = PLACE / "found.json"
 TEST_LIMIT = 0.5
 """Processor seconds that a test may take as plain Python to be among those that are run."""
-MUTANT_LIMIT, TIMEOUT, LONGEST = 5, 120, 14400
+MUTANT_LIMIT, TIMEOUT, LONGEST = 5, 600, 14400
 """Processor seconds a test and seconds in all after which a mutant counts as killed, and those for all of a group."""
 MEMORY = 8 << 30
 """Bytes of address space, beyond which a mutant counts as killed."""

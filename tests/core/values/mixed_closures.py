@@ -77,7 +77,7 @@ def floor(*several, smooth=None, seen_as=None, start=None):
         of = replace(of, start=np.int32(start))
     m, scene = len(of.start) - 1, scene_of(*plane())
     more = {} if seen_as is None else {"seen_as": np.int32(seen_as)}
-    matrices = np.tile(np.float32([[0, -1, 0.2], [1, 0, 0.1], [0.3, 0, 1]]), (2, 1, 1))
+    matrices = np.tile(np.float32([[0.2, -1, 0.2], [1, 0.4, 0.1], [0.3, -0.1, 1]]), (2, 1, 1))
     corner_normals = scene.corner_normals if smooth is None else np.tile(np.float32(smooth), (2, 3, 1))
     return replace(
         scene,

@@ -64,7 +64,7 @@ def test_own_normals_of_each_space(back):
         given = strength * LEAN
         found = normal_of(leaning(WHITE_FLOOR, given), back=back, smooth=SMOOTHED)
         assert found == pytest.approx(between(side * LEAN, strength, side * SMOOTHED), abs=1e-6)
-        turned = np.array([[0, -1, 0.2], [1, 0, 0.1], [0.3, 0, 1]]) @ LEAN
+        turned = np.array([[0.2, -1, 0.2], [1, 0.4, 0.1], [0.3, -0.1, 1]]) @ LEAN
         turned /= np.linalg.norm(turned)
         found = normal_of(leaning(WHITE_FLOOR, given, NormalSpace.OBJECT), back=back, smooth=SMOOTHED)
         assert found == pytest.approx(between(side * turned, strength, side * SMOOTHED), abs=1e-6)

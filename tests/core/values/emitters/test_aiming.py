@@ -19,7 +19,7 @@ from photon_bake.tests.core.scenes import ball, box, lamp, merge, of_objects, pl
 from photon_bake.tests.core.test_aiming import AIM, SOURCES
 from photon_bake.tests.core.test_emission import source_of
 from photon_bake.tests.core.values.lobe_formulas import NUMBERS, f, numbers, triple, unit
-from photon_bake.tests.core.values.mixed_closures import CLEAR, METAL, WHITE_FLOOR
+from photon_bake.tests.core.values.mixed_closures import CLEAR, METAL, ROUGH, WHITE_FLOOR
 
 CENTRES = np.float32([(1, 0.2, 3), (0.4, -0.5, 2), (-0.7, 0.3, 2.5), (0, 0, 4)])
 RADII = np.float32([0.3, 0.6, 0.5, 0.9])
@@ -182,6 +182,17 @@ def test_only_objects_that_are_small_enough_are_aimed_at():
     assert aim.radius[0] == pytest.approx(0.1, rel=1e-3) and len(makers.caustic_makers(scene, 1.1).radius) == 2
 
 
+def test_very_many_objects_are_aimed_at_in_groups():
+    """32 balls that hold the corners of 40."""
+    places = np.random.default_rng(1).uniform(-4, 4, (40, 3)).astype(np.float32)
+    corners = (places[:, None] + np.float32([(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0)])).reshape(-1, 3)
+    scene = scene_of(corners, np.arange(120).reshape(40, 3))
+    scene = replace(scene, materials=Materials.of(1, closures=closures(CLEAR)))
+    aim = makers.caustic_makers(scene, 1.0)
+    away = np.linalg.norm(corners[:, None] - aim.centre, axis=2)
+    assert len(aim.radius) == 32 and (away <= aim.radius).any(axis=1).all()
+
+
 def test_balls_hold_their_corners():
     """Around the middle of each group's bounds."""
     corners = np.random.default_rng(1).normal(size=(9, 3, 3))
@@ -205,7 +216,7 @@ def test_glass_and_sharp_metal_focus():
         metal | {"roughness": edge * 1.01},
         METAL | {"weight": 0.5, "f0": 0.41, "roughness": 0.01},
         METAL | {"weight": 0.5, "f0": 0.39, "roughness": 0.01},
-        WHITE_FLOOR,
+        ROUGH | {"weight": 0.9, "f0": 0.9, "roughness": 0.01},
     ]
     made = Materials.of(6, closures=replace(closures(*several), start=np.arange(7, dtype=np.int32)))
     scene = replace(scene_of(*box(), albedo=[0.5] * 6, material=np.arange(12) // 2), materials=made)

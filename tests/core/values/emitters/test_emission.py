@@ -11,7 +11,7 @@ from photon_bake.addon.emitters import Sphere, area, light_sources, row, world
 from photon_bake.addon.emitters.aiming.discs import discs_around
 from photon_bake.addon.emitters.emission import emit, emit_rays
 from photon_bake.addon.emitters.source import emitters_of
-from photon_bake.addon.scene import LightKind, Lights, RayKind, World
+from photon_bake.addon.scene import LightKind, LightPattern, Lights, RayKind, World
 from photon_bake.tests.core.scenes import lamp, plane, scene_of
 from photon_bake.tests.core.test_emission import source_of
 from photon_bake.tests.core.values.emitters.test_lamps import AXIS, CENTRE, PLACE, X, Y, slats, spot_share
@@ -226,6 +226,16 @@ def test_photons_of_worlds(image):
 
 
 # All of them
+
+
+def test_lamps_with_a_pattern_are_sources_of_their_own_kind():
+    assert sorted({*map(int, LightKind), row.MESH, row.WORLD, row.PATTERN}) == list(range(8))
+    for kind, columns in ((LightKind.POINT, {}), (LightKind.RECTANGLE, {"size": (0.6, 1.1)})):
+        lights = lamp(kind, (3, 2, 1), **PLACE | columns)
+        half = replace(lights, patterns=(LightPattern(np.full((4, 8, 3), 0.5, np.float32)),))
+        plain, dimmed = source_of(lights), source_of(half)
+        assert dimmed.kind == row.PATTERN and plain.kind == kind
+        assert dimmed.power == pytest.approx(0.5 * plain.power, rel=0.05)
 
 
 def test_sources_know_their_lamps():
