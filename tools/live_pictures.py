@@ -89,17 +89,15 @@ def open_room(folder: Path) -> Any:
 
 def moved(folder: Path, lamp: Any, name: str, switch: Any) -> Iterator[None]:
     """Move the lamp, and take pictures afterwards."""
-    begun = perf_counter()
-    version = switch.session.light.version if switch else 0
+    begun, first = perf_counter(), None
     lamp.location = PATH[1]
-    first = None
     for seconds in TIMES:
-        while perf_counter() < begun + seconds:
-            if switch and first is None and switch.session.light.version > version:
-                light = switch.session.light
-                first = perf_counter() - begun if light.since > begun else None
+        while True:
             yield
-        yield
+            if switch and first is None and switch.session.light.since > begun:
+                first = perf_counter() - begun
+            if perf_counter() > begun + seconds:
+                break
         if switch:
             print(f"live_pictures: {perf_counter() - begun:.2f} s after the move: {switch.words}")
         take(folder, f"{name}_{seconds:g}s")

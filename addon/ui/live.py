@@ -1,5 +1,6 @@
 """The switch of live light. Its state is this Blender's alone: nothing of it is in files, and undo leaves it."""
 
+import gc
 import traceback
 from time import perf_counter
 from typing import Any
@@ -84,6 +85,7 @@ class LiveSwitch:
         if self.session is not None:
             self.session.end()
         self.session = self._failure = None
+        gc.collect()  # hundreds of megabytes, some of them in cycles
         for handlers, function in _handlers():
             if function in handlers:
                 handlers.remove(function)

@@ -1,6 +1,7 @@
 """The switch of live light: what it leaves behind, and what it says."""
 
 import threading
+import weakref
 from types import SimpleNamespace
 
 import bpy
@@ -59,6 +60,9 @@ def test_it_leaves_nothing_behind(scene):
     live_switch.tick()
     bpy.ops.photon_bake.live()
     assert not live_switch.on and live_switch.session is None and not session.live.running
+    alive = weakref.ref(session)
+    del session
+    assert alive() is None
     assert not bpy.app.timers.is_registered(module._tick) and threading.active_count() == threads
     assert differences(before, snapshot()) == []
 

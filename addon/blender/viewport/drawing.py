@@ -111,6 +111,7 @@ class Drawing:
             bpy.types.SpaceView3D.draw_handler_remove(handler, "WINDOW")
         self._handlers.clear()
         self._surfaces = self._under_overlays = None
+        self._scenery, self._fails = _nothing, _nobody  # who gave them goes now, and not when Python looks for cycles
         self._textures.clear()
         self.__dict__.pop("_shaders", None)
 
@@ -186,6 +187,14 @@ class Drawing:
         if name not in self._textures or self._textures[name][0] is not of:
             self._textures[name] = of, make(of)
         return self._textures[name][1]
+
+
+def _nothing() -> Scenery | None:
+    return None
+
+
+def _nobody(error: Exception) -> None:
+    pass
 
 
 @dataclass(frozen=True)

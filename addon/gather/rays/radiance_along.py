@@ -48,6 +48,7 @@ from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, largest, mul, nega
 from ...emitters.lamps import radiance_of_lamps
 from ...emitters.mesh import lights_up
 from ...emitters.world import world_seen
+from ...scene import RayKind
 from ...scene.hit import emitted, hit_at, is_back, off_surface
 from ...tracing.bodies.through import walk_key
 from ...tracing.transparency import closest_hit
@@ -69,6 +70,7 @@ _FOLLOWED_LOBES = NARROW_LOBES | DIRECTED_LOBES
 _NUMBERS_A_STEP = 40  # pairs of a path's numbers
 _DIFFUSE_LIGHT, _GLOSSY_LIGHT = 3, 20  # the first of those that draw lights
 _PER_PI, _INFINITY = np.float32(1 / np.pi), np.float32(np.inf)
+_GATHER_RAY = int(RayKind.GATHER)
 
 
 @by_reference
@@ -141,10 +143,12 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         survival = min(largest(throughput), ONE if step < _MAX_NEAR_HITS else _LATE_SURVIVAL)
         if not on.alive or fate >= survival:
             break
+        # What gather rays alone see no photons have left, so that mirrors and gloss are theirs
+        shows = specular or (otherwise and kind == _GATHER_RAY)
         kind = np.int64(on.kind)
         triangle, distance, u, v, tint = closest_hit(tracing, room, on.origin, on.direction, on.kind)
         direction, throughput = on.direction, times(mul(throughput, tint), ONE / survival)
-        shining = _emission_met(scene, light.direct, hit, on, triangle, distance, u, v, specular)
+        shining = _emission_met(scene, light.direct, hit, on, triangle, distance, u, v, shows)
         radiance = plus(radiance, mul(throughput, shining))
     return radiance, (direction, kind, triangle, distance, u, v, throughput)
 

@@ -21,6 +21,7 @@ from .expressions import Evaluator, UnreadableError, default_value, no_images
 from .nodes import FROM_FRONT, Place, Value, View, differing_views, output_node, source, uses_nodes
 from .own_normals import Normals, OwnNormal
 from .pictures.images import ImageTable
+from .pictures.strands import picture_of_strands
 from .pictures.texture_grid import Coordinates, Grid, Picture, coordinates_of
 from .shaders.hair import HAIR, on_fibres, on_surfaces
 from .stretches import TangentSource, tangent_sources
@@ -133,14 +134,22 @@ class MaterialReader:
 
     def note(self, image: Place, depends: list[Place]) -> np.ndarray:
         """A stand-in for an image's pixels."""
-        node = image.socket.node
         depends.append(image)
         if _key(image) not in self.pictures:
-            coordinates = coordinates_of(image)
-            alpha_is_used = node.outputs["Alpha"].is_linked
-            pixels = self.images.read(node.image, alpha_is_used, node.interpolation, node.extension)
-            self.pictures[_key(image)] = Picture(pixels, node.extension, coordinates)
+            self.pictures[_key(image)] = self.picture(image)
         return np.full((1, 1, 4), 0.5, np.float32)
+
+    def picture(self, image: Place) -> Picture:
+        """What an image node shows, or a Hair Info node on hair; on meshes Cycles bakes what that says."""
+        node = image.socket.node
+        if node.type == "HAIR_INFO":
+            if not self.on_fibres:
+                raise UnreadableError(node)
+            return picture_of_strands()
+        coordinates = coordinates_of(image)
+        alpha_is_used = node.outputs["Alpha"].is_linked
+        pixels = self.images.read(node.image, alpha_is_used, node.interpolation, node.extension)
+        return Picture(pixels, node.extension, coordinates)
 
     def seen(self, read: dict[Reading, np.ndarray]) -> Seen:
         """The material without a bake, on an object of which it reads some values."""

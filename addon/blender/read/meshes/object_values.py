@@ -23,7 +23,7 @@ class Reading:
     Attributes
     ----------
     of : str
-        VIEW_LAYER, OBJECT or INSTANCER for an Attribute node, INFO for an Object Info node.
+        VIEW_LAYER, OBJECT or INSTANCER for an Attribute node, INFO for an Object Info node, HAIR for a Hair Info node.
     name : str
         Of the attribute, or the output's identifier.
     """
@@ -46,6 +46,8 @@ def reading_of(output: "bpy.types.NodeSocket") -> Reading | None:
     node = output.node
     if node.type == "ATTRIBUTE" and node.attribute_type in {"VIEW_LAYER", "OBJECT", "INSTANCER"}:
         return Reading(node.attribute_type, node.attribute_name)
+    if node.type == "HAIR_INFO" and output.identifier in {"Is Strand", "Length", "Thickness"}:
+        return Reading("HAIR", output.identifier)
     return Reading("INFO", output.identifier) if node.type == "OBJECT_INFO" else None
 
 
@@ -63,7 +65,7 @@ def read_by(place: Place, values: Values) -> np.ndarray | None:
         return None
     if place.socket.type in {"RGBA", "VECTOR"}:
         return value[:3]
-    if reading.of == "INFO":
+    if reading.of in {"INFO", "HAIR"}:
         return value[:1]
     return value[3:] if place.socket.identifier == "Alpha" else value[:3].mean(keepdims=True)
 
@@ -124,6 +126,8 @@ class ObjectValues:
     def _found(self, reading: Reading) -> np.ndarray | None:
         if reading.of == "INFO":
             return self._info(reading.name)
+        if reading.of == "HAIR":  # that is for strands to say
+            return np.zeros(4, np.float32)
         if reading.of == "VIEW_LAYER":
             return of_scene(reading)
         own = (self.obj, self.obj.data)
@@ -194,10 +198,15 @@ def _element(attribute: "bpy.types.Attribute", i: int) -> np.ndarray:
 
 
 def random_of_name(name: str) -> float:
-    """The random number in [0, 1] of an object that is no instance: its name, hashed by Jenkins' lookup3."""
+    """The random number in [0, 1] of an object that is no instance."""
     seed = 0
     for byte in name.encode():
         seed = (seed * 37 + byte) & 0xFFFFFFFF
+    return float(random_of(seed))
+
+
+def random_of(seed: Any) -> Any:
+    """Cycles' numbers in [0, 1] of integers in [0, 2³²), one or an array: their hashes by Jenkins' lookup3."""
     start = (0xDEADBEEF + (2 << 2) + 13) & 0xFFFFFFFF
     a, b, c = (start + seed) & 0xFFFFFFFF, start, start
     for bits in ((14, 11, 25), (16, 4, 14)):
@@ -207,5 +216,5 @@ def random_of_name(name: str) -> float:
     return _mixed(c, b, 24) / 0xFFFFFFFF
 
 
-def _mixed(x: int, y: int, bits: int) -> int:
+def _mixed(x: Any, y: Any, bits: int) -> Any:
     return ((x ^ y) - (y << bits | y >> (32 - bits))) & 0xFFFFFFFF

@@ -13,7 +13,7 @@ from ....gather.radiance_cache.elements import SurfaceElements
 from ....gather.radiance_cache.lit_sides import point_of_side
 from ....scene import RayKind
 from ....scene.hit import look_up
-from ....tracing.transparency import TransparencyTracer
+from ....tracing import TransparencyTracer
 from ..crew import Crew, Task
 from .links import matte_albedo
 
