@@ -14,7 +14,8 @@ from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, receivers_in_box, scene_of
 
-SLOW = "import time\nprint('done 0.5', flush=True)\ntime.sleep({seconds})\nprint('done 1.0', flush=True)"
+SLOW = "import time\nprint('done 0.5', flush=True)\ntime.sleep({seconds})\nprint('done 1.0', flush=True)\n"
+AND_ALL = SLOW + "print('all kernels', flush=True)"
 
 needs_jit = pytest.mark.skipif(not compiling.jit(), reason="nothing is compiled")
 
@@ -40,14 +41,23 @@ def compiler(tmp_path, monkeypatch):
 
 @needs_jit
 def test_a_bake_waits_and_says_so_once(compiler):
-    said, first = [], compiler(SLOW.format(seconds=0.3))
+    said, first = [], compiler(AND_ALL.format(seconds=0.3))
     first.wait(Progress(lambda stage, fraction: said.append((stage, fraction))))
     assert {stage for stage, _ in said} == {COMPILING} and (COMPILING, 0.5) in said
-    assert first.seconds >= 0.3 and not first.running
+    assert first.seconds >= 0.3
+    first._process.wait(10)
     said.clear()
     second = compiler(SLOW.format(seconds=9))
     second.wait(Progress(lambda stage, fraction: said.append(stage)))
-    assert not said and not second.complaint
+    assert not said and not second.complaint and not second.running
+
+
+@needs_jit
+def test_no_bake_waits_for_the_kernels_of_live_light(compiler):
+    compiler(SLOW.format(seconds=0) + "time.sleep(60)").wait(Progress())
+    said, second = [], compiler(SLOW.format(seconds=60))
+    second.wait(Progress(lambda stage, fraction: said.append(stage)))
+    assert not said and second.running
 
 
 @needs_jit

@@ -36,12 +36,12 @@ class Compiler:
             if self._tried or not compiling.jit() or not sys.executable:
                 return
             self._tried, self._log = True, _log()
-            if self._log is not None and self._fraction() < 1:
+            if self._log is not None and not self._said("all"):
                 with suppress(OSError):
                     self._process = _begun(self._log)
 
     def wait(self, progress: Progress) -> None:
-        """Wait until the kernels are there, and begin with them if nobody has.
+        """Wait until the kernels that bakes need are there, and begin with them if nobody has.
 
         Raises
         ------
@@ -51,7 +51,7 @@ class Compiler:
         started = perf_counter()
         self.start()
         try:
-            while self.running:
+            while self._fraction() < 1 and self.running:
                 progress.update(COMPILING, self._fraction())
                 sleep(_LOOK)
         finally:
@@ -83,8 +83,8 @@ class Compiler:
             process.stdin.close()
 
     def _fraction(self) -> float:
-        """How far the process is; 1 where all kernels are there."""
-        return float((self._said("done") or ["0"])[-1])
+        """How far the process is with what bakes need; 1 where that is there."""
+        return max((float(share) for share in self._said("done")), default=0.0)
 
     def _said(self, what: str) -> list[str]:
         try:
@@ -114,7 +114,7 @@ def _begun(log: Path) -> "subprocess.Popen[bytes]":
     low = 0
     if sys.platform == "win32":
         low = subprocess.BELOW_NORMAL_PRIORITY_CLASS | subprocess.CREATE_NO_WINDOW
-    with log.open("wb") as said:
+    with log.open("ab") as said:
         return subprocess.Popen(
             [sys.executable, str(_SCRIPT), compiling.PACKAGE, str(_PLACE)],
             stdin=subprocess.PIPE,  # closed by the end of this process

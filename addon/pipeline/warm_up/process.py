@@ -3,8 +3,8 @@
     python process.py PACKAGE ROOT
 
 It imports the extension under the name that it has in Blender, since what Numba keeps on disk tells kernels apart by
-the full names of the types that they take. It says how far it is, or what is wrong. It ends with
-its parent, whose end closes its standard input.
+the full names of the types that they take. It says how far it is with what bakes need, and when there is all, or
+what is wrong. It ends with its parent, whose end closes its standard input.
 """
 
 import importlib
@@ -29,10 +29,13 @@ def main(package: str, root: str) -> None:
     except errors.BakeError as error:
         print("complaint", error, flush=True)
         sys.exit(1)
-    bakes = importlib.import_module(f"{package}.addon.pipeline.warm_up.tiny_bakes").tiny_bakes()
+    tiny = importlib.import_module(f"{package}.addon.pipeline.warm_up.tiny_bakes")
+    bakes = tiny.tiny_bakes()
     for number, bake in enumerate(bakes, 1):
         bake()
         print("done", number / len(bakes), flush=True)
+    tiny.tiny_live()
+    print("all kernels", flush=True)
 
 
 def _import_as(package: str, root: str) -> None:
