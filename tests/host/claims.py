@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-FIRST = ("test_install_zip.py", "test_cases.py")
+FIRST = ("test_cases.py",)
 """Files that take minutes, which come first so that no run is left alone with one."""
 
 

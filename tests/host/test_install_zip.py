@@ -118,6 +118,7 @@ def bare_python(tmp_path):
     return run
 
 
+@pytest.mark.long
 def test_an_installed_zip_bakes(bare_python, zip_path):
     bare_python(INSTALL, zip_path)
     assert "BAKED" in bare_python(BAKE, zip_path)
