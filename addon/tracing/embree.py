@@ -1,5 +1,6 @@
 """Rays traced by Embree: the parts that kernels call for one ray, and the tracer looped from them."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -8,7 +9,7 @@ from ..core.compiling import by_reference, kernel, kernel_array, part
 from ..core.sampling.vectors import rows
 from ..core.vec3 import ZERO, length, minus, row, times
 from ..scene import RayKind, Scene
-from .embree_library import EmbreeTree, rtc_intersect, rtc_occluded
+from .embree_library import EmbreeTree, TreeOfTrees, rtc_intersect, rtc_occluded
 from .protocol import Hits, tree_of_each_kind
 
 BODIES = len(RayKind)
@@ -102,11 +103,11 @@ class EmbreeTracer:
     """
 
     def __init__(self, scene: Scene) -> None:
+        self._build(scene, lambda seen: EmbreeTree(scene.vertices, scene.triangles, seen[scene.object_of_triangle]))
+
+    def _build(self, scene: Scene, build: Callable[[np.ndarray], EmbreeTree | TreeOfTrees]) -> None:
+        """Take the trees that `build` makes of some of the scene's objects, (o,) bool."""
         self._normals = scene.normals
-
-        def build(seen: np.ndarray) -> EmbreeTree:
-            return EmbreeTree(scene.vertices, scene.triangles, seen[scene.object_of_triangle])
-
         self._trees = tree_of_each_kind(scene.objects, build)
         subsurface = scene.materials.subsurface[scene.material_of_triangle]
         if subsurface.any():

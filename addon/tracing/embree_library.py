@@ -18,7 +18,7 @@ from ..core.errors import BakeError
 from ..core.zips import unusable_library
 
 _P, _U, _SIZE = ctypes.c_void_p, ctypes.c_uint, ctypes.c_size_t
-_TRIANGLES, _INDEX, _VERTEX, _UINT3, _FLOAT3 = 0, 0, 1, 0x5003, 0x9003
+_TRIANGLES, _INSTANCE, _INDEX, _VERTEX, _UINT3, _FLOAT3 = 0, 121, 0, 1, 0x5003, 0x9003
 _ROBUST = 4
 """Of a tree: rays that meet an edge meet one of its triangles."""
 
@@ -98,28 +98,64 @@ class EmbreeTree:
     """
 
     def __init__(self, vertices: np.ndarray, triangles: np.ndarray, included: np.ndarray) -> None:
-        device = _device()
-        self.handle: int = _call("rtcNewScene", _P, device)
-        weakref.finalize(self, _call, "rtcReleaseScene", None, _P(self.handle))
-        _call("rtcSetSceneFlags", None, _P(self.handle), ctypes.c_int(_ROBUST))
+        self.handle = _new_tree(self)
         if included.any():
             # Embree leaves out triangles whose vertices there are not
             indices = np.where(included[:, None], triangles, -1).astype(np.int32)
-            self._attach(device, vertices.astype(np.float32, copy=False), indices)
-        _call("rtcCommitScene", None, _P(self.handle))
-        if _call("rtcGetDeviceError", ctypes.c_int, device):
-            raise BakeError("Embree could not build its tree over the scene; it may be short of memory.")
+            self._attach(vertices.astype(np.float32, copy=False), indices)
+        _commit(self.handle)
 
-    def _attach(self, device: ctypes.c_void_p, vertices: np.ndarray, indices: np.ndarray) -> None:
-        geometry = _P(_call("rtcNewGeometry", _P, device, ctypes.c_int(_TRIANGLES)))
+    def _attach(self, vertices: np.ndarray, indices: np.ndarray) -> None:
+        geometry = _new_geometry(_TRIANGLES)
         for kind, format_, data in ((_INDEX, _UINT3, indices), (_VERTEX, _FLOAT3, vertices)):
             buffer = ctypes.c_int(kind), _U(0), ctypes.c_int(format_), _SIZE(12), _SIZE(len(data))
             place = _call("rtcSetNewGeometryBuffer", _P, geometry, *buffer)
             if place:
                 ctypes.memmove(place, np.ascontiguousarray(data).ctypes.data, data.nbytes)
-        _call("rtcCommitGeometry", None, geometry)
-        _call("rtcAttachGeometry", _U, _P(self.handle), geometry)
-        _call("rtcReleaseGeometry", None, geometry)
+        _attach(self.handle, geometry)
+
+
+class TreeOfTrees:
+    """Embree's tree over other trees, which it keeps alive; their triangles keep their numbers.
+
+    Attributes
+    ----------
+    handle : int
+        What kernels take.
+    """
+
+    def __init__(self, *parts: EmbreeTree) -> None:
+        self._parts, self.handle = parts, _new_tree(self)
+        for part in parts:
+            geometry = _new_geometry(_INSTANCE)
+            _call("rtcSetGeometryInstancedScene", None, geometry, _P(part.handle))
+            _attach(self.handle, geometry)
+        _commit(self.handle)
+
+
+def _new_tree(owner: object) -> int:
+    """The handle of an empty tree, which is freed with its owner."""
+    handle: int = _call("rtcNewScene", _P, _device())
+    weakref.finalize(owner, _call, "rtcReleaseScene", None, _P(handle))
+    _call("rtcSetSceneFlags", None, _P(handle), ctypes.c_int(_ROBUST))
+    return handle
+
+
+def _new_geometry(kind: int) -> ctypes.c_void_p:
+    return _P(_call("rtcNewGeometry", _P, _device(), ctypes.c_int(kind)))
+
+
+def _attach(tree: int, geometry: ctypes.c_void_p) -> None:
+    _call("rtcCommitGeometry", None, geometry)
+    _call("rtcAttachGeometry", _U, _P(tree), geometry)
+    _call("rtcReleaseGeometry", None, geometry)
+
+
+def _commit(tree: int) -> None:
+    """Build a tree of what is attached to it."""
+    _call("rtcCommitScene", None, _P(tree))
+    if _call("rtcGetDeviceError", ctypes.c_int, _device()):
+        raise BakeError("Embree could not build its tree over the scene; it may be short of memory.")
 
 
 @cache

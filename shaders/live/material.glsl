@@ -1,11 +1,6 @@
 // Tables of materials. materials: three rows each: base color and its image, emission and its image, opacity and its
 // image, −1 for none. images: first texel, width, height, and whether it extends its edges. pixels: all images with
-// their halved copies after each, from the bottom left.
-ivec2 row_of(int row)
-{
-  return ivec2(row % 4096, row / 4096);
-}
-
+// their halved copies after each, from the bottom left. Needs tables.
 int wrapped(int i, int n, bool extends)
 {
   return extends ? clamp(i, 0, n - 1) : (i % n + n) % n;

@@ -1,13 +1,8 @@
 // Surfaces in world space, with the light at their vertices.
 // In: position, uv, and as numbers the row of the light, the object and the material: whole.
 // lights: direct and indirect light by turns. objects: three rows of each object's matrix from where
-// `position` has it to where it is, and a row whose x says whether the view shows it. Tables are `row_of`'s.
+// `position` has it to where it is, and a row whose x says whether the view shows it. Needs tables.
 // nearer, a factor of clip space and what is added to its z, moves all a little towards the eye, so that it covers what Solid shading drew of it.
-ivec2 row_of(int row)
-{
-  return ivec2(row % 4096, row / 4096);
-}
-
 void main()
 {
   int light = 2 * int(whole.x + 0.5), object = 4 * int(whole.y + 0.5);

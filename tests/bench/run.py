@@ -8,8 +8,8 @@
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
 direct, lamps, window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed,
-light_groups, camera, estimates, refine, vertex, live or eevee (in the Blender that BLENDER names); versions where it
-is asked for.
+light_groups, camera, estimates, refine, vertex, live, view_transform, shares or eevee (in the Blender that BLENDER
+names); versions where it is asked for.
 """
 
 import json
@@ -29,6 +29,7 @@ import eevee
 import equal_error
 import estimates
 import extraction
+import kernel_shares
 import light_groups
 import light_volume
 import lightmap_rival
@@ -44,6 +45,7 @@ import responsiveness
 import small_speed
 import versions
 import vertex_error
+import view_transform
 from cycles_bakes import bake_indirect, baked
 from figures import ROOT, figures, load, scene_options, scenes_in, table
 from own_scenes import OWN_SCENES
@@ -135,6 +137,8 @@ PARTS = {
     "refine": lambda scenes, _: refinement.tables(scenes),
     "vertex": vertex_error.tables,
     "live": live.tables,
+    "view_transform": view_transform.tables,
+    "shares": kernel_shares.tables,
     "eevee": eevee.tables,
     "versions": versions.tables,
 }

@@ -11,7 +11,6 @@ display (Xvfb does).
 import os
 import sys
 import tempfile
-import traceback
 from pathlib import Path
 from time import perf_counter
 
@@ -28,6 +27,7 @@ os.environ["PHOTON_BAKE_KERNELS"] = folder.name
 import photon_bake  # noqa: E402
 from photon_bake.addon.pipeline.warm_up import compiler  # noqa: E402
 from photon_bake.addon.ui.state import bake_state  # noqa: E402
+from photon_bake.tests.bench.window_steps import play  # noqa: E402
 
 
 class Ticks:
@@ -99,27 +99,10 @@ def bake(ticks, name):
     print(bake_state.result, bake_state.error, stages, flush=True)
 
 
-def main():
-    """Play the steps from Blender's timer, and leave."""
-    playing = steps()
-
-    def tick():
-        try:
-            next(playing)
-        except StopIteration:
-            leave(0)
-        except BaseException:
-            traceback.print_exc()
-            leave(1)
-        return 0.1
-
-    def leave(status):
-        folder.cleanup()
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(status)
-
-    bpy.app.timers.register(tick, first_interval=1.0, persistent=True)
+def end(status):
+    """Leave nothing behind."""
+    folder.cleanup()
+    return status
 
 
-main()
+play(steps(), 0.1, end)

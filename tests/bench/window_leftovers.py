@@ -7,11 +7,9 @@ what differs, and ends with status 1 if anything does. Needs the extension's lib
 `python tools/install_zip.py --tests BLENDER` lays them out, and a display (Xvfb does).
 """
 
-import os
 import sys
 import tempfile
 import threading
-import traceback
 from pathlib import Path
 from time import perf_counter
 
@@ -23,6 +21,7 @@ sys.path[:0] = [str(ROOT / ".venv" / "src"), str(ROOT)]
 import photon_bake  # noqa: E402
 from photon_bake.addon.ui.live import live_switch  # noqa: E402
 from photon_bake.addon.ui.state import bake_state  # noqa: E402
+from photon_bake.tests.bench.window_steps import play  # noqa: E402
 
 from tests.host.leftovers import differences, handlers, snapshot, views  # noqa: E402
 
@@ -151,25 +150,12 @@ def bake():
 def main():
     """Play the steps from Blender's timer, and leave."""
     folder = tempfile.TemporaryDirectory()
-    playing = steps(Path(folder.name))
 
-    def tick():
-        try:
-            next(playing)
-        except StopIteration:
-            leave(1 if failures else 0)
-        except BaseException:
-            traceback.print_exc()
-            leave(1)
-        return 0.2
-
-    def leave(status):
+    def end(status):
         folder.cleanup()
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(status)
+        return status or (1 if failures else 0)
 
-    bpy.app.timers.register(tick, first_interval=1.0, persistent=True)
+    play(steps(Path(folder.name)), 0.2, end)
 
 
 main()

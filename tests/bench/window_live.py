@@ -13,7 +13,6 @@ import os
 import random
 import sys
 import tempfile
-import traceback
 from collections import Counter
 from pathlib import Path
 from time import perf_counter
@@ -27,6 +26,7 @@ sys.path[:0] = [str(ROOT / ".venv" / "src"), str(ROOT)]
 import photon_bake  # noqa: E402
 from photon_bake.addon.pipeline.warm_up import compiler  # noqa: E402
 from photon_bake.addon.ui.live import live_switch  # noqa: E402
+from photon_bake.tests.bench.window_steps import play  # noqa: E402
 
 ARGUMENTS = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
 MINUTES, SEED = float(ARGUMENTS[0]) if ARGUMENTS else 60.0, int(ARGUMENTS[1]) if len(ARGUMENTS) > 1 else 0
@@ -229,27 +229,10 @@ def memory():
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def main():
-    """Play the steps from Blender's timer, and leave."""
-    playing = steps()
-
-    def tick():
-        try:
-            next(playing)
-        except StopIteration:
-            leave(0)
-        except BaseException:
-            traceback.print_exc()
-            leave(1)
-        return TICK
-
-    def leave(status):
-        folder.cleanup()
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(status)
-
-    bpy.app.timers.register(tick, first_interval=1.0, persistent=True)
+def end(status):
+    """Leave nothing behind."""
+    folder.cleanup()
+    return status
 
 
-main()
+play(steps(), TICK, end)

@@ -8,9 +8,6 @@ from pathlib import Path
 
 import pytest
 
-FIRST = ("test_cases.py",)
-"""Files that take minutes, which come first so that no run is left alone with one."""
-
 
 class Claims:
     """A plugin of pytest that leaves out the files which another run has begun with."""
@@ -18,10 +15,6 @@ class Claims:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._ours: dict[Path, bool] = {}
-
-    def pytest_collection_modifyitems(self, items):
-        """Put the files first that take longest."""
-        items.sort(key=lambda item: FIRST.index(item.path.name) if item.path.name in FIRST else len(FIRST))
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_protocol(self, item):

@@ -37,7 +37,14 @@ _CONSTANTS = {"view_projection": "MAT4", "eye": "VEC4", "shaper": "VEC4", "neare
 _BETWEEN = {"direct_at": "VEC3", "indirect_at": "VEC3", "uv_at": "VEC2", "toward_at": "VEC3", "material_at": "INT"}
 _INPUTS = {"position": "VEC3", "uv": "VEC2", "whole": "VEC3"}
 
-SURFACES = Shader(("surfaces",), ("view_transform", "material", "surfaces"), _INPUTS, _BETWEEN, _CONSTANTS, _SURFACES)
+SURFACES = Shader(
+    ("tables", "surfaces"),
+    ("view_transform", "tables", "material", "surfaces"),
+    _INPUTS,
+    _BETWEEN,
+    _CONSTANTS,
+    _SURFACES,
+)
 SKY = Shader(
     ("sky",),
     ("view_transform", "sky_color", "sky"),

@@ -5,11 +5,15 @@ from functools import cached_property
 
 import numpy as np
 
-from ...receivers import Receivers
-from ...receivers.vertices import CORNER_PULL, LIFT, NUDGE
+from ...receivers import ReceiverMesh, Receivers, vertex_receivers
 from ...scene import Scene
 from ...settings.live import LiveSettings
 from .refined import Corners, refined
+
+_LEAST_PARTS = 1000
+"""Of the scene's diagonal: finer than that no surface is cut without being told to."""
+
+_MIX = np.uint64(0x9E3779B97F4A7C15)
 
 
 @dataclass(frozen=True)
@@ -64,12 +68,20 @@ class LiveSurfaces:
         return np.repeat(np.array([mesh.object for mesh in self.meshes], np.int32), counts)
 
     def receivers(self) -> Receivers:
-        """Receivers at the vertices, pulled into their own faces and lifted off them as those of a bake are."""
-        parts = [_receivers(mesh) for mesh in self.meshes]
-        if parts:
-            return Receivers.join(parts)
-        nothing = np.zeros((0, 3), np.float32)
-        return Receivers(nothing, nothing, nothing[:, 0])
+        """Receivers at the vertices, as a bake has them."""
+        meshes = [
+            ReceiverMesh(
+                object_name="",
+                mesh_name="",
+                domain="POINT",
+                positions=mesh.position,
+                normals=mesh.normal,
+                corner_vertex=mesh.triangles.ravel(),
+                corner_face=np.repeat(np.arange(len(mesh.triangles), dtype=np.int32), 3),
+            )
+            for mesh in self.meshes
+        ]
+        return vertex_receivers(meshes)
 
 
 def live_surfaces(scene: Scene, settings: LiveSettings) -> LiveSurfaces:
@@ -97,12 +109,12 @@ def live_surfaces(scene: Scene, settings: LiveSettings) -> LiveSurfaces:
     return LiveSurfaces(tuple(meshes))
 
 
-_LEAST_PARTS = 1000
-"""Of the scene's diagonal: finer than that no surface is cut without being told to."""
-
-
 def _split(scene: Scene, order: np.ndarray) -> Corners:
-    """The scene's triangles in an order, with a vertex for each position, normal, UV and object of a corner."""
+    """The scene's triangles in an order, with a vertex for each position, normal, UV and object of a corner.
+
+    These are told apart by a hash of 64 bits: sorting rows would hold Python's lock. Of a million two are taken for one
+    with a chance of 3e-8.
+    """
     triangles = scene.triangles[order]
     position = scene.vertices[triangles].reshape(-1, 3)
     normal, uv = scene.corner_normals[order].reshape(-1, 3), scene.corner_uvs[order].reshape(-1, 2)
@@ -114,22 +126,3 @@ def _split(scene: Scene, order: np.ndarray) -> Corners:
             key ^= key >> np.uint64(29)
     _, first, vertex = np.unique(key, return_index=True, return_inverse=True)
     return Corners(position[first], normal[first], uv[first], vertex.reshape(-1, 3).astype(np.int64), order)
-
-
-_MIX = np.uint64(0x9E3779B97F4A7C15)
-
-
-def _receivers(mesh: LiveMesh) -> Receivers:
-    """Those of one mesh; see `vertex_receivers`."""
-    vertex, n = mesh.triangles.ravel(), len(mesh.position)
-    corners = mesh.position.astype(np.float64)[mesh.triangles]
-    way = np.repeat(corners.mean(axis=1), 3, axis=0) - corners.reshape(-1, 3)
-    count = np.maximum(np.bincount(vertex, minlength=n), 1)
-    to_middle = np.stack([np.bincount(vertex, way[:, k], n) / count for k in range(3)], axis=1)
-    reach = np.bincount(vertex, np.linalg.norm(way, axis=1), n) / count
-    normal = mesh.normal.astype(np.float64)
-    down = np.minimum((to_middle * normal).sum(axis=1, keepdims=True), 0) * normal
-    nudge = NUDGE * np.abs(mesh.position).max(axis=1, initial=0)
-    pull = np.minimum(np.maximum(CORNER_PULL, nudge / np.maximum(reach, 1e-30)), 1)[:, None]
-    position = mesh.position + pull * (to_middle - down) + LIFT * reach[:, None] * normal
-    return Receivers(position.astype(np.float32), mesh.normal, reach.astype(np.float32))

@@ -71,6 +71,10 @@ class Estimates:
         """The light, (r, 3) float32."""
         return self.arrays.mean
 
+    def made_to(self, last: int) -> None:
+        """Say how many of each row were made since the last edit."""
+        self.n_fresh = last
+
     def again(self) -> None:
         """After an edit: all are to be made again."""
         self.arrays.touched[:] = False

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -78,10 +79,7 @@ class Lighting:
             place = at.position, at.normal, objects, key, chunk.start, chunk.stop
             light_vertices(*arrays, new_ray(), *place, first, last, estimates.arrays)
 
-        def done() -> None:
-            estimates.n_fresh = last
-
-        return Job(len(at), n, light, done)
+        return Job(len(at), n, light, partial(estimates.made_to, last))
 
     def light_sides(self, n: int) -> Job:
         """N more estimates of all sides that are reached, as far as they have links."""
@@ -89,10 +87,7 @@ class Lighting:
         first = estimates.n_fresh
         last = min(first + n, max(self.linking.sides.n_traced, first))
 
-        def done() -> None:
-            estimates.n_fresh = last
-
-        return Job(len(sides), n, self._side_lighter(sides, first, last), done)
+        return Job(len(sides), n, self._side_lighter(sides, first, last), partial(estimates.made_to, last))
 
     def light_new(self, sides: np.ndarray) -> Job:
         """Of sides that are reached for the first time, as many estimates as others have."""
@@ -117,10 +112,7 @@ class Lighting:
             rows = chunk.start, chunk.stop, first, last, links.arrays, estimates.arrays
             light_near_vertices(linking.met(), *place, *rows)
 
-        def done() -> None:
-            estimates.n_fresh = last
-
-        return Job(len(at), n, light, done)
+        return Job(len(at), n, light, partial(estimates.made_to, last))
 
     def light_near_sides(self, n: int) -> Job:
         """The same for the sides that are reached."""
@@ -128,10 +120,7 @@ class Lighting:
         first = estimates.n_fresh
         last = max(min(first + n, estimates.n_most, self.linking.sides.n_traced), first)
 
-        def done() -> None:
-            estimates.n_fresh = last
-
-        return Job(len(sides), n, self._near_side_lighter(sides, first, last), done)
+        return Job(len(sides), n, self._near_side_lighter(sides, first, last), partial(estimates.made_to, last))
 
     def _near_side_lighter(self, sides: np.ndarray, first: int, last: int) -> Callable[[slice], None]:
         linking, links, of = self.linking, self.linking.sides, self.near_sides.arrays

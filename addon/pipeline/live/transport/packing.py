@@ -5,7 +5,7 @@ import numpy as np
 from ....core.compiling import part
 
 _TOP, _HALF = np.float32(511), np.float32(0.5)
-_LEAST, _MOST, _BIAS = -20, 11, 20
+_LEAST, _MOST = -20, 11
 _SCALE = np.exp2(np.arange(_LEAST, _MOST + 1)).astype(np.float32)
 _MASK = np.uint32(511)
 _9, _18, _27 = np.uint32(9), np.uint32(18), np.uint32(27)

@@ -9,27 +9,18 @@ from photon_bake.addon.core.sampling.warps import at_versine
 from photon_bake.addon.core.vec3 import to_world
 from photon_bake.addon.emitters import Sphere, area, light_sources, row, world
 from photon_bake.addon.emitters.aiming.discs import discs_around
-from photon_bake.addon.emitters.emission import emit, emit_rays
+from photon_bake.addon.emitters.emission import emit_rays
 from photon_bake.addon.emitters.source import emitters_of
 from photon_bake.addon.scene import LightKind, LightPattern, Lights, RayKind, World
 from photon_bake.tests.core.scenes import lamp, plane, scene_of
 from photon_bake.tests.core.test_emission import source_of
+from photon_bake.tests.core.values.emitters.one_photon import POINTS, emitted
 from photon_bake.tests.core.values.emitters.test_lamps import AXIS, CENTRE, PLACE, X, Y, slats, spot_share
 from photon_bake.tests.core.values.lobe_formulas import (
     triple,
 )
 
-POINTS = np.random.default_rng(3).random((14, 5), dtype=np.float32)
 REGION = Sphere(np.float32([0.3, 0.2, 0.1]), 0.5)
-
-
-def emitted(source, points=POINTS):
-    """Origin, direction, flux and object of each point's photon, in double precision."""
-    emitters = emitters_of([source])
-    for u in points:
-        origin, direction, flux, object_ = emit(emitters, 0, *u)
-        assert np.linalg.norm(direction) == pytest.approx(1, abs=1e-5)
-        yield u, np.float64(origin), np.float64(direction), np.float64(flux), object_
 
 
 def of(kind, emission=(3, 2, 1), **columns):

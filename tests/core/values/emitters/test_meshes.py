@@ -7,44 +7,15 @@ import pytest
 from photon_bake.addon.core.sampling.sobol import fixed_points
 from photon_bake.addon.core.sampling.warps import cosine_hemisphere, sample_uniform_triangle, uniform_triangle
 from photon_bake.addon.emitters import Sphere, light_sources, mesh
-from photon_bake.addon.emitters.emission import emit
-from photon_bake.addon.emitters.source import Surroundings, emitters_of
+from photon_bake.addon.emitters.source import Surroundings
 from photon_bake.addon.scene import Channel, RayKind, Textures
 from photon_bake.addon.scene.hit import point_at, ray_offset
-from photon_bake.tests.core.scenes import lamp, merge, of_objects, plane, scene_of
-from photon_bake.tests.core.test_emission import source_of
-from photon_bake.tests.core.values.emitters.test_lamps import PLACE
+from photon_bake.tests.core.scenes import merge, of_objects, plane, scene_of
+from photon_bake.tests.core.values.emitters.one_photon import POINTS, emitted
 from photon_bake.tests.core.values.lobe_formulas import (
     f,
     triple,
 )
-
-POINTS = np.random.default_rng(3).random((14, 5), dtype=np.float32)
-REGION = Sphere(np.float32([0.3, 0.2, 0.1]), 0.5)
-
-
-def emitted(source, points=POINTS):
-    """Origin, direction, flux and object of each point's photon, in double precision."""
-    emitters = emitters_of([source])
-    for u in points:
-        origin, direction, flux, object_ = emit(emitters, 0, *u)
-        assert np.linalg.norm(direction) == pytest.approx(1, abs=1e-5)
-        yield u, np.float64(origin), np.float64(direction), np.float64(flux), object_
-
-
-def of(kind, emission=(3, 2, 1), **columns):
-    return source_of(lamp(kind, emission, **PLACE | columns))
-
-
-def versine_of(position, radius=0.0, half=2.0):
-    """Of the cone around the scene, a square: 1 − cos arcsin((R + r)/d)."""
-    whole = np.hypot(half, half) * 1.001
-    return 1 - np.sqrt(1 - ((whole + radius) / np.linalg.norm(position)) ** 2)
-
-
-FAR = np.array([12.0, -15.0, 20.0])
-TO_SCENE = -FAR / np.linalg.norm(FAR)
-
 
 GLOW = np.array([[3.0, 1, 2], [0.5, 4, 1]])
 SIZES = np.array([2.0, 2.0, 0.125, 0.125])  # m²

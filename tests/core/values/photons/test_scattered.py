@@ -11,31 +11,19 @@ from photon_bake.addon.core.sampling.path_numbers import path_key, two_numbers
 from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.photons import FlightLog, bounces_left, trace_photons, tracing
 from photon_bake.addon.photons.emission import Pass
-from photon_bake.addon.photons.front import Photon, new_front, put_photon
+from photon_bake.addon.photons.front import new_front, put_photon
 from photon_bake.addon.photons.photons import PathKind
 from photon_bake.addon.photons.region_directed import directed
 from photon_bake.addon.photons.store import PhotonStore
-from photon_bake.addon.scene import LightKind, Lights, Materials, RayKind, World
+from photon_bake.addon.scene import LightKind, Lights, Materials, World
 from photon_bake.addon.scene.hit import hit_at
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer, new_ray
 from photon_bake.tests.core.bsdf_points import closures
 from photon_bake.tests.core.scenes import ball, box, lamp, merge, of_objects, plane, scene_of
-from photon_bake.tests.core.values.lobe_formulas import f, triple, unit
+from photon_bake.tests.core.values.lobe_formulas import f, triple
 from photon_bake.tests.core.values.mixed_closures import CLEAR, METAL, THROUGH, WHITE_FLOOR
-
-INTO = unit(0.4, -0.3, -0.7)
-REGION = Sphere(np.float32([2.0, 1, 8]), 0.5)
-DIFFUSE, GLOSSY, TRANSMITTED, SHADOW = (
-    int(k) for k in (RayKind.DIFFUSE, RayKind.GLOSSY, RayKind.TRANSMITTED, RayKind.SHADOW)
-)
-
-
-def photon(**values):
-    given = {"origin": triple((0, 0, 1)), "direction": INTO, "power": triple((0.5, 0.4, 0.3)), "path_density": f(0.7)}
-    given |= {"gained": f(1), "specular": True, "came_from": -1, "path": 5, "source": 0, "kind": np.uint8(DIFFUSE)}
-    return Photon(**given | values)
-
+from photon_bake.tests.core.values.photons.in_flight import DIFFUSE, GLOSSY, INTO, REGION, SHADOW, TRANSMITTED, photon
 
 # Where they meet surfaces
 
