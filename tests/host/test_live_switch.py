@@ -52,6 +52,16 @@ def test_without_a_window_it_says_so(empty_scene):
     live_switch.error = ""
 
 
+def test_it_waits_for_kernels_that_are_compiled_ahead(scene, monkeypatch):
+    monkeypatch.setattr(module, "compiler", SimpleNamespace(running=True))
+    assert turn_on() is None and live_switch.on and live_switch.words == module.COMPILING
+    live_switch.tick()
+    assert live_switch.session is None
+    module.compiler.running = False
+    live_switch.tick()
+    assert live_switch.session is not None and live_switch.words != module.COMPILING
+
+
 def test_it_leaves_nothing_behind(scene):
     before, threads = snapshot(), threading.active_count()
     session = turn_on()
