@@ -44,6 +44,9 @@ FOLLOWED = np.float32(-1)
 BYTES = 13
 """That a link takes."""
 
+N_PARTS = 4
+"""Of a row's links: by their means its error is known, and the first alone makes the first light after an edit."""
+
 KEPT, STALE, RENEWED = np.uint8(0), np.uint8(1), np.uint8(2)
 """States of a link: as it is; crossed by what an edit moved; traced again since."""
 
@@ -120,6 +123,11 @@ class Links:
     @property
     def n_most(self) -> int:
         return self.arrays.end.shape[1]
+
+    @property
+    def n_first(self) -> int:
+        """How many of each row make the first light after an edit."""
+        return self.n_traced // N_PARTS
 
     @property
     def finished(self) -> bool:
