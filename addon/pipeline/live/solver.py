@@ -13,6 +13,7 @@ from .edits import Edit, LampsChanged, MaterialsChanged, ObjectMoved, SceneRepla
 from .jobs import Job, Plan
 from .light import LiveLight
 from .moving import Moving
+from .photons.caustics import Caustics, makes_caustics
 from .state import lit_otherwise, made_otherwise, paths_stay, tracer_of
 from .surfaces import LiveSurfaces
 from .thinned import Thinned
@@ -73,6 +74,10 @@ class Solver:
         self._transport = Transport(len(self._linking.sides.end), crew)
         self._reflectance: Reflectance | None = None
         self._lighting = Lighting.of(self._tracer, receivers, self._objects, self._linking, settings)
+        self._caustics: Caustics | None = None
+        if makes_caustics(self._scene):
+            at = receivers, self._objects, pilot.elements, region
+            self._caustics = Caustics(self._scene, self._tracer, *at, settings)
 
     def _direct(self) -> DirectLight:
         """What gives light, as it is now."""
@@ -119,6 +124,8 @@ class Solver:
                 self._moving.restart()
                 self._start_links()
         self._linking.direct = self._direct()
+        if self._caustics:
+            self._caustics.edited(self._scene, self._tracer)
 
     def _move(self, edit: ObjectMoved) -> None:
         """An object stands elsewhere."""
@@ -127,6 +134,9 @@ class Solver:
         self._unmarked.append((edit.object, boxes))
         if self._scene.shines[self._scene.object_of_triangle == edit.object].any():
             self._linking.direct = self._direct()
+        if self._caustics:
+            self._caustics.moved(edit.object, boxes)
+            self._caustics.edited(self._scene, self._tracer)
 
     def _trace_by(self, tracer: TransparencyTracer) -> None:
         self._tracer = self._linking.tracer = self._lighting.tracer = tracer
@@ -176,6 +186,9 @@ class Solver:
             then(lambda: lighting.light_near_sides(n))
         if not lighting.near_vertices.finished:
             then(lambda: lighting.light_near_vertices(4 * n))
+        if self._caustics:
+            for job in self._caustics.jobs():
+                then(job)
 
     def _carry(self) -> None:
         """From direct light and links to what vertices gather."""
@@ -183,7 +196,10 @@ class Solver:
         if self._reflectance is None:
             key = path_key(self._settings.seed, _OF_AREA)
             self._reflectance = reflectance(self._tracer, linking.pilot.elements, key, self._crew)
-        lit = lighting.sides.mean, lighting.near_sides.mean
+        on_sides = lighting.sides.mean
+        if self._caustics:
+            on_sides = on_sides + self._caustics.of_sides(lighting.sides.coverage)
+        lit = on_sides, lighting.near_sides.mean
         of, change = (*lit, linking.sides, linking.reached, self._reflectance), 1.0
         if not self._lit:
             self._transport.restart(self._settings.n_bounces, *of)
@@ -195,6 +211,9 @@ class Solver:
         self._transport.to_vertices(linking.vertices, n_links, self._indirect, self._variance)
         self._indirect += lighting.near_vertices.mean
         finished = linking.vertices.finished and linking.sides.finished and lighting.finished
+        if self._caustics:
+            self._indirect += self._caustics.light()
+            finished = finished and self._caustics.finished
         self.converged = self._lit and finished and change < _STILL
         self._lit = True
 
