@@ -13,7 +13,8 @@ from .edits import Edit, LampsChanged, MaterialsChanged, ObjectMoved, SceneRepla
 from .jobs import Job, Plan
 from .light import LiveLight
 from .moving import Moving
-from .photons.caustics import Caustics, makes_caustics
+from .photons.caustics import Caustics
+from .photons.makers import makes_caustics
 from .state import lit_otherwise, made_otherwise, paths_stay, tracer_of
 from .surfaces import LiveSurfaces
 from .thinned import Thinned
@@ -182,13 +183,19 @@ class Solver:
             then(lambda: lighting.light_sides(n))
         if not lighting.vertices.finished:
             then(lambda: lighting.light_vertices(n))
+        if self._caustics:
+            for job in self._caustics.jobs():
+                then(job)
+            then(lambda: Job(0, 1, _nothing, self._light_by_caustics))
         if not lighting.near_sides.finished:
             then(lambda: lighting.light_near_sides(n))
         if not lighting.near_vertices.finished:
             then(lambda: lighting.light_near_vertices(4 * n))
+
+    def _light_by_caustics(self) -> None:
+        """Sides take what photons bring."""
         if self._caustics:
-            for job in self._caustics.jobs():
-                then(job)
+            self._linking.caustics = self._caustics.of_sides(self._lighting.sides.coverage)
 
     def _carry(self) -> None:
         """From direct light and links to what vertices gather."""
@@ -196,9 +203,7 @@ class Solver:
         if self._reflectance is None:
             key = path_key(self._settings.seed, _OF_AREA)
             self._reflectance = reflectance(self._tracer, linking.pilot.elements, key, self._crew)
-        on_sides = lighting.sides.mean
-        if self._caustics:
-            on_sides = on_sides + self._caustics.of_sides(lighting.sides.coverage)
+        on_sides = lighting.sides.mean + linking.caustics if self._caustics else lighting.sides.mean
         lit = on_sides, lighting.near_sides.mean
         of, change = (*lit, linking.sides, linking.reached, self._reflectance), 1.0
         if not self._lit:

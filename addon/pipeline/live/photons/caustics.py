@@ -5,22 +5,22 @@ from functools import partial
 
 import numpy as np
 
-from ....bsdf import SMOOTH
 from ....emitters import Sphere, light_sources
 from ....gather.radiance_cache.elements import SurfaceElements
 from ....receivers import Receivers
-from ....scene import Lobe, Scene
+from ....scene import Scene
 from ....settings.live import LiveSettings
 from ....tracing import TransparencyTracer
-from ..jobs import Job
+from ..jobs import A_CHUNK, Job, no_job, of_blocks
+from .groups import Groups
 from .path_tracing import N_IN_ROUND, PathTracing
 from .paths import (
-    ABSENT,
     KEPT,
     RENEWED,
     STALE,
     WAITING,
     PathArrays,
+    differing,
     mark_crossing,
     mark_emission,
     no_paths,
@@ -29,20 +29,9 @@ from .paths import (
 from .photon_map import PhotonMap
 
 _BLOCK, _LARGE_BLOCK = 1 << 11, 1 << 14  # photons that are traced, or looked at, between two looks for a halt
-_A_CHUNK = 1 << 12  # rays: a row of a job is a chunk of its own
 _A_STEP = 1 << 14  # photons that are traced in a step
+_N_TURNS = 4  # photons of each group that are traced again after an edit
 _N_MEASURED = 1 << 9  # receivers around which surfaces' ends are looked for between two looks for a halt
-
-
-def makes_caustics(scene: Scene) -> bool:
-    """Whether some surface mirrors smoothly or is of glass, so that photons find what links do not."""
-    closures = scene.materials.closures
-    smooth = (closures.roughness.value[:, 0] < SMOOTH) | (closures.roughness.texture >= 0)
-    clear = np.isin(closures.kind, (Lobe.GLASS, Lobe.PANE, Lobe.FIBRE))
-    bright = (closures.weight.value != 0).any(axis=1)
-    makes = np.zeros(len(scene.materials), bool)
-    makes[closures.material[bright & (clear | (smooth & (closures.kind == Lobe.GLOSSY)))]] = True
-    return bool(scene.materials.of_any_view(makes)[scene.material_of_triangle].any())
 
 
 class Caustics:
@@ -52,9 +41,14 @@ class Caustics:
     rounds. Each round is a sample of all light: so those that were traced again stand for all that left, and the light
     is that of the edited scene, only noisier, from the first of them on.
 
+    What no box tells of is found as Larsen and Christensen do: one photon of each group is traced again in turn, and
+    where its path has changed the whole group is, those groups first that bring most.
+
     Attributes
     ----------
     paths : PathArrays
+    share_of_groups : float
+        Of the groups of photons, of which some photon was traced again since the last edit.
     """
 
     def __init__(
@@ -79,6 +73,8 @@ class Caustics:
         self._boxes: list[np.ndarray] = []
         self._moved: set[int] = set()
         self._relit = False
+        self._queue: list[int] = []
+        self._turn = self._n_turns = 0
         if self._dark:
             return
         n_rounds = max(1, round(self._settings.n_photons / N_IN_ROUND))
@@ -90,6 +86,9 @@ class Caustics:
         self._marked, self._scaled = np.zeros(n, bool), np.zeros(n, bool)
         self._has_round = np.zeros(n_rounds, bool)
         watts = float(sum(np.abs(source.power).mean() for source in sources)) / n
+        self._groups = Groups(sources, self._tracing.emission)
+        self._touched = np.zeros(self._groups.n, bool)
+        self._scratch = no_paths(self._groups.n)
         self._map = PhotonMap(self._receivers, 2 * len(self._elements), max(watts, 1e-30))
 
     # --- edits --------------------------------------------------------------------------------------------------
@@ -101,6 +100,7 @@ class Caustics:
             self._start(scene, tracer)
             return
         self._scene, self._tracer, self._relit = scene, tracer, True
+        self._touched[:], self._n_turns = False, _N_TURNS
         self._tracing.aim(scene, tracer, sources)
 
     def moved(self, object_: int, boxes: np.ndarray) -> None:
@@ -115,8 +115,12 @@ class Caustics:
         """Whether all is known that will be."""
         if self._dark:
             return True
-        settled = not (self._boxes or self._relit or self._moved)
+        settled = not (self._boxes or self._relit or self._moved or self._queue or self._n_turns)
         return settled and bool(self._has_round.all()) and bool((self.paths.state == KEPT).all()) and self._measured
+
+    @property
+    def share_of_groups(self) -> float:
+        return 0.0 if self._dark else float(self._touched.mean())
 
     @property
     def _measured(self) -> bool:
@@ -126,12 +130,13 @@ class Caustics:
         """The next step's; each is made when its turn comes."""
         if self._dark:
             return []
-        return [self._mark, self._compare, self._take_out, self._place, self._enter, self._trace, self._measure]
+        of_edits = [self._mark, self._compare, self._take_out, self._place, self._enter]
+        return [*of_edits, self._trace, self._take_turns, self._trace_groups, self._measure]
 
     def _mark(self) -> Job:
         """Mark the photons whose paths cross what has moved."""
         if not self._boxes:
-            return Job(0, 1, _nothing)
+            return no_job()
         boxes = np.concatenate(self._boxes).astype(np.float32)
         mark = partial(mark_crossing, boxes)
         return self._of_all(lambda start, stop: mark(start, stop, self.paths, self._marked), self._boxes.clear)
@@ -139,7 +144,7 @@ class Caustics:
     def _compare(self) -> Job:
         """Mark the photons that leave their sources otherwise."""
         if not self._relit:
-            return Job(0, 1, _nothing)
+            return no_job()
         arrays = self._tracing.emission.arrays
 
         def compare(start: int, stop: int) -> None:
@@ -166,20 +171,22 @@ class Caustics:
                 self._map.remove(self.paths, chosen[state[chosen] == which], renewed)
             self._leave(chosen)
 
-        return _of_blocks(some, _BLOCK, leave)
+        return of_blocks(some, _BLOCK, leave)
 
     def _leave(self, chosen: np.ndarray) -> None:
         """Chosen photons, which are out of the map, have another power or are to be traced again."""
         scaled = chosen[self._scaled[chosen] & ~self._marked[chosen]]
         scale_paths(*self._tracing.emission.arrays, scaled, self.paths)
         self.paths.state[scaled] = WAITING
-        self.paths.state[chosen[self._marked[chosen]]] = STALE
+        marked = chosen[self._marked[chosen]]
+        self.paths.state[marked] = STALE
+        self._touched[self._groups.of_photon[marked]] = True
         self._marked[chosen] = self._scaled[chosen] = False
 
     def _place(self) -> Job:
         """Receivers on objects that have moved take what photons bring to where they are now."""
         if not self._moved:
-            return Job(0, 1, _nothing)
+            return no_job()
         rows = np.flatnonzero(np.isin(self._objects, list(self._moved)))
         around, state = self._map.moved(rows), self.paths.state
 
@@ -197,7 +204,7 @@ class Caustics:
             self._map.add(self.paths, chosen)
             self.paths.state[chosen] = KEPT
 
-        return _of_blocks(np.flatnonzero(self.paths.state == WAITING), _BLOCK, enter)
+        return of_blocks(np.flatnonzero(self.paths.state == WAITING), _BLOCK, enter)
 
     def _trace(self) -> Job:
         """Photons are traced again, those of the first rounds first; where none is to be, a few more rounds."""
@@ -220,7 +227,7 @@ class Caustics:
                 self._map.merge()
                 state[state == RENEWED] = KEPT
 
-        return _of_blocks(chosen, _BLOCK, renew, done)
+        return of_blocks(chosen, _BLOCK, renew, done)
 
     def _grow(self) -> Job:
         """More rounds."""
@@ -234,7 +241,46 @@ class Caustics:
                 self.paths.state[some] = KEPT
                 self._has_round[i] = True
 
-        return Job(len(rounds), _A_CHUNK, trace)
+        return Job(len(rounds), A_CHUNK, trace)
+
+    def _take_turns(self) -> Job:
+        """Trace one photon of each group again: where its path is another one, all of the group are to be."""
+        if not self._n_turns:
+            return no_job()
+        chosen = self._groups.turn(self._turn)
+        chosen = chosen[self.paths.state[chosen] == KEPT]
+        differs = np.zeros(len(chosen), bool)
+
+        def compare(rows: np.ndarray) -> None:
+            self._tracing.trace(chosen[rows], rows, self._scratch)
+            found = np.zeros(len(rows), bool)
+            differing(self.paths, chosen[rows], self._scratch, rows, found)
+            differs[rows] = found
+
+        def done() -> None:
+            self._turn, self._n_turns = self._turn + 1, self._n_turns - 1
+            changed = np.unique([*self._queue, *self._groups.of_photon[chosen[differs]]]).astype(np.int64)
+            energy = self._groups.energy(self.paths)[changed]
+            self._queue = changed[np.argsort(-energy, kind="stable")].tolist()
+
+        return of_blocks(np.arange(len(chosen)), _BLOCK, compare, done)
+
+    def _trace_groups(self) -> Job:
+        """Trace the photons again of those groups, of all that are to be, which bring most."""
+        n_until = np.cumsum([len(self._groups.photons(group)) for group in self._queue])
+        groups = self._queue[: int(np.searchsorted(n_until, _A_STEP)) + 1]
+
+        def trace(chunk: slice) -> None:
+            for group in groups[chunk]:
+                some = self._groups.photons(group)
+                some = some[self.paths.state[some] == KEPT]
+                self._map.remove(self.paths, some)
+                self._tracing.trace(some, some, self.paths)
+                self._map.add(self.paths, some)
+                self._touched[group] = True
+                self._queue.remove(group)
+
+        return Job(len(groups), A_CHUNK, trace)
 
     def _measure(self) -> Job:
         """Look for where surfaces end around receivers that are lit."""
@@ -242,7 +288,7 @@ class Caustics:
         def measure(rows: np.ndarray) -> None:
             self._map.measure(rows, self._tracer.surfaces)
 
-        return _of_blocks(self._map.unmeasured(4 * _N_MEASURED), _N_MEASURED, measure)
+        return of_blocks(self._map.unmeasured(4 * _N_MEASURED), _N_MEASURED, measure)
 
     def _of_all(self, work: Callable[[int, int], None], done: Callable[[], object]) -> Job:
         """Work on all photons, from one to another of them."""
@@ -252,7 +298,7 @@ class Caustics:
             for k in range(chunk.start, chunk.stop):
                 work(k * _LARGE_BLOCK, min((k + 1) * _LARGE_BLOCK, n))
 
-        return Job(-(-n // _LARGE_BLOCK), _A_CHUNK, blocks, done)
+        return Job(-(-n // _LARGE_BLOCK), A_CHUNK, blocks, done)
 
     # --- what is known ------------------------------------------------------------------------------------------
 
@@ -277,22 +323,3 @@ class Caustics:
         whole, renewed = self._shares()
         area = np.pi * np.repeat(self._elements.areas, 2) * np.maximum(coverage, 0.01)
         return (self._map.of_sides(renewed) * whole / area[:, None]).astype(np.float32)
-
-
-def _of_blocks(
-    chosen: np.ndarray, size: int, work: Callable[[np.ndarray], None], done: Callable[[], object] = lambda: None
-) -> Job:
-    """Work on chosen rows, a block of them at a time."""
-
-    def blocks(chunk: slice) -> None:
-        for k in range(chunk.start, chunk.stop):
-            work(chosen[k * size : (k + 1) * size])
-
-    return Job(-(-len(chosen) // size), _A_CHUNK, blocks, done)
-
-
-def _nothing(_: slice) -> None:
-    pass
-
-
-__all__ = ["ABSENT", "Caustics", "makes_caustics"]

@@ -162,15 +162,15 @@ def scale_paths(emitters, seeds, first, chosen, paths):
 
 
 @kernel
-def differing(paths, rows, others, differs):
-    """Whether paths of some rows, (m,), end elsewhere or bring something else than the first m of other paths."""
+def differing(paths, rows, others, other_rows, differs):
+    """Whether paths of some rows, (m,), end elsewhere or bring something else than others of other rows."""
     for j in range(len(rows)):
-        i, n = rows[j], paths.n_surfaces[rows[j]]
-        differs[j] = n != others.n_surfaces[j]
-        for k in range(n):
+        i, o = rows[j], other_rows[j]
+        differs[j] = paths.n_surfaces[i] != others.n_surfaces[o]
+        for k in range(paths.n_surfaces[i]):
             if differs[j]:
                 break
-            off = length(minus(row(paths.position[i], k), row(others.position[j], k)))
-            was, now = row(paths.power[i], k), row(others.power[j], k)
+            off = length(minus(row(paths.position[i], k), row(others.position[o], k)))
+            was, now = row(paths.power[i], k), row(others.power[o], k)
             more = abs(now[0] - was[0]) + abs(now[1] - was[1]) + abs(now[2] - was[2])
             differs[j] = off > _CLOSE or more > _CLOSE * (abs(was[0]) + abs(was[1]) + abs(was[2]))

@@ -38,6 +38,8 @@ class Linking:
         The sides that links end on, in the order in which they were found; others have no links.
     on_reached : callable
         Is told of sides that are new among them.
+    caustics : (s, 3) or (0, 3) float32, W/(m² sr)
+        See `LinkLight`.
     """
 
     scene: Scene
@@ -51,6 +53,7 @@ class Linking:
     sides: Links
     on_reached: Callable[[np.ndarray], None]
     reached: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    caustics: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), np.float32))
 
     @staticmethod
     def of(
@@ -97,7 +100,8 @@ class Linking:
         """What rays meet, for one call of a kernel."""
         hidden, elements = self.pilot.hidden, self.pilot.elements.arrays
         of_object = hidden.of_object if hidden.any else np.zeros(0, bool)
-        return LinkLight(self.tracer.arrays, new_ray(), elements, of_object, self._reach, self.direct.arrays)
+        seen = self.tracer.arrays, new_ray(), elements, of_object, self._reach
+        return LinkLight(*seen, self.direct.arrays, self.caustics)
 
     @cached_property
     def _reach(self) -> np.ndarray:
