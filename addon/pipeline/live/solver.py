@@ -19,9 +19,11 @@ from .edits import (
     SceneReplaced,
     WorldChanged,
 )
-from .jobs import Plan
+from .jobs import Plan, no_job
 from .light import LiveLight
 from .moving import Moving
+from .photons.caustics import Caustics
+from .photons.makers import makes_caustics
 from .state import lights_stay, lit_otherwise, made_otherwise, painted, paths_stay, tracer_of
 from .surfaces import LiveSurfaces
 from .thinned import Thinned
@@ -82,6 +84,10 @@ class Solver:
         self._transport, self._whole = Transport(n_sides, len(receivers), crew), False
         self._reflectance, self._painted = Reflectance.none(n_sides), np.ones(len(scene.materials), bool)
         self._lighting = Lighting.of(tracer, receivers, self._objects, self._linking, settings)
+        self._caustics: Caustics | None = None
+        if makes_caustics(scene):
+            at = receivers, self._objects, pilot.elements, region
+            self._caustics = Caustics(scene, tracer, *at, settings)
 
     def _direct(self) -> DirectLight:
         """What gives light, as it is now."""
@@ -117,6 +123,8 @@ class Solver:
         if relit:
             self._lighting.again(near=False)
         self._lighting.again(near=True)
+        if self._caustics:
+            self._caustics.edited(self._scene, self._tracer)
 
     def _paint(self, materials: Materials) -> bool:
         """Materials look otherwise; whether direct light has to be found again."""
@@ -145,6 +153,8 @@ class Solver:
             self._painted[self._scene.material_of_triangle[own]] = True
         if self._scene.materials.emits[self._scene.material_of_triangle[own]].any():
             self._linking.direct = self._direct()
+        if self._caustics:
+            self._caustics.moved(edit.object, boxes)
 
     def _trace_by(self, tracer: TransparencyTracer) -> None:
         self._tracer = self._linking.tracer = self._lighting.tracer = tracer
@@ -192,10 +202,19 @@ class Solver:
             then(lambda: lighting.light_sides(n))
         if not lighting.vertices.finished:
             then(lambda: lighting.light_vertices(n))
+        if self._caustics:
+            for job in self._caustics.jobs():
+                then(job)
+            then(lambda: no_job(self._light_by_caustics))
         if not lighting.near_sides.finished:
             then(lambda: lighting.light_near_sides(n))
         if not lighting.near_vertices.finished:
             then(lambda: lighting.light_near_vertices(4 * n))
+
+    def _light_by_caustics(self) -> None:
+        """Sides take what photons bring."""
+        if self._caustics:
+            self._linking.caustics = self._caustics.of_sides(self._lighting.sides.coverage)
 
     def _carry(self) -> None:
         """From direct light and links to what vertices gather; first over few links, if all are known to be more."""
@@ -204,7 +223,8 @@ class Solver:
             key, elements = path_key(self._settings.seed, _OF_AREA), linking.pilot.elements
             self._reflectance.find(self._tracer, elements, key, self._crew, self._painted, self._moving.gone)
             self._painted = np.zeros_like(self._painted)
-        lit = lighting.sides.mean, lighting.near_sides.mean
+        on_sides = lighting.sides.mean + linking.caustics if self._caustics else lighting.sides.mean
+        lit = on_sides, lighting.near_sides.mean
         of, change = (*lit, linking.sides, linking.reached, self._reflectance), 1.0
         whole = self._lit or not self._whole
         if not self._lit:
@@ -216,6 +236,9 @@ class Solver:
         transport.to_vertices(linking.vertices, self._indirect, self._variance, whole)
         self._indirect += lighting.near_vertices.mean
         finished = linking.vertices.finished and linking.sides.finished and lighting.finished
+        if self._caustics:
+            self._indirect += self._caustics.light()
+            finished = finished and self._caustics.finished
         self.converged = self._lit and finished and change < _STILL
         self._lit, self._whole = True, self._whole or whole
 

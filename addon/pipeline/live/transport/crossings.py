@@ -45,7 +45,7 @@ def _range_of_box(low, high, position, normal):
 
 
 @part
-def _crosses(low, high, origin, direction, far):
+def crosses(low, high, origin, direction, far):
     """Whether a ray meets a box as far as `far`."""
     near, end = ZERO, far
     for axis in range(3):
@@ -89,7 +89,7 @@ def mark_vertex_links(positions, normals, objects, points, key, moved, boxes, st
                 if u < lowest or u > highest or abs(away) > width or links.state[vertex, k] == STALE:
                     continue
                 far = links.length[vertex, k]
-                if _crosses(low, high, origin, vertex_ray(points, normal, key, vertex, k), abs(far)):
+                if crosses(low, high, origin, vertex_ray(points, normal, key, vertex, k), abs(far)):
                     _mark(links, vertex, k)
 
 
@@ -108,7 +108,7 @@ def mark_side_links(scene, elements, points, key, moved, boxes, sides, start, st
             _, origin, direction = side_ray(scene, elements, points, key, side, k)
             for box in range(len(boxes)):
                 low, high = row(boxes[box], 0), row(boxes[box], 1)
-                if _crosses(low, high, origin, direction, abs(links.length[side, k])):
+                if crosses(low, high, origin, direction, abs(links.length[side, k])):
                     _mark(links, side, k)
 
 

@@ -73,6 +73,12 @@ class Estimates:
         """The light, (r, 3) float32."""
         return self.arrays.mean
 
+    @property
+    def coverage(self) -> np.ndarray:
+        """Mean weight of the estimates, (r,) float32; 1 where there is none."""
+        known = self.arrays.known
+        return np.where(known > 0, self.arrays.known_sum[:, 3] / np.maximum(known, 1), 1).astype(np.float32)
+
     def made_to(self, last: int) -> None:
         """Say how many of each row were made since the last edit."""
         self.n_fresh = last

@@ -40,6 +40,8 @@ class Linking:
         Sides that links end on as well, and that have none of their own yet.
     unlit : (u,) int64
         Of those that are reached, those of which no direct light is known yet.
+    caustics : (s, 3) or (0, 3) float32, W/(m² sr)
+        See `LinkLight`.
     """
 
     scene: Scene
@@ -54,6 +56,7 @@ class Linking:
     reached: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     found: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
     unlit: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    caustics: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), np.float32))
 
     @staticmethod
     def of(
@@ -99,7 +102,8 @@ class Linking:
         """What rays meet, for one call of a kernel."""
         hidden, elements = self.pilot.hidden, self.pilot.elements.arrays
         of_object = hidden.of_object if hidden.any else np.zeros(0, bool)
-        return LinkLight(self.tracer.arrays, new_ray(), elements, of_object, self._reach, self.direct.arrays)
+        seen = self.tracer.arrays, new_ray(), elements, of_object, self._reach
+        return LinkLight(*seen, self.direct.arrays, self.caustics)
 
     @cached_property
     def _reach(self) -> np.ndarray:

@@ -71,6 +71,8 @@ class LinkLight(NamedTuple):
         Distance from which each element's mean is taken.
     direct : DirectArrays
         What gives light.
+    caustics : (s, 3) or (0, 3) float32, W/(m² sr)
+        E/π that mirrors and glass send onto sides, where there are any.
     """
 
     tracing: Tracing
@@ -79,6 +81,7 @@ class LinkLight(NamedTuple):
     hidden: np.ndarray
     reach: np.ndarray
     direct: DirectArrays
+    caustics: np.ndarray
 
 
 @by_reference
@@ -206,6 +209,8 @@ def link_end(light, origin, direction, kind, key, path, lit):
             at = origin, lit_normal(scene, hit), scene.object[triangle]
             _, one, _, met = arriving(light.direct, tracing, room, *at, key, path, i + 2, True)
             near = plus(near, mul(weight, times(plus(one, met), _PER_PI)))
+            if len(light.caustics) > 0:
+                near = plus(near, mul(weight, row(light.caustics, 2 * element + np.int32(hit.back))))
         a, b = two_numbers(key, path, i + 1)
         direction, kind = to_world(cosine_hemisphere(a, b), lambertian_normal(scene, hit)), np.int64(_DIFFUSE)
         if dot(direction, hit.normal) <= ZERO or largest(weight) <= ZERO:

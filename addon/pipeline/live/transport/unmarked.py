@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..jobs import Job
+from ..jobs import Job, no_job
 from .linking import Linking
 
 _MOST_BOXES = 8
@@ -58,7 +58,7 @@ class Unmarked:
 
         jobs = [job for of, boxes in self.moved.items() for job in linking.marking(of, objects, boxes, rest)]
         jobs += [linking.mark_followed] if self.followed else []
-        return [*jobs, lambda: Job(0, 1, _nothing, done)] if jobs else []
+        return [*jobs, lambda: no_job(done)] if jobs else []
 
 
 def _around(boxes: np.ndarray) -> np.ndarray:
@@ -69,7 +69,3 @@ def _around(boxes: np.ndarray) -> np.ndarray:
 def _area(box: np.ndarray) -> float:
     x, y, z = (box[1] - box[0]).tolist()
     return x * y + y * z + z * x
-
-
-def _nothing(_: slice) -> None:
-    pass
