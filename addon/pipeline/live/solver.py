@@ -35,7 +35,7 @@ from .transport.unmarked import Unmarked
 
 _OF_AREA = 115  # stream of random numbers
 _PASSES = 2  # estimates of direct light that a step adds
-_FEW_BOUNCES = 2
+_FIRST_BOUNCES, _FEW_BOUNCES = 3, 2  # of what an edit has changed, and of each step after it
 _STILL = 1e-4  # relative change of what bounces that is none
 
 
@@ -228,7 +228,8 @@ class Solver:
         of, change = (*lit, linking.sides, linking.reached, self._reflectance), 1.0
         whole = self._lit or not self._whole
         if not self._lit:
-            transport.follow(self._settings.n_bounces, *of, whole)
+            n_most = self._settings.n_bounces
+            transport.follow(n_most if whole else min(n_most, _FIRST_BOUNCES), *of, whole)
         else:
             for _ in range(_FEW_BOUNCES):
                 change = transport.bounce(*of)

@@ -119,5 +119,5 @@ def mark_followed(rows, start, stop, n, links):
     """
     for i in range(start, stop):
         for k in range(n):
-            if links.length[rows[i], k] == FOLLOWED:
+            if links.length[rows[i], k] <= FOLLOWED:
                 _mark(links, rows[i], k)
