@@ -47,8 +47,10 @@ class Caustics:
     Attributes
     ----------
     paths : PathArrays
-    share_of_groups : float
-        Of the groups of photons, of which some photon was traced again since the last edit.
+    touched : (g,) bool
+        Groups of which a photon left the map since the last edit, or was found to be another one.
+    n_touched : int
+        Photons that left the map since then.
     """
 
     def __init__(
@@ -87,7 +89,7 @@ class Caustics:
         self._has_round = np.zeros(n_rounds, bool)
         watts = float(sum(np.abs(source.power).mean() for source in sources)) / n
         self._groups = Groups(sources, self._tracing.emission)
-        self._touched = np.zeros(self._groups.n, bool)
+        self.touched, self.n_touched = np.zeros(self._groups.n, bool), 0
         self._scratch = no_paths(self._groups.n)
         self._map = PhotonMap(self._receivers, 2 * len(self._elements), max(watts, 1e-30))
 
@@ -100,7 +102,7 @@ class Caustics:
             self._start(scene, tracer)
             return
         self._scene, self._tracer, self._relit = scene, tracer, True
-        self._touched[:], self._n_turns = False, _N_TURNS
+        self.touched[:], self.n_touched, self._n_turns = False, 0, _N_TURNS
         self._tracing.aim(scene, tracer, sources)
 
     def moved(self, object_: int, boxes: np.ndarray) -> None:
@@ -117,10 +119,6 @@ class Caustics:
             return True
         settled = not (self._boxes or self._relit or self._moved or self._queue or self._n_turns)
         return settled and bool(self._has_round.all()) and bool((self.paths.state == KEPT).all()) and self._measured
-
-    @property
-    def share_of_groups(self) -> float:
-        return 0.0 if self._dark else float(self._touched.mean())
 
     @property
     def _measured(self) -> bool:
@@ -180,7 +178,8 @@ class Caustics:
         self.paths.state[scaled] = WAITING
         marked = chosen[self._marked[chosen]]
         self.paths.state[marked] = STALE
-        self._touched[self._groups.of_photon[marked]] = True
+        self.touched[self._groups.of_photon[marked]] = True
+        self.n_touched += len(marked)
         self._marked[chosen] = self._scaled[chosen] = False
 
     def _place(self) -> Job:
@@ -277,7 +276,7 @@ class Caustics:
                 self._map.remove(self.paths, some)
                 self._tracing.trace(some, some, self.paths)
                 self._map.add(self.paths, some)
-                self._touched[group] = True
+                self.touched[group] = True
                 self._queue.remove(group)
 
         return Job(len(groups), A_CHUNK, trace)
