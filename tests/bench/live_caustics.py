@@ -2,9 +2,9 @@
 
     python tests/bench/run.py --only live_caustics
 
-The rooms are those of their Figure 5: divided with two lamps each, connected by a door, and connected with the lamps
-of one turned off. A ball of glass and a mirror in each make the caustics that photons are for. The ball of glass and the
-ring of gold are those of --only caustics; there live light is compared with bakes as by --only live.
+The rooms are those of their Figure 5: divided with two lamps each, connected by a door, and connected with the lamps of
+the east one turned off. A ball of glass and a mirror in each make the caustics that photons are for. The ball of glass
+and the ring of gold are those of --only caustics; there live light is compared with bakes as by --only live.
 """
 
 from dataclasses import replace
@@ -85,7 +85,7 @@ def rows_of_rooms(name, scene):
     solver = state._solver
     photons, west = solver._caustics, solver._receivers.position[:, 0] < WALL
     for edit, what in edits_in_the_west(scene):
-        left = np.array([scene.lights.position[s.lamp, 0] < WALL for s in photons._tracing.sources])
+        left = np.array([scene.lights.position[lamp, 0] < WALL for _, lamp, _ in photons._tracing._kinds])
         groups = left[photons._tracing.source_of(photons._groups.turn(0))]
         state.edit(what)
         state.step()
@@ -93,7 +93,7 @@ def rows_of_rooms(name, scene):
         traced = photons.n_touched / photons._tracing.n
         converge(state)
         changed = solver._lighting.vertices.arrays.touched
-        shares = [photons.touched[groups].mean() if groups.any() else np.nan, photons.touched[~groups].mean()]
+        shares = [photons.touched[of].mean() if of.any() else np.nan for of in (groups, ~groups)]
         shares += [traced, links[west].mean(), links[~west].mean(), changed[west].mean(), changed[~west].mean()]
         yield [name, edit, *("–" if np.isnan(share) else f"{share:.1%}" for share in shares)]
 
