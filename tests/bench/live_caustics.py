@@ -103,6 +103,8 @@ def tables(scenes, options):
     of_states = {"divided": (False,), "connected": (True,), "connected, east dark": (True, (True, False))}
     found = [row for name, how in of_states.items() for row in rows_of_rooms(name, rooms(*how))]
     caustics.build()
+    bpy.data.objects["Plane"].scale = 0.25, 0.25, 1  # 3 m, so that vertices are close enough for what is sharp
+    bpy.context.view_layer.update()
     beside = list(live.rows("ball and ring", rendered_scene()))
     title = "Two rooms (Larsen and Christensen, Figure 5): what an edit touches"
     return [table(title, HEAD, found), table("Caustics of live light after edits", live.HEAD, beside)]
