@@ -37,9 +37,9 @@ class Job:
     done: Callable[[], object] = _nothing
 
 
-def no_job() -> Job:
-    """Nothing to do."""
-    return Job(0, 1, lambda _: None)
+def no_job(done: Callable[[], object] = _nothing) -> Job:
+    """Nothing to do, but what is done after it."""
+    return Job(0, 1, lambda _: None, done)
 
 
 def of_blocks(
