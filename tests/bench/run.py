@@ -8,8 +8,8 @@
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
 direct, lamps, window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed,
-light_groups, camera, estimates, refine, vertex, live, live_rival, live_caustics, view_transform, shares or eevee (in the
-Blender that BLENDER names); versions where it is asked for.
+light_groups, camera, estimates, refine, vertex, live, live_rival, live_caustics, view_transform, shares or eevee (in
+the Blender that BLENDER names); versions where it is asked for.
 """
 
 import json
