@@ -124,6 +124,8 @@ def scattered(tracing, room, rules, bounce, photon, hit):
     seen, chance = next_viewer(rules.viewers, photon.kind, two_numbers(rules.key, photon.path, i + 3)[1])
     lobes = rules.viewers.lobes[photon.kind]
     on = scatter(scene, hit, photon.direction, choice, u, v, lobes, True, seen)
+    if rules.specular_alone and (on.rough or not on.specular):
+        return False, photon
     if on.lobe == SUBSURFACE and on.alive:
         on = through_body(tracing, room, hit, on, seen, walk_key(rules.key, bounce), photon.path)
     lit_by_points = bounce == 0 and rules.sampled_directly[photon.source]
@@ -136,8 +138,6 @@ def scattered(tracing, room, rules, bounce, photon, hit):
     by_object = photon.came_from >= 0
     shows = rules.seen[on.kind, photon.came_from] if by_object else rules.source_seen[on.kind, photon.source]
     if not on.alive or fate >= survival or not shows:
-        return False, photon
-    if rules.specular_alone and (on.rough or not on.specular):
         return False, photon
     direction, ratio, weight = on.direction, ONE, times(on.weight, ONE / (survival * chance))
     if on.lobe < _GLOSSY and is_directed(rules.region, photon.gained, hit.position):

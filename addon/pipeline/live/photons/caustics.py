@@ -1,11 +1,11 @@
 """Caustics kept alive: which photons an edit may have changed, and what is known of their light meanwhile."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
 
-from ....emitters import Sphere, light_sources
+from ....emitters import Source, Sphere, light_sources
 from ....gather.radiance_cache.elements import SurfaceElements
 from ....receivers import Receivers
 from ....scene import Scene
@@ -30,8 +30,9 @@ from .photon_map import PhotonMap
 
 _BLOCK, _LARGE_BLOCK = 1 << 11, 1 << 14  # photons that are traced, or looked at, between two looks for a halt
 _A_STEP = 1 << 14  # photons that are traced in a step
+_BRIGHTER = 256.0  # or darker: the map's unit is then too small or too large
 _N_TURNS = 4  # photons of each group that are traced again after an edit
-_N_MEASURED = 1 << 9  # receivers around which surfaces' ends are looked for between two looks for a halt
+_N_MEASURED = 1 << 6  # receivers around which surfaces' ends are looked for between two looks for a halt
 
 
 class Caustics:
@@ -47,8 +48,10 @@ class Caustics:
     Attributes
     ----------
     paths : PathArrays
-    share_of_groups : float
-        Of the groups of photons, of which some photon was traced again since the last edit.
+    touched : (g,) bool
+        Groups of which a photon left the map since the last edit, or was found to be another one.
+    n_touched : int
+        Photons that left the map since then.
     """
 
     def __init__(
@@ -85,28 +88,34 @@ class Caustics:
         self.paths.level[:] = self._tracing.level
         self._marked, self._scaled = np.zeros(n, bool), np.zeros(n, bool)
         self._has_round = np.zeros(n_rounds, bool)
-        watts = float(sum(np.abs(source.power).mean() for source in sources)) / n
+        self._watts = max(_watts(sources), 1e-30)
         self._groups = Groups(sources, self._tracing.emission)
-        self._touched = np.zeros(self._groups.n, bool)
+        self.touched, self.n_touched = np.zeros(self._groups.n, bool), 0
         self._scratch = no_paths(self._groups.n)
-        self._map = PhotonMap(self._receivers, 2 * len(self._elements), max(watts, 1e-30))
+        self._map = PhotonMap(self._receivers, 2 * len(self._elements), self._watts / n)
 
     # --- edits --------------------------------------------------------------------------------------------------
 
     def edited(self, scene: Scene, tracer: TransparencyTracer) -> None:
         """The scene is otherwise: its lamps, its world, or an object of `moved`."""
         sources = light_sources(scene, self._region)
-        if self._dark or not sources or not self._tracing.is_of(sources):
+        fits = not self._dark and bool(sources) and self._tracing.is_of(sources)
+        if not fits or not 1 / _BRIGHTER < _watts(sources) / self._watts < _BRIGHTER:
             self._start(scene, tracer)
             return
         self._scene, self._tracer, self._relit = scene, tracer, True
-        self._touched[:], self._n_turns = False, _N_TURNS
+        self.touched[:], self.n_touched, self._n_turns = False, 0, _N_TURNS
         self._tracing.aim(scene, tracer, sources)
 
     def moved(self, object_: int, boxes: np.ndarray) -> None:
         """An object has moved, around which boxes (b, 2, 3) lie where it was and is; `edited` comes after it."""
+        if self._dark:
+            return
         self._boxes.append(boxes)
         self._moved.add(object_)
+        at, reach = self._receivers.position[:, None], self._map.largest_radius
+        near = ((at > boxes[:, 0] - reach) & (at < boxes[:, 1] + reach)).all(axis=2).any(axis=1)
+        self._map.unmeasure(np.flatnonzero(near))
 
     # --- steps --------------------------------------------------------------------------------------------------
 
@@ -117,10 +126,6 @@ class Caustics:
             return True
         settled = not (self._boxes or self._relit or self._moved or self._queue or self._n_turns)
         return settled and bool(self._has_round.all()) and bool((self.paths.state == KEPT).all()) and self._measured
-
-    @property
-    def share_of_groups(self) -> float:
-        return 0.0 if self._dark else float(self._touched.mean())
 
     @property
     def _measured(self) -> bool:
@@ -180,7 +185,8 @@ class Caustics:
         self.paths.state[scaled] = WAITING
         marked = chosen[self._marked[chosen]]
         self.paths.state[marked] = STALE
-        self._touched[self._groups.of_photon[marked]] = True
+        self.touched[self._groups.of_photon[marked]] = True
+        self.n_touched += len(marked)
         self._marked[chosen] = self._scaled[chosen] = False
 
     def _place(self) -> Job:
@@ -277,7 +283,7 @@ class Caustics:
                 self._map.remove(self.paths, some)
                 self._tracing.trace(some, some, self.paths)
                 self._map.add(self.paths, some)
-                self._touched[group] = True
+                self.touched[group] = True
                 self._queue.remove(group)
 
         return Job(len(groups), A_CHUNK, trace)
@@ -288,7 +294,7 @@ class Caustics:
         def measure(rows: np.ndarray) -> None:
             self._map.measure(rows, self._tracer.surfaces)
 
-        return of_blocks(self._map.unmeasured(4 * _N_MEASURED), _N_MEASURED, measure)
+        return of_blocks(self._map.unmeasured(16 * _N_MEASURED), _N_MEASURED, measure)
 
     def _of_all(self, work: Callable[[int, int], None], done: Callable[[], object]) -> Job:
         """Work on all photons, from one to another of them."""
@@ -323,3 +329,8 @@ class Caustics:
         whole, renewed = self._shares()
         area = np.pi * np.repeat(self._elements.areas, 2) * np.maximum(coverage, 0.01)
         return (self._map.of_sides(renewed) * whole / area[:, None]).astype(np.float32)
+
+
+def _watts(sources: Sequence[Source]) -> float:
+    """Power of all sources together, the mean over colours."""
+    return float(sum(np.abs(source.power).mean() for source in sources))
