@@ -2,6 +2,6 @@
 
 from .embree import EmbreeTracer
 from .protocol import Hits, Tracer
-from .transparency import TransparencyTracer
+from .transparency_tracer import TransparencyTracer
 
 __all__ = ["EmbreeTracer", "Hits", "Tracer", "TransparencyTracer"]

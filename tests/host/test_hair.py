@@ -165,3 +165,45 @@ def test_shaders_are_fibres_on_hair(node, values, model):
     if model != FibreModel.TRANSLUCENT:
         tangents = scene.frames.corner_tangents[:, :, 2]
         np.testing.assert_allclose(tangents, np.broadcast_to((0, 0, 1), tangents.shape), atol=1e-5)
+
+
+def info_material(output):
+    """A matte material of what a Hair Info node says."""
+    material = bpy.data.materials.new("Info")
+    if bpy.app.version < (5, 0, 0):
+        material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    shader, info = tree.nodes.new("ShaderNodeBsdfDiffuse"), tree.nodes.new("ShaderNodeHairInfo")
+    tree.links.new(info.outputs[output], shader.inputs["Color"])
+    tree.links.new(shader.outputs[0], tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    return material
+
+
+@pytest.mark.parametrize(("output", "value"), [("Is Strand", 1), ("Length", 0.5), ("Thickness", 0.04)])
+def test_hair_info_is_of_the_object(output, value):
+    hair = curves([2, 2], [(0, 0, 0), (0, 0, 0.4), (1, 0, 0), (1, 0, 0.6)], 0.02)
+    hair.data.materials.append(info_material(output))
+    weight = scenes.extracted().materials.closures.weight
+    assert weight.value[0] == pytest.approx([value] * 3, rel=0.02) and weight.texture[0] < 0
+
+
+def test_intercept_is_the_share_of_the_length():
+    hair = curves([2, 3], [(0, 0, 0), (0, 0, 1), (1, 0, 0), (1, 0, 0.5), (1, 0, 2)], 0.02)
+    hair.data.materials.append(info_material("Intercept"))
+    scene = scenes.extracted(warnings := [])
+    texture = scene.materials.closures.weight.texture[0]
+    assert texture >= 0 and warnings == []
+    at = scene.arrays.corner_uvs[..., 1]
+    height = scene.corners(np.arange(scene.n_triangles))[..., 2]
+    first = scene.corners(np.arange(scene.n_triangles))[..., 0] < 0.5
+    assert at[first] == pytest.approx(height[first], abs=0.02)
+    assert at[~first] == pytest.approx(height[~first] / 2, abs=0.02)
+
+
+def test_random_numbers_of_strands_are_in_the_other_coordinate():
+    places = [(x, y, z) for x in range(20) for y in range(20) for z in (0.0, 0.5)]
+    hair = curves([2] * 400, np.multiply(places, (0.1, 0.1, 1)), 0.01)
+    hair.data.materials.append(info_material("Random"))
+    random = scenes.extracted().arrays.corner_uvs[..., 0]
+    assert random.mean() == pytest.approx(0.5, abs=0.05) and random.std() == pytest.approx(12**-0.5, abs=0.03)

@@ -245,7 +245,8 @@ class SceneContents:
     def _fibrous(self, obj: "bpy.types.Object", fibres: Fibres, slot: int, values: Values) -> Source:
         """The source of fibres with the material of an object's slot."""
         slots = self._slots(obj)
-        return self._shared(fibres, {0: self.materials.add_on_fibres(slots[min(slot, len(slots) - 1)], values)})
+        material = self.materials.add_on_fibres(slots[min(slot, len(slots) - 1)], fibres.values(values))
+        return self._shared(fibres, {0: material})
 
     def _hair(self, obj: "bpy.types.Object") -> list[Source]:
         """The sources of an object's particle systems."""

@@ -21,6 +21,8 @@ def shortcomings(material: "bpy.types.Material", closures: list[Closure], on_fib
         yield "its texture coordinates from instancers are baked as zero"
     if any(is_used(material.node_tree, "LIGHT_PATH", output) for output in TAKEN_FOR_ONE):
         yield "what it mixes by rays' lengths and depths is baked as of rays of 1 m and of two bounces at most"
+    if on_fibres and any(is_used(material.node_tree, "HAIR_INFO", size) for size in ("Length", "Thickness")):
+        yield "the length and thickness that it reads of strands are baked as their means"
     tangents = tangent_sources(closure.shader for closure in closures)
     if None in tangents:
         yield "the tangents that nodes compute for its anisotropy are baked as those around Z"

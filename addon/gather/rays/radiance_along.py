@@ -38,16 +38,18 @@ from ...bsdf.mixture import (
     DIRECTED_LOBES,
     GLOSSY,
     SPECULAR_LOBES,
+    SUBSURFACE,
     TRANSLUCENT,
     evaluate_direct,
 )
 from ...bsdf.scatter import axis_at, lit_normal, scatter
 from ...core.compiling import by_reference, part
 from ...core.sampling.path_numbers import two_numbers
-from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, largest, mul, negative, plus, row, times, to_local
+from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, largest, minus, mul, negative, plus, row, times, to_local
 from ...emitters.lamps import radiance_of_lamps
 from ...emitters.mesh import lights_up
 from ...emitters.world import world_seen
+from ...scene import RayKind
 from ...scene.hit import emitted, hit_at, is_back, off_surface
 from ...tracing.bodies.through import walk_key
 from ...tracing.transparency import closest_hit
@@ -68,6 +70,7 @@ _CACHED_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT | BROAD_LOBES
 _FOLLOWED_LOBES = SPECULAR_LOBES | DIRECTED_LOBES
 _NUMBERS_A_STEP = 40  # pairs of a path's numbers
 _DIFFUSE_LIGHT, _GLOSSY_LIGHT = 3, 20  # the first of those that draw lights
+_DIFFUSE_RAY, _GATHER_RAY = int(RayKind.DIFFUSE), int(RayKind.GATHER)
 _PER_PI, _INFINITY = np.float32(1 / np.pi), np.float32(np.inf)
 
 
@@ -141,10 +144,12 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         survival = min(largest(throughput), ONE if step < _MAX_NEAR_HITS else _LATE_SURVIVAL)
         if not on.alive or fate >= survival:
             break
+        # What gather rays alone see no photons have left, so that mirrors and gloss are theirs
+        shows = specular or (otherwise and kind == _GATHER_RAY)
         kind = np.int64(on.kind)
         triangle, distance, u, v, tint = closest_hit(tracing, room, on.origin, on.direction, on.kind)
         direction, throughput = on.direction, times(mul(throughput, tint), ONE / survival)
-        shining = _emission_met(scene, light.direct, hit, on, triangle, distance, u, v, specular)
+        shining = _emission_met(scene, light.direct, hit, on, triangle, distance, u, v, shows)
         radiance = plus(radiance, mul(throughput, shining))
     return radiance, (direction, kind, triangle, distance, u, v, throughput)
 
@@ -177,7 +182,7 @@ def _only_reflects(scene, bsdf):
     its body, and only the cache knows both.
     """
     materials, material = scene.materials, scene.material[bsdf.triangle]
-    if materials.subsurface[material]:
+    if materials.subsurface[material] and has_lobes(scene, bsdf, 1 << SUBSURFACE):
         return False
     reflects = largest(total_weight(scene, bsdf, DIFFUSE)) > ZERO or materials.broad[material]
     return reflects and (materials.matte[material] or largest(total_weight(scene, bsdf, TRANSLUCENT)) <= ZERO)
@@ -229,7 +234,18 @@ def _emission_met(scene, direct, hit, on, triangle, distance, u, v, specular):
         shining = _seen(scene, direct, triangle, u, v, on, object_)
         at = on.origin, on.direction, distance, on.kind, object_
         return plus(shining, radiance_of_lamps(direct.lamps, *at, _INFINITY))
-    return BLACK if triangle >= 0 else unsampled_sky(direct, on.kind)
+    return unsampled_sky(direct, on.kind) if triangle < 0 else _shown_otherwise(scene, triangle, u, v, on, object_)
+
+
+@part
+def _shown_otherwise(scene, triangle, u, v, on, object_):
+    """What a ray from an object sees of a triangle's emission beside what diffuse rays do, which photons carry."""
+    if not scene.materials.differs_by_kind[scene.material[triangle]]:
+        return BLACK
+    if not lights_up(scene, scene.object[triangle], object_):
+        return BLACK
+    at = triangle, u, v, is_back(scene, triangle, on.direction)
+    return minus(emitted(scene, *at, on.kind), emitted(scene, *at, _DIFFUSE_RAY))
 
 
 @part

@@ -63,6 +63,11 @@ class Strands:
         """Keys of each strand, (s,)."""
         return np.diff(self.start)
 
+    def mean_size(self) -> tuple[float, float]:
+        """Mean length, and mean thickness over that length."""
+        length = float(_lengths(self).sum())
+        return length / max(len(self), 1), float(_areas(self).sum()) / max(length, 1e-30)
+
     def take(self, chosen: np.ndarray) -> "Strands":
         """Some of the strands, by index."""
         sizes = self.sizes[chosen]

@@ -10,7 +10,9 @@ import numpy as np
 from ....scene.fibres.balls import MOST_POINTS, SMOOTH, Balls
 from ....scene.fibres.strands import MOST_STRANDS, ROUND, Strands, Tubes, thinned
 from ...warn import Warnings
+from ..materials.pictures.strands import ON_STRANDS
 from ..meshes.meshes import LocalMesh
+from ..meshes.object_values import Reading, Values
 from .curves import read_curves
 from .particles import read_particles
 
@@ -21,11 +23,15 @@ POINT_RADIUS = 0.01
 class VertexUVs:
     """Texture coordinates of strands or points, in the place of a mesh's `UVMaps`; corners are vertices here."""
 
-    def __init__(self, maps: dict[str, np.ndarray], owner_of_vertex: np.ndarray) -> None:
-        self._maps, self._owner = maps, owner_of_vertex
+    def __init__(self, shape: Tubes | Balls, owner_of_vertex: np.ndarray) -> None:
+        self._shape, self._owner = shape, owner_of_vertex
+        self._maps = shape.rings.uvs if isinstance(shape, Tubes) else {}
 
     def corners(self, name: str) -> np.ndarray:
         """Texture coordinates of the vertices, (v, 2) float32; zero where there is no such map."""
+        if name == ON_STRANDS and isinstance(self._shape, Tubes):
+            along = np.repeat(self._shape.along, self._shape.sides)
+            return np.stack([self._shape.rings.random[self._owner], along], axis=1)
         if name not in self._maps:
             return np.zeros((len(self._owner), 2), np.float32)
         return self._maps[name][self._owner]
@@ -68,6 +74,20 @@ class Fibres:
             return self.shape.strand_of_vertex
         return np.zeros(self.n_vertices, np.int64)
 
+    def values(self, of_object: Values) -> Values:
+        """What nodes read of the object, and of its strands, which are taken for alike."""
+        known = {}
+        if isinstance(self.shape, Tubes):
+            length, thickness = self.shape.rings.mean_size()
+            known = {"Is Strand": 1.0, "Length": length, "Thickness": thickness}
+
+        def value(reading: Reading) -> np.ndarray | None:
+            if reading.of != "HAIR":
+                return of_object(reading)
+            return np.full(4, known.get(reading.name, 0.0), np.float32)
+
+        return value
+
     def directions(self) -> np.ndarray:
         """Unit vectors along the strands at the triangles' corners, (t, 3, 3) float32; upward on points."""
         if isinstance(self.shape, Balls):
@@ -81,8 +101,7 @@ class Fibres:
         normals, of_corner = np.append(outward, np.zeros((1, 3), np.float32), axis=0), triangles.copy()
         n_smooth = 0 if not self.is_smooth else self.shape.n_around if isinstance(self.shape, Tubes) else len(triangles)
         of_corner[n_smooth:] = len(outward)
-        maps = self.shape.rings.uvs if isinstance(self.shape, Tubes) else {}
-        uvs = VertexUVs(maps, self._owner_of_vertex)
+        uvs = VertexUVs(self.shape, self._owner_of_vertex)
         slots = np.zeros(len(triangles), np.int32)
         return LocalMesh(self.shape.vertices(outward), triangles, normals, of_corner, triangles, slots, uvs)
 

@@ -26,7 +26,9 @@ from .nodes import FROM_FRONT, Place, View
 from .pictures.images import MISSING
 
 Sampler = Callable[[Place], np.ndarray]
-"""Colour and alpha of an image node at each texel of a grid, (h, w, 4); told one of the node's outputs."""
+"""Colour and alpha of an image node at each texel of a grid, (h, w, 4); told one of the node's outputs. Of a Hair Info
+node `picture_of_strands`.
+"""
 
 LUMINANCE = np.array([0.2126729, 0.7151522, 0.0721750], np.float32)
 """What Cycles weighs the three colours with where a colour feeds a number."""
@@ -153,6 +155,13 @@ class _Inputs:
 def _image(at: _Inputs) -> np.ndarray:
     pixels = MISSING if at.node.image is None else at.evaluator.sample(at.output)
     return pixels[..., 3:] if at.asked == "Alpha" else pixels[..., :3]
+
+
+def _hair_info(at: _Inputs) -> np.ndarray:
+    channel = {"Random": 0, "Intercept": 1}.get(at.asked)
+    if channel is None:
+        raise UnreadableError(at.node)
+    return at.evaluator.sample(at.output)[..., channel : channel + 1]
 
 
 def _own_value(at: _Inputs) -> np.ndarray:
@@ -300,6 +309,7 @@ def _layer_weight(at: _Inputs) -> np.ndarray:
 
 READERS: dict[str, Callable[[_Inputs], np.ndarray]] = {
     "TEX_IMAGE": _image,
+    "HAIR_INFO": _hair_info,
     "RGB": _own_value,
     "VALUE": _own_value,
     "MIX_RGB": _mix_rgb,

@@ -23,7 +23,7 @@ class Reading:
     Attributes
     ----------
     of : str
-        VIEW_LAYER, OBJECT or INSTANCER for an Attribute node, INFO for an Object Info node.
+        VIEW_LAYER, OBJECT or INSTANCER for an Attribute node, INFO for an Object Info node, HAIR for a Hair Info node.
     name : str
         Of the attribute, or the output's identifier.
     """
@@ -46,6 +46,8 @@ def reading_of(output: "bpy.types.NodeSocket") -> Reading | None:
     node = output.node
     if node.type == "ATTRIBUTE" and node.attribute_type in {"VIEW_LAYER", "OBJECT", "INSTANCER"}:
         return Reading(node.attribute_type, node.attribute_name)
+    if node.type == "HAIR_INFO" and output.identifier in {"Is Strand", "Length", "Thickness"}:
+        return Reading("HAIR", output.identifier)
     return Reading("INFO", output.identifier) if node.type == "OBJECT_INFO" else None
 
 
@@ -63,7 +65,7 @@ def read_by(place: Place, values: Values) -> np.ndarray | None:
         return None
     if place.socket.type in {"RGBA", "VECTOR"}:
         return value[:3]
-    if reading.of == "INFO":
+    if reading.of in {"INFO", "HAIR"}:
         return value[:1]
     return value[3:] if place.socket.identifier == "Alpha" else value[:3].mean(keepdims=True)
 
@@ -124,6 +126,8 @@ class ObjectValues:
     def _found(self, reading: Reading) -> np.ndarray | None:
         if reading.of == "INFO":
             return self._info(reading.name)
+        if reading.of == "HAIR":  # that is for strands to say
+            return np.zeros(4, np.float32)
         if reading.of == "VIEW_LAYER":
             return of_scene(reading)
         own = (self.obj, self.obj.data)

@@ -242,3 +242,40 @@ def point_instances():
         ("InstanceOnPoints", "Points", {"Instance": "Points", "Scale": (0.5, 1.5, 1)}, {}),
         ("SetMaterial", "Geometry", {"Material": matte((0.7, 0.1, 0.05), "Red")}, {}),
     )
+
+
+def by_hair_info(combine):
+    """A matte material that goes from blue to orange by a number that a function makes of a Hair Info node."""
+    tree = nodes("Strands")
+    color = tree.add("Mix", data_type="RGBA")
+    tree.feed(color.inputs[0], combine(tree, tree.add("HairInfo").outputs))
+    tree.feed(color.inputs[6], (0.05, 0.1, 0.6))
+    tree.feed(color.inputs[7], (0.9, 0.5, 0.1))
+    return tree.done(tree.add("BsdfDiffuse", {"Color": color.outputs[2]}))
+
+
+@case("Hair coloured along its length (Hair Info)", GROUP)
+def hair_info_intercept():
+    shaded_room()
+    keys = lawn(12, half=0.7, low=-0.4, height=0.5)
+    curves("Spikes", keys, 0.03, by_hair_info(lambda tree, info: info["Intercept"]))
+
+
+@case("Hair of two colours at random (Hair Info)", GROUP)
+def hair_info_random():
+    def second(tree, info):
+        return tree.add("Math", {0: info["Random"], 1: 0.7}, operation="GREATER_THAN")
+
+    shaded_room()
+    curves("Spikes", lawn(20, half=0.7, low=-0.4, height=0.5), 0.02, by_hair_info(second))
+
+
+@case("Hair coloured by its length and thickness (Hair Info)", GROUP)
+def hair_info_size():
+    def size(tree, info):
+        thickness = tree.add("Math", {0: info["Thickness"], 1: 5.0}, operation="MULTIPLY")
+        both = tree.add("Math", {0: info["Length"], 1: thickness}, operation="ADD")
+        return tree.add("Math", {0: both, 1: info["Is Strand"]}, operation="MULTIPLY")
+
+    shaded_room()
+    curves("Spikes", lawn(12, half=0.7, low=-0.4, height=0.5), 0.03, by_hair_info(size))
