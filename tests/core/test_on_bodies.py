@@ -53,17 +53,17 @@ def test_white_body_under_an_even_sky(share):
     assert value.mean() == pytest.approx(np.pi * SKY, rel=2e-3)
 
 
-def test_colours_keep_to_themselves():
-    """Weights are by channel: of a deep body they are about 1 in each, and less in one whose light gets lost."""
+def test_views_along_the_normal_see_about_the_colour():
+    """They go deeper into a thick body than those by the cosine, which have the colour, and lose more if it is dark."""
     mesh = ball(1.0, n=12)
-    scene = under_sky(half_wax((0.9, 0.5, 0.2), (0.01, 0.01, 1e-5), 1.0), mesh)
+    scene = under_sky(half_wax((0.9, 0.5, 0.2), 0.01, 1.0), mesh)
     tracer, at = EmbreeTracer(scene), around(mesh)
     on = OnBodies.of(scene, tracer, at)
     assert on.there.all()
     none = np.zeros((0, 3), np.float32)
     light = TransparencyTracer(scene, tracer)
     weight = arrivals(light, on, at.position, at.normal, none, 64, path_key(1, 1), 0).weight.mean(axis=0)
-    assert weight == pytest.approx([1, 1, 1], abs=0.05)
+    assert 1 > weight[0] > weight[1] > weight[2] > 0.8 and weight[0] > 0.95
 
 
 def test_receivers_on_other_things_are_on_no_body():
