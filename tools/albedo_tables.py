@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from photon_bake.addon.bsdf import albedo_tables
 from photon_bake.addon.bsdf.fresnel import fresnel_dielectric, grazing_share
-from photon_bake.addon.bsdf.microfacets import Facets, reflect, refract, unshadowed, visible_normal
+from photon_bake.addon.bsdf.microfacets import Facets, g2_over_g1, reflect, refract, visible_normal
 from photon_bake.addon.core.vec3 import ONE, ZERO, dot
 from photon_bake.addon.scene import Distribution
 
@@ -64,7 +64,7 @@ def facet(wo, alpha, i, n, step):
     h = visible_normal(facets, wo, np.float32(i * step % n) / np.float32(n), np.float32(i + 0.5) / np.float32(n))
     cos = dot(wo, h)
     wi = reflect(wo, h, cos)
-    return cos, h, unshadowed(facets, wo, wi) if wi[2] > ZERO else ZERO
+    return cos, h, g2_over_g1(facets, wo, wi) if wi[2] > ZERO else ZERO
 
 
 @compiled
@@ -74,7 +74,7 @@ def refracted(wo, cos, h, ior, alpha):
     As Cycles has it, what is refracted to the side it came from is counted as well, so that of the light inside rough
     glass, where this happens, compensation does not make up for all that is lost.
     """
-    return unshadowed(Facets(_GGX, alpha, alpha), wo, refract(wo, h, cos, ior))
+    return g2_over_g1(Facets(_GGX, alpha, alpha), wo, refract(wo, h, cos, ior))
 
 
 @compiled

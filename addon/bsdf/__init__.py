@@ -18,13 +18,13 @@ from .arrays import (
     translucent_albedo,
 )
 from .glossy import PEAK, SMOOTH
-from .mixture import ALL_LOBES, SPECULAR_LOBES
+from .mixture import ALL_LOBES, NARROW_LOBES
 
 __all__ = [
     "ALL_LOBES",
+    "NARROW_LOBES",
     "PEAK",
     "SMOOTH",
-    "SPECULAR_LOBES",
     "Lobe",
     "Surface",
     "diffuse_albedo",

@@ -123,7 +123,10 @@ def has_lobes(scene, bsdf, lobes):
 
 @part
 def closure_at(scene, bsdf, k):
-    """The k-th closure of the scene at a point that has it."""
+    """The k-th closure of the scene at a point that has it.
+
+    To save look-ups a Lambertian one has its weight alone, and `edge` is white where the curve does not take it.
+    """
     closures, at = scene.materials.closures, (bsdf.triangle, bsdf.u, bsdf.v)
     kind, ior, curve = closures.kind[k], closures.ior[k], closures.curve[k]
     weight, roughness, stretch = channel_at(scene, closures.weight, k, *at), ONE, ONE
@@ -153,8 +156,8 @@ def roughness_at(scene, bsdf, k):
 
 
 @part
-def seen_at(scene, k, cos):
-    """What the k-th closure's weight is multiplied by where it is seen at a cosine to the normal."""
+def angle_weight(scene, k, cos):
+    """What the k-th closure's weight is multiplied by, seen at a cosine to the normal: its curve in `AngleCurves`."""
     curve = scene.materials.closures.by_angle[k]
     if curve < 0:
         return ONE

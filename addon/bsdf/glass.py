@@ -23,7 +23,7 @@ from .albedo_tables import (
 )
 from .closure import facets_of, radiance_scale
 from .fresnel import fresnel_dielectric, glass_reflectance
-from .microfacets import reflect, refract, unshadowed, visible_normal
+from .microfacets import g2_over_g1, reflect, refract, visible_normal
 
 _LEAST_SHARE, _MOST_SHARE = np.float32(0.05), np.float32(0.95)
 _TINY = np.float32(1e-20)
@@ -84,7 +84,7 @@ def scatter(closure, wo, facet, reflects, from_light):
         share = times(mul(transmitted, color), radiance_scale(ior, from_light))
     if (wi[2] > ZERO) != reflects:
         return wi, BLACK
-    left = unshadowed(facets_of(closure), wo, wi)
+    left = g2_over_g1(facets_of(closure), wo, wi)
     view, view_ior = wo[2], ior
     if from_light:
         view = abs(wi[2])

@@ -23,7 +23,7 @@ from .albedo_tables import (
 from .albedo_tables import WHITE as WHITE_ALBEDO
 from .closure import facets_of
 from .fresnel import average_grazing_share, average_reflectance, reflectance
-from .microfacets import MIN_COS, pdf_reflected, reflect, unshadowed, visible_normal
+from .microfacets import MIN_COS, g2_over_g1, pdf_reflected, reflect, visible_normal
 
 SMOOTH = np.float32(0.1)
 """Roughness below which a glossy lobe is a mirror to those who look for lamps: only photons find them there."""
@@ -84,7 +84,7 @@ def sample(closure, wo, u, v, from_light):
         return wi, BLACK
     view = wi[2] if from_light else wo[2]
     scale = _scale(closure, interpolate_2(WHITE_ALBEDO, closure.roughness, view))
-    return wi, times(mul(closure.weight, mul(reflectance(closure, cos), scale)), unshadowed(facets, wo, wi))
+    return wi, times(mul(closure.weight, mul(reflectance(closure, cos), scale)), g2_over_g1(facets, wo, wi))
 
 
 @routine
@@ -98,7 +98,7 @@ def evaluate(closure, wo, wi):
     h, facets = normalized(plus(wo, wi)), facets_of(closure)
     scale = _scale(closure, interpolate_2(WHITE_ALBEDO, closure.roughness, max(wo[2], MIN_COS)))
     f = mul(closure.weight, mul(reflectance(closure, dot(wo, h)), scale))
-    return times(f, pdf_reflected(facets, wo, h) * unshadowed(facets, wo, wi) / max(wi[2], MIN_COS))
+    return times(f, pdf_reflected(facets, wo, h) * g2_over_g1(facets, wo, wi) / max(wi[2], MIN_COS))
 
 
 @routine

@@ -29,29 +29,28 @@ class Facets(NamedTuple):
 
 
 @part
-def masked(facets, w):
-    """1 + Λ of a direction of either side, so that 1/masked is the share of facets that it sees, G₁.
+def one_plus_lambda(facets, w):
+    """1 + Λ of a direction on either side: 1/G₁, G₁ being the share of the facets that it sees (Smith's masking).
 
     Not of Ashikhmin's and Shirley's facets.
     """
     x, y, z = facets.alpha_x * w[0], facets.alpha_y * w[1], max(abs(w[2]), MIN_COS)
     slope2 = (x * x + y * y) / (z * z)
     if facets.distribution == _GGX:
-        return ggx.masked(slope2)
-    return beckmann.masked(slope2)
+        return ggx.one_plus_lambda(slope2)
+    return beckmann.one_plus_lambda(slope2)
 
 
 @part
-def unshadowed(facets, wo, wi):
-    """What of the light that visible facets scatter from wo to wi leaves the surface: f |cos| over its density and F.
+def g2_over_g1(facets, wo, wi):
+    """G₂/G₁: the share of the facets seen from wo that are also seen from wi, which is f |cos| over its density and F.
 
-    That is G₂/G₁, the share of the facets seen from one side that are also seen from the other, heights correlated:
-    Heitz 2014, equation 99, G₂ = 1/(1 + Λo + Λi).
+    Heights are correlated: Heitz 2014, equation 99, G₂ = 1/(1 + Λo + Λi).
     """
     if facets.distribution > _BECKMANN:
         return min(abs(wi[2]) / max(abs(wo[2]), MIN_COS), ONE)
-    seen = masked(facets, wo)
-    return seen / (seen + masked(facets, wi) - ONE)
+    of_wo = one_plus_lambda(facets, wo)
+    return of_wo / (of_wo + one_plus_lambda(facets, wi) - ONE)
 
 
 @part
@@ -78,7 +77,7 @@ def pdf_reflected(facets, wo, h):
         d = ggx.distribution(h, facets.alpha_x, facets.alpha_y)
     else:
         d = beckmann.distribution(h, facets.alpha_x, facets.alpha_y)
-    return d / (_FOUR * max(wo[2], MIN_COS) * masked(facets, wo))
+    return d / (_FOUR * max(wo[2], MIN_COS) * one_plus_lambda(facets, wo))
 
 
 @part

@@ -1,6 +1,7 @@
 """The sum of a point's closures: sampled, evaluated and weighed against each other, inside kernels.
 
-A lobe's own file has its formulas; the functions here say which file a kind of closure means.
+A lobe's own file has its formulas. The functions here say which file a kind of closure means: `albedo_of`, `_sample`,
+`_evaluate_closure`, `_pdf`, `_is_specular` and `_is_rough`.
 """
 
 from typing import NamedTuple
@@ -9,11 +10,11 @@ import numpy as np
 
 from ..core.compiling import part, routine
 from ..core.vec3 import BLACK, ONE, WHITE, ZERO, largest, mean, mul, negative, plus, times
-from ..scene.closures import BROAD, DIRECTED, NARROW, Lobe
+from ..scene.closures import BROAD, DIRECTED, GLOSSY_KINDS, LAMBERTIAN, NARROW, Lobe
 from . import glass, glossy
-from .broad import lobes as others
+from .broad import lobes as broad
 from .broad import toon
-from .closure import Bsdf, bsdf_at, closure_at, is_nothing, seen_at
+from .closure import Bsdf, angle_weight, bsdf_at, closure_at, is_nothing
 from .fibres import fibre
 from .frames import THE_POINTS, UP, Frame, bump_shadowing_in, frame_of, into, out_of
 from .lambertian import diffuse, translucent
@@ -23,11 +24,10 @@ GLOSSY_TOON, PANE, FIBRE = int(Lobe.GLOSSY_TOON), int(Lobe.PANE), int(Lobe.FIBRE
 SUBSURFACE = int(Lobe.SUBSURFACE)
 
 ALL_LOBES = (1 << len(Lobe)) - 1
-SPECULAR_LOBES, BROAD_LOBES, DIRECTED_LOBES = (sum(1 << lobe for lobe in lobes) for lobes in (NARROW, BROAD, DIRECTED))
-"""Sets of lobes as bits: those that a radiance cache, which knows no directions, does not answer for; those of which it
-knows the light that comes; and those among them that it does not answer for but for caustics."""
-GLOSSY_LOBES = 1 << GLOSSY | 1 << GLOSSY_TOON
-_LAMBERTIAN_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT
+NARROW_LOBES, BROAD_LOBES, DIRECTED_LOBES, GLOSSY_LOBES, _LAMBERTIAN_LOBES = (
+    sum(1 << lobe for lobe in lobes) for lobes in (NARROW, BROAD, DIRECTED, GLOSSY_KINDS, LAMBERTIAN)
+)
+"""Sets of lobes as bits; see `scene.closures`."""
 BUMPED_LOBES = BROAD_LOBES & ~(1 << int(Lobe.VELVET))
 """Broad lobes that Cycles shadows where bumps turn from the light."""
 
@@ -35,7 +35,7 @@ _TINY, _LEAST_COS = np.float32(1e-7), np.float32(1e-6)
 _BELOW_ONE, _INFINITY = np.float32(1 - 2**-24), np.float32(np.inf)
 _N_KINDS, _GRAZING = len(Lobe), np.float32(0.2)
 
-__all__ = ["ALL_LOBES", "BROAD_LOBES", "DIRECTED_LOBES", "SPECULAR_LOBES", "Bsdf", "Sample", "bsdf_at", "sample_bsdf"]
+__all__ = ["ALL_LOBES", "BROAD_LOBES", "DIRECTED_LOBES", "NARROW_LOBES", "Bsdf", "Sample", "bsdf_at", "sample_bsdf"]
 
 
 class Sample(NamedTuple):
@@ -43,7 +43,8 @@ class Sample(NamedTuple):
 
     weight : f |cos wi| / (density of wi · probability of its closure); 0 where nothing is scattered.
     lobe : kind of the closure that scattered.
-    specular : whether lamplight that takes this way is left to photons; `evaluate_broad` has the rest.
+    specular : whether lamplight that takes this way is left to photons: all of it through glass and in mirrors, and the
+        peaks of rough gloss. `evaluate_glossy_below_peak` has the rest.
     rough : whether a glossy closure scattered that is no mirror, one of those that `pdf_glossy` is of.
     frame : of the closure that scattered.
     """
@@ -140,7 +141,7 @@ def albedo_of(closure, cos):
     """Directional albedo of a closure that is not glass."""
     if is_cosine_lobe(closure.kind) or closure.kind == FIBRE:
         return closure.weight
-    return glossy.albedo(closure, cos) if closure.kind in (GLOSSY, PANE) else others.albedo(closure, cos)
+    return glossy.albedo(closure, cos) if closure.kind in (GLOSSY, PANE) else broad.albedo(closure, cos)
 
 
 @part
@@ -157,16 +158,28 @@ def _sample(closure, wo, choice, u, v, from_light):
         return glass.sample(closure, wo, choice, u, v, from_light)
     if closure.kind == FIBRE:
         return fibre.sample(closure, wo, choice, u, v, from_light)
-    return others.sample(closure, wo, u, v, from_light)
+    return broad.sample(closure, wo, u, v, from_light)
+
+
+@part
+def _evaluate_closure(closure, view, light):
+    """The f of one broad or glossy closure in 1/sr, without the cosine."""
+    return glossy.evaluate(closure, view, light) if closure.kind == GLOSSY else broad.evaluate(closure, view, light)
+
+
+@part
+def _pdf(closure, view, light):
+    """Density of `light` by solid angle when one glossy closure is sampled from `view`."""
+    return glossy.pdf(closure, view, light) if closure.kind == GLOSSY else toon.pdf(closure, view, light)
 
 
 @part
 def _is_specular(closure, view, light):
-    """Whether lamplight from `light` to `view` is left to photons: by glass and panes, and by peaks of gloss."""
+    """Whether lamplight from `light` to `view` is left to photons: by glass, panes, fibres, and by peaks of gloss."""
     if closure.kind == GLOSSY:
         return glossy.is_specular(closure, view, light)
     if closure.kind == GLOSSY_TOON:
-        return largest(others.evaluate(closure, view, light)) >= glossy.PEAK
+        return largest(broad.evaluate(closure, view, light)) >= glossy.PEAK
     return closure.kind in (GLASS, PANE, FIBRE)
 
 
@@ -179,29 +192,30 @@ def _is_rough(closure):
 @part
 def transmittance_to(scene, bsdf, k, view):
     """Share of light that the k-th closure's layers and curve leave to it, seen from a direction on either side."""
-    left, layer = times(WHITE, seen_at(scene, k, abs(view[2]))), scene.materials.closures.layer[k]
+    left, layer = times(WHITE, angle_weight(scene, k, abs(view[2]))), scene.materials.closures.layer[k]
     while layer >= 0:
         over, cos = closure_at(scene, bsdf, layer), abs(into(frame_of(scene, bsdf, layer, view), view)[2])
         if over.kind == GLOSSY:
             left = times(left, glossy.transmittance(over, cos))
         else:
-            left = mul(left, others.transmittance(over, cos))
+            left = mul(left, broad.transmittance(over, cos))
         layer = over.layer
     return left
 
 
 @part
 def evaluate_direct(scene, bsdf, wo, wi):
-    """What shadow rays ask for of all but Lambertian lobes: f in 1/sr without the cosine, 0 where photons have it.
+    """What shadow rays ask for of broad and glossy lobes: f in 1/sr without the cosine, less the peaks of gloss.
 
-    The cosine is that with +z: f of a lobe with a frame of its own is times its cosine over that.
+    Photons bring the light of those. The cosine is that with +z: f of a lobe with a frame of its own is times its
+    cosine over that.
     """
     return _evaluate(scene, bsdf, wo, wi, GLOSSY_LOBES | BROAD_LOBES, glossy.PEAK)
 
 
 @part
-def evaluate_broad(scene, bsdf, wo, wi):
-    """The same of glossy lobes alone."""
+def evaluate_glossy_below_peak(scene, bsdf, wo, wi):
+    """The part of `evaluate_glossy` that shadow rays ask for, `evaluate_direct` of glossy lobes alone."""
     return _evaluate(scene, bsdf, wo, wi, GLOSSY_LOBES, glossy.PEAK)
 
 
@@ -213,16 +227,14 @@ def evaluate_glossy(scene, bsdf, wo, wi):
 
 @routine
 def _evaluate(scene, bsdf, wo, wi, lobes, peak):
-    """The f of some lobes, of glossy ones that are below a peak."""
+    """The f of a set of broad and glossy lobes; of a glossy one 0 where it is not below `peak`, 1/sr."""
     f = BLACK
     for k in range(bsdf.first, bsdf.last):
         kind = scene.materials.closures.kind[k]
         if lobes >> kind & 1:
             closure, frame = closure_at(scene, bsdf, k), frame_of(scene, bsdf, k, wo)
             own_wo, own_wi = into(frame, wo), into(frame, wi)
-            of_one = (
-                glossy.evaluate(closure, own_wo, own_wi) if kind == GLOSSY else others.evaluate(closure, own_wo, own_wi)
-            )
+            of_one = _evaluate_closure(closure, own_wo, own_wi)
             if BROAD_LOBES >> kind & 1 or largest(of_one) < peak:
                 of_one = mul(of_one, transmittance_to(scene, bsdf, k, wo))
                 if frame.own:
@@ -245,6 +257,5 @@ def pdf_glossy(scene, bsdf, wo, wi):
                 share, frame = _expected(scene, bsdf, k, wo, False), frame_of(scene, bsdf, k, wo)
                 view, light = into(frame, wo), into(frame, wi)
                 total += share
-                of_one = glossy.pdf(closure, view, light) if closure.kind == GLOSSY else toon.pdf(closure, view, light)
-                density += share * of_one
+                density += share * _pdf(closure, view, light)
     return density / total if total > ZERO else ZERO

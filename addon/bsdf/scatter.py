@@ -17,8 +17,8 @@ from .mixture import (
     DIFFUSE,
     FIBRE,
     GLASS,
-    GLOSSY,
-    GLOSSY_TOON,
+    GLOSSY_LOBES,
+    NARROW_LOBES,
     PANE,
     SUBSURFACE,
     TRANSLUCENT,
@@ -181,9 +181,9 @@ def _gone_on(scene, hit, axis, wi, cos, weight, lobe, specular, rough):
     if not alive:
         weight = BLACK
     kind = _DIFFUSE_RAY
-    if lobe in (GLOSSY, GLOSSY_TOON):
+    if GLOSSY_LOBES >> lobe & 1:
         kind = _GLOSSY_RAY
-    elif lobe in (GLASS, PANE, FIBRE):
+    elif NARROW_LOBES >> lobe & 1:
         kind = _GLOSSY_RAY if side > ZERO else _TRANSMITTED_RAY  # what glass reflects, objects see as gloss
     origin = off_surface(scene, hit, side)
     return Scattered(alive, origin, onward, weight, lobe, np.int32(kind), specular, rough)

@@ -14,7 +14,7 @@ from .aiming.discs import Discs, cone_to_whole
 from .aiming.projection_map import cone_to_ball, halved, redirected
 from .row import SourceRow
 
-_ELLIPSE = int(LightKind.ELLIPSE)
+_RECTANGLE, _ELLIPSE = int(LightKind.RECTANGLE), int(LightKind.ELLIPSE)
 _HALF, _QUARTER, _QUARTER_PI = np.float32(0.5), np.float32(0.25), np.float32(np.pi / 4)
 _LEAST_COSINE, _TINY, _INFINITY = np.float32(1e-6), np.float32(1e-12), np.float32(np.inf)
 _NO_SPREAD = np.float32(np.pi - 2e-3)
@@ -98,6 +98,12 @@ def meet_area(lamps, lamp, origin, direction):
     met = met and contains(lamps, lamp, along(origin, distance, direction))
     share = spread_falloff(lamps, lamp, times(direction, -ONE), cosine)
     return met, distance, share, distance * distance / max(area_of(lamps, lamp) * cosine, _TINY)
+
+
+@part
+def is_area(lamps, lamp):
+    """Whether a lamp is one of these."""
+    return lamps.kind[lamp] in (_RECTANGLE, _ELLIPSE)
 
 
 @part

@@ -1,8 +1,15 @@
 """Lamps as kernels take them: points of any lamp as a position samples them, and what any lamp shows along a ray.
 
-Each kind's formulas are in its own file. Lamps that have a size are seen in mirrors and through glass, and block no
-light, as Cycles 4.5 and 5.2 show them: discs that face who looks, spheres, the front of area lamps, suns behind
-everything.
+Each kind's formulas are in its own file, two parts of it for the functions here:
+
+- `sample_NAME`, of a position and two numbers u, v in [0, 1): a point on the lamp, the unit direction to it, and g,
+  such that the mean of emission · g · (cosine at the position)⁺ is the irradiance without shadows. With a radiance as
+  emission, and points of density p by area, g is cos θ'/(d² p), θ' being the angle at the lamp.
+- `meet_NAME`, of a ray: whether it meets the lamp, the distance, the radiance over the emission, and the density by
+  solid angle with which `sample_NAME` finds that direction from the ray's origin.
+
+Lamps that have a size are seen in mirrors and through glass, and block no light, as Cycles 4.5 and 5.2 show them: discs
+that face who looks, spheres, the front of area lamps, suns behind everything.
 """
 
 from typing import NamedTuple
@@ -36,7 +43,7 @@ class LampArrays(NamedTuple):
     reach : (l,) float32, m
         Radius of a ball around the lamp; of suns, the sine of half of `angle`.
     tan_spread, spread_gap, sin2_spread : (l,) float32
-        Of area lamps, see `area`.
+        Of area lamps, see `area.spread_columns`.
     has_size : (l,) bool
         Rays can meet the lamp.
     illuminates : (l, o) bool
@@ -132,8 +139,8 @@ def _below_horizon(lamps, lamp, position, normal):
 def meet_lamp(lamps, lamp, origin, direction):
     """Where a ray meets a lamp: the distance (infinite where it misses), the radiance, and the density.
 
-    The density, 1/sr, is that with which a point of the lamp lies in the ray's direction, if points are drawn evenly
-    from what is seen of it; infinite where it is missed.
+    The density, 1/sr, is that with which `sample_lamp` finds the ray's direction from its origin; infinite where the
+    lamp is missed.
     """
     kind, met = lamps.kind[lamp], False
     distance = share = density = _INFINITY

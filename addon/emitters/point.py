@@ -1,7 +1,7 @@
 """Point lamps: an intensity I(ω) that leaves, in each direction, a disc of radius r that faces it, or a sphere.
 
 The disc is exact for lamps that are spheres, and how Cycles' lamps with soft falloff look from afar. `lamps` is
-`LampArrays`; shares are of the lamp's `emission`, which is I.
+`LampArrays`, and the lamp's `emission` is I.
 """
 
 import numpy as np
@@ -47,7 +47,7 @@ def leave_disc(lamps, lamp, direction, u, v):
 
 @part
 def sample_point(lamps, lamp, position, u, v):
-    """A point of the lamp as a position sees it, the direction to it, and the share over its density."""
+    """A point of the lamp as a position sees it, the direction to it, and g: see `lamps`."""
     target, way, share, _ = sample_ball(lamps, lamp, position, u, v)
     return target, way, share
 
@@ -80,7 +80,7 @@ def sample_ball(lamps, lamp, position, u, v):
 
 @part
 def meet_point(lamps, lamp, origin, direction):
-    """Whether a ray meets the lamp, at which distance, the share of its radiance, and the density of its point."""
+    """Whether a ray meets the lamp, the distance, the radiance over the emission, and the density: see `lamps`."""
     met, distance, share, density, _ = meet_ball(lamps, lamp, origin, direction)
     return met, distance, share, density
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..bsdf import Lobe
-from ..bsdf.mixture import SPECULAR_LOBES, SUBSURFACE
+from ..bsdf.mixture import NARROW_LOBES, SUBSURFACE
 from ..bsdf.scatter import scatter
 from ..core.compiling import by_reference, kernel, part
 from ..core.parallel import Workers, slices
@@ -99,9 +99,9 @@ def meet_surfaces(tracing, room, rules, bounce, front, n, hits, rows, n_stored):
         if hits.triangle[k] < 0 or photon.power == BLACK:
             continue
         hit = hit_at(scene, photon.direction, hits.triangle[k], hits.distance[k], hits.u[k], hits.v[k])
-        on_purpose = bounce > 0 or not rules.sampled_directly[photon.source]
-        on_purpose &= reflects_to(rules.viewers, photon.kind)
-        if on_purpose and (photon.specular or rules.keeps[scene.material[hit.triangle]]):
+        is_wanted = bounce > 0 or not rules.sampled_directly[photon.source]
+        is_wanted &= reflects_to(rules.viewers, photon.kind)
+        if is_wanted and (photon.specular or rules.keeps[scene.material[hit.triangle]]):
             store(rows, n_stored, hit, photon, bounce)
             n_stored += 1
         if bounce < rules.last_bounce[photon.source]:
@@ -149,7 +149,7 @@ def scattered(tracing, room, rules, bounce, photon, hit):
         mul(photon.power, times(weight, ratio)),
         photon.path_density * survival,
         photon.gained * ratio,
-        specular and SPECULAR_LOBES >> on.lobe & 1 > 0,
+        specular and NARROW_LOBES >> on.lobe & 1 > 0,
         scene.object[hit.triangle],
         photon.path,
         photon.source,

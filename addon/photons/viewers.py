@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..bsdf.mixture import ALL_LOBES, DIFFUSE, FIBRE, GLASS, GLOSSY, GLOSSY_TOON, PANE
+from ..bsdf.mixture import ALL_LOBES, DIFFUSE, GLOSSY_LOBES, NARROW_LOBES
 from ..core.compiling import kernel, part
 from ..core.sampling.path_numbers import two_numbers
 from ..core.vec3 import ONE, put, row, times
@@ -46,8 +46,8 @@ def viewers_of(materials: Materials) -> Viewers:
     """The viewers of a scene's materials."""
     lobes, by_lobe = np.full(len(RayKind), ALL_LOBES, np.int64), materials.differs_by_lobe
     if by_lobe:
-        lobes[_GLOSSY], lobes[_TRANSMITTED] = 1 << GLOSSY | 1 << GLOSSY_TOON, 1 << GLASS | 1 << PANE | 1 << FIBRE
-        lobes[_DIFFUSE] = ALL_LOBES & ~(lobes[_GLOSSY] | lobes[_TRANSMITTED])
+        lobes[_GLOSSY], lobes[_TRANSMITTED] = GLOSSY_LOBES, NARROW_LOBES & ~GLOSSY_LOBES
+        lobes[_DIFFUSE] = ALL_LOBES & ~NARROW_LOBES
     return Viewers(by_lobe, by_lobe or materials.differs_in_shadow, lobes)
 
 
@@ -87,7 +87,11 @@ def choose_first_viewers(viewers, key, sampled_directly, front, n):
 
 @part
 def is_way_of_lamplight(viewers, kind, specular):
-    """Whether light of a source whose points are sampled comes to a lobe as a kind of rays sees it."""
+    """Whether a lobe scatters a photon straight from a source that is sampled directly, which came as a kind of ray.
+
+    Where shadow rays see other surfaces than other rays do, they find what is not specular, and rays that follow the
+    lobe find what is.
+    """
     return not viewers.in_shadow or specular == (kind != _SHADOW)
 
 

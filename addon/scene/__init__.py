@@ -12,7 +12,7 @@ from .closures import (
     angle_cosines,
 )
 from .light_groups import OTHER, LightGroups
-from .lights import ALL_BOUNCES, LightKind, LightPattern, Lights, PatternDomain
+from .lights import ALL_BOUNCES, AREA_LAMPS, LightKind, LightPattern, Lights, PatternDomain
 from .materials import N_VIEWS, Channel, Materials
 from .ray_kinds import RayKind, seen_by
 from .scene import EmitterLinks, Scene, SceneObjects, ShadingFrames
@@ -21,6 +21,7 @@ from .world import World
 
 __all__ = [
     "ALL_BOUNCES",
+    "AREA_LAMPS",
     "N_ANGLES",
     "N_VIEWS",
     "OTHER",

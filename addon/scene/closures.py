@@ -11,7 +11,10 @@ from .textures import Channel
 
 
 class Lobe(IntEnum):
-    """A way to scatter light: the kind of a closure."""
+    """A way to scatter light: the kind of a closure.
+
+    The Lambertian ones come first, and have no parameter but their weight: to kernels they are those below GLOSSY.
+    """
 
     DIFFUSE = 0
     TRANSLUCENT = 1
@@ -31,11 +34,18 @@ class Lobe(IntEnum):
 LAMBERTIAN = (Lobe.DIFFUSE, Lobe.TRANSLUCENT)
 BROAD = (Lobe.ROUGH_DIFFUSE, Lobe.SHEEN, Lobe.VELVET, Lobe.TOON)
 NARROW = (Lobe.GLOSSY, Lobe.GLASS, Lobe.GLOSSY_TOON, Lobe.PANE, Lobe.FIBRE)
+GLOSSY_KINDS = (Lobe.GLOSSY, Lobe.GLOSSY_TOON)
 DIRECTED = (Lobe.SHEEN, Lobe.VELVET, Lobe.TOON)
-"""Kinds by who finds light in them: of Lambertian ones a cache knows the radiance; of broad ones it knows the light
-that comes, and lamps are found by shadow rays; narrow ones are followed by rays. Directed ones are broad, but what they
-reflect depends so much on where the light comes from that rays follow them as well. Subsurface scattering is none of
-these: a cache knows its radiance, and light comes out elsewhere than it entered.
+"""Kinds by who finds light in them.
+
+- LAMBERTIAN: the radiance cache has the radiance that they reflect.
+- BROAD: the cache has the irradiance without that of lamps, which shadow rays find. DIRECTED are those whose reflection
+  depends so much on where light comes from that rays follow them as well; of the cache they take caustics alone.
+- NARROW: rays follow them. GLOSSY_KINDS are those that only reflect: their f and density are known, so that shadow rays
+  find lamps where f is low; in their peaks, and in all other narrow ones, photons do.
+
+SUBSURFACE is none of these: the cache has its radiance, and light comes out elsewhere than it entered. ABSORBING is not
+either: it is a layer that scatters nothing.
 """
 
 

@@ -21,6 +21,10 @@ class LightKind(IntEnum):
     ELLIPSE = 4
 
 
+AREA_LAMPS = (LightKind.RECTANGLE, LightKind.ELLIPSE)
+"""Flat lamps with one shining side, whose `emission` is a radiance."""
+
+
 class PatternDomain(IntEnum):
     """What a lamp's pattern is a function of."""
 

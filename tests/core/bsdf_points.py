@@ -111,16 +111,16 @@ def _sample(scene, triangle, u, v, back, wo, numbers, lobes, from_light, wi, wei
         lobe[i], specular[i], rough[i] = sample.lobe, sample.specular, sample.rough
 
 
-def evaluate_broad(s, wo, wi):
-    """`mixture.evaluate_broad` of local directions (n, 3), (n, 3)."""
-    return s.asked(_evaluate_broad, wo, wi)
+def evaluate_glossy_below_peak(s, wo, wi):
+    """`mixture.evaluate_glossy_below_peak` of local directions (n, 3), (n, 3)."""
+    return s.asked(_evaluate_glossy_below_peak, wo, wi)
 
 
 @compiled
-def _evaluate_broad(scene, triangle, u, v, back, wo, wi, out):
+def _evaluate_glossy_below_peak(scene, triangle, u, v, back, wo, wi, out):
     for i in range(len(triangle)):
         bsdf = bsdf_of(scene, triangle[i], u[i], v[i], back[i])
-        put(out, i, mixture.evaluate_broad(scene, bsdf, row(wo, i), row(wi, i)))
+        put(out, i, mixture.evaluate_glossy_below_peak(scene, bsdf, row(wo, i), row(wi, i)))
 
 
 def evaluate_direct(s, wo, wi):
@@ -187,7 +187,10 @@ def albedo_of(s, cos, seed=1, **how):
 
 
 def chi_square_against(sampled, pdf_of, n_z=40, n_phi=20):
-    """χ² of directions in cells of z and φ against the density `pdf_of` directions, and the share that these hold."""
+    """χ² of directions in cells of z and φ against a density, and what the density adds up to over all directions.
+
+    `pdf_of` is asked for the density of 160 directions in each cell at once, 128,000 in all.
+    """
     z_edges, phi_edges = np.linspace(-1, 1, n_z + 1), np.linspace(-np.pi, np.pi, n_phi + 1)
     counts, _, _ = np.histogram2d(sampled[:, 2], np.arctan2(sampled[:, 1], sampled[:, 0]), [z_edges, phi_edges])
     (z, z_weight), (phi, phi_weight) = gauss_legendre(z_edges, 20), gauss_legendre(phi_edges, 8)

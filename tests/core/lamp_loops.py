@@ -19,8 +19,7 @@ class LampHits:
         Infinite where a ray misses its lamp.
     radiance : (n, 3) float32, W/(m² sr)
     density : (n,) float32, 1/sr
-        With which a point of the lamp lies in the ray's direction, if points are drawn evenly from what is seen of it;
-        infinite where it is missed.
+        With which `sample_lamp` finds the ray's direction from its origin; infinite where the lamp is missed.
     """
 
     distance: np.ndarray

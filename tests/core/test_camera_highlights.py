@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.bsdf import SPECULAR_LOBES, evaluate_glossy, surface_at
+from photon_bake.addon.bsdf import NARROW_LOBES, evaluate_glossy, surface_at
 from photon_bake.addon.bsdf.scatter import scatter
 from photon_bake.addon.core.compiling import kernel
 from photon_bake.addon.core.parallel import Workers
@@ -57,7 +57,7 @@ def reflect(scene, triangle, distance, u, v, directions, random, origins, out, w
     for i in range(len(triangle)):
         direction, (x, y, z) = row(directions, i), row(random, i)
         hit = hit_at(scene, direction, triangle[i], distance[i], u[i], v[i])
-        on = scatter(scene, hit, direction, x, y, z, SPECULAR_LOBES, False, CAMERA_RAY)
+        on = scatter(scene, hit, direction, x, y, z, NARROW_LOBES, False, CAMERA_RAY)
         put(origins, i, on.origin)
         put(out, i, on.direction)
         put(weight, i, on.weight)

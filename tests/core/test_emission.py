@@ -280,12 +280,12 @@ def test_a_lamp_without_power_is_no_source():
 
 def test_sources_of_all_kinds_share_a_batch():
     """Photons of many sources emitted together are those that each emits alone."""
-    kinds = [lamp(kind, 3.0, size=(1, 0.5), angle=0.5, position=(0, 0, 1 + kind)) for kind in LightKind]
+    kinds = [lamp(kind, 3.0, size=(1, 0.5), radius=0.1, angle=0.5, position=(0, 0, 1 + kind)) for kind in LightKind]
     mesh = merge(plane(2.0), plane(0.5, z=1))
     lit = {"albedo": [0.5, 0.5], "emission": [0, 8.0], "material": [0, 0, 1, 1], "world": 0.5}
     sources = light_sources(scene_of(*mesh, lights=Lights.join(kinds), **lit), WHOLE)
     assert len(sources) == len(LightKind) + 2
-    u, number = stream(5).random((700, N_DIMENSIONS), dtype=np.float32), np.arange(700, dtype=np.int32) % 7
+    u, number = stream(5).random((700, N_DIMENSIONS), dtype=np.float32), np.arange(700, dtype=np.int32) % len(sources)
     together = emitted_by(sources, number, u)
     for k, source in enumerate(sources):
         alone = source.emit(u[number == k])

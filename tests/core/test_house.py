@@ -226,3 +226,45 @@ def test_the_extension_asks_for_files_only():
 
 def test_the_committed_manifest_names_no_wheels():
     assert not {"wheels", "platforms"} & set(manifest()), "wheels and platforms are tools/build_zip.py's to add"
+
+
+DOCS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md")])
+LINK = re.compile(r"\[`?([^\]`]+)`?\]\(([^)#]+\.py)\)((?:,?\s`[A-Za-z_.]+`)*)")
+
+
+def defined_in(source):
+    """Names that a file defines or imports, those inside its classes too."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            yield node.name
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id
+        elif isinstance(node, ast.alias):
+            yield node.asname or node.name
+
+
+def names_linked(text):
+    """(path, name) of what Markdown links to by a name of code: `[evaluate](glossy.py)`, or beside the link.
+
+    English words are not told from names without an underscore or a capital inside.
+    """
+    for words, path, beside in LINK.findall(text):
+        code = [word for word in re.split(r", ?", words) if re.fullmatch(r"[\w.]*([a-z][A-Z]|\w_|_\w)[\w.]*", word)]
+        for name in code + re.findall(r"`([^`]+)`", beside):
+            if name not in (Path(path).name, Path(path).stem, Path(path).parent.name):
+                yield path, name
+
+
+@pytest.mark.parametrize("path", DOCS, ids=lambda path: path.name)
+def test_names_that_docs_link_to_are_in_the_files(path):
+    missing = []
+    for target, name in names_linked(path.read_text(encoding="utf-8")):
+        file = path.parent / target
+        if not file.is_file() or not set(name.split(".")) <= set(defined_in(file.read_text(encoding="utf-8"))):
+            missing.append(f"{name} in {target}")
+    assert not missing, f"{path.name} names what is not there: {', '.join(missing)}"
+
+
+def test_names_that_docs_link_to_are_found():
+    text = "[a_b](x/y.py) [Word](x/y.py) [y](x/y.py) `f`, `G.h` and `k`, [y_z.py](y_z.py) [Ab.cD, e_f](z.py)"
+    assert [name for _, name in names_linked(text)] == ["a_b", "f", "G.h", "Ab.cD", "e_f"]

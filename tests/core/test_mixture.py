@@ -26,7 +26,7 @@ from photon_bake.tests.core.bsdf_points import (
     closures,
     column,
     direction,
-    evaluate_broad,
+    evaluate_glossy_below_peak,
     glass_albedo,
     is_mirror,
     numbers,
@@ -177,9 +177,9 @@ def test_shadow_rays_and_photons_share_gloss_by_its_value(from_light):
     up = np.flatnonzero(sample.wi[:, 2] > 1e-3)
     view, light = (sample.wi[up], wo[up]) if from_light else (wo[up], sample.wi[up])
     s, specular = s.where(up), sample.specular[up]
-    f, broad = evaluate_glossy(s, view, light), evaluate_broad(s, view, light)
+    f, below = evaluate_glossy(s, view, light), evaluate_glossy_below_peak(s, view, light)
     assert 0 < specular.sum() < len(up) and f[specular].min() >= PEAK > f[~specular].max()
-    assert (broad[specular] == 0).all() and np.array_equal(broad[~specular], f[~specular])
+    assert (below[specular] == 0).all() and np.array_equal(below[~specular], f[~specular])
     assert sample.rough.all()
 
 
@@ -253,8 +253,8 @@ def test_a_mirror_and_gloss_are_told_from_each_other():
     assert 0.2 < sample.rough.mean() < 0.8 and sample.specular[~sample.rough].all()
     wi = sample.wi[sample.rough & ~sample.specular]
     view = direction(0.8, len(wi))
-    of_dull = evaluate_broad(of_closures(DULL, n=len(wi)), view, wi)
-    np.testing.assert_array_equal(evaluate_broad(s.where(np.arange(len(wi))), view, wi), of_dull)
+    of_dull = evaluate_glossy_below_peak(of_closures(DULL, n=len(wi)), view, wi)
+    np.testing.assert_array_equal(evaluate_glossy_below_peak(s.where(np.arange(len(wi))), view, wi), of_dull)
     assert bool(reflects_highlights(s)[0]) and not is_mirror(s)[0]
 
 

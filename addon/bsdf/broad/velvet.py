@@ -42,7 +42,7 @@ def evaluate(closure, wo, wi):
 
 @part
 def shape(sigma, wo, wi):
-    """F of a white lobe."""
+    """Value of a white lobe, 1/sr."""
     h = normalized(plus(wo, wi))
     cos_h, cos_o = abs(h[2]), abs(dot(wo, h))
     if cos_h >= ONE - _LEAST or cos_o <= _LEAST:

@@ -39,7 +39,7 @@ def distribution(h, alpha_x, alpha_y):
 
 
 @part
-def masked(slope2):
+def one_plus_lambda(slope2):
     """1 + Λ of directions with the squared slope (α tan θ)²: the fit of Heitz 2014, below equation 69.
 
     Cycles takes it, too; it is within 0.4 % of the error functions that it stands for.

@@ -22,8 +22,8 @@ def distribution(h, alpha_x, alpha_y):
 
 
 @part
-def masked(slope2):
-    """1 + Λ of directions with the squared slope (α tan θ)², so that 1/masked is the share of facets they see, G₁.
+def one_plus_lambda(slope2):
+    """1 + Λ of directions with the squared slope (α tan θ)², which is 1/G₁.
 
     Heitz, "Understanding the Masking-Shadowing Function in Microfacet-Based BRDFs", 2014, equation 72.
     """

@@ -13,7 +13,7 @@ from ...core.compiling import routine
 from ...core.sampling.warps import cosine_hemisphere
 from ...core.vec3 import ONE, ZERO, dot, negative
 from ...scene.closures import Distribution
-from ..microfacets import Facets, masked, refract, visible_normal
+from ..microfacets import Facets, one_plus_lambda, refract, visible_normal
 
 _GGX = np.int32(Distribution.GGX)
 
@@ -54,5 +54,5 @@ def leave(medium, inside, choice, u, v):
     outside = refract(back, h, cos, ior)
     if outside[2] >= ZERO:
         return Passed(inside, ZERO)
-    weight = medium.ior * medium.ior * masked(facets, back) / masked(facets, outside)
+    weight = medium.ior * medium.ior * one_plus_lambda(facets, back) / one_plus_lambda(facets, outside)
     return Passed((outside[0], outside[1], -outside[2]), weight)

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...core.compiling import by_reference
 from ...core.sampling.pixel_tables import PixelTables, no_tables, pixel_tables
-from ...scene import LightKind, LightPattern, Lights, PatternDomain
+from ...scene import AREA_LAMPS, LightPattern, Lights, PatternDomain
 
 _MOST_PIXELS = 1 << 23
 """Of all tables together, which are 28 bytes each."""
@@ -49,7 +49,7 @@ class _Use:
 def pattern_arrays(lights: Lights) -> PatternArrays:
     """The arrays of a scene's lamps."""
     of_use: dict[_Use, int] = {}
-    flat = lights.kind >= LightKind.RECTANGLE
+    flat = np.isin(lights.kind, AREA_LAMPS)
     uses = [None if one is None else _Use(one, bool(flat[k])) for k, one in enumerate(lights.patterns)]
     table = [-1 if use is None else of_use.setdefault(use, len(of_use)) for use in uses]
     domain = [0 if use is None else int(use.pattern.domain) for use in uses]

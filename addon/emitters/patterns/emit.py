@@ -19,13 +19,13 @@ from ...core.vec3 import ONE, ZERO, along, dot, mul, plus, row, times, to_world
 from ...scene import LightKind, LightPattern, Lights, PatternDomain
 from ..aiming.discs import Discs, cone_to_whole
 from ..aiming.projection_map import cone_to_ball, halved, redirected
-from ..area import across, area_of, contains, place_on_area, spread_falloff
+from ..area import across, area_of, contains, is_area, place_on_area, spread_falloff
 from ..point import leave_disc
 from ..row import PATTERN, SourceRow
 from ..spot import of_frame, spot_falloff
 from .pattern import pattern_at, pattern_pixel
 
-_SPOT, _RECTANGLE = int(LightKind.SPOT), int(LightKind.RECTANGLE)
+_SPOT = int(LightKind.SPOT)
 _DIRECTIONS, _PLACES = int(PatternDomain.DIRECTIONS), int(PatternDomain.PLACES)
 _HALF, _LEAST_COSINE, _TINY = np.float32(0.5), np.float32(1e-6), np.float32(1e-30)
 
@@ -44,7 +44,7 @@ def pattern_row(lights: Lights, lamp: int, pattern: LightPattern, discs: Discs) 
 def emit_pattern(emitters, source, u):
     """A photon drawn by its lamp's pattern: origin, direction and flux."""
     lamps, lamp = emitters.lamps, emitters.lamp[source]
-    flat, domain = lamps.kind[lamp] >= _RECTANGLE, lamps.patterns.domain[lamp]
+    flat, domain = is_area(lamps, lamp), lamps.patterns.domain[lamp]
     centre, normal, share = row(lamps.position, lamp), row(lamps.direction, lamp), ONE
     place, reach = centre, lamps.radius[lamp]
     if domain != _DIRECTIONS:

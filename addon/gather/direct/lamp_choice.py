@@ -10,7 +10,7 @@ from ...core.vec3 import minus
 from ...emitters.area import areas_of
 from ...emitters.patterns.arrays import PatternArrays
 from ...emitters.patterns.pattern import fall_offs
-from ...scene import LightKind, Scene
+from ...scene import AREA_LAMPS, LightKind, Scene
 
 _MAX_CELLS_A_SIDE = 16
 _MAX_CHANCES = 1 << 22
@@ -80,7 +80,7 @@ def _irradiance(scene: Scene, patterns: PatternArrays, positions: np.ndarray, le
     lights = scene.lights
     strength = np.abs(lights.emission).mean(axis=1, dtype=np.float64)
     strength *= [1 if of is None else np.abs(of.values).mean(dtype=np.float64) for of in lights.patterns]
-    strength = strength * np.where(lights.kind >= LightKind.RECTANGLE, areas_of(lights), 1)
+    strength = strength * np.where(np.isin(lights.kind, AREA_LAMPS), areas_of(lights), 1)
     give = np.empty((len(positions), len(lights)))
     for lamp, position in enumerate(lights.position):
         distance2 = ((positions - position) ** 2).sum(axis=1)

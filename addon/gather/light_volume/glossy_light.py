@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...bsdf import Lobe
+from ...bsdf.mixture import GLOSSY_LOBES
 from ...bsdf.scatter import scatter
 from ...core.compiling import kernel, kernel_array, part
 from ...core.parallel import Workers
@@ -11,12 +11,12 @@ from ...core.sampling.spherical_harmonics import Y0, Y1
 from ...core.vec3 import BLACK, dot, mul, plus, put, row, times
 from ...receivers import SeenSurface
 from ...scene import RayKind, Scene
+from ...scene.closures import GLOSSY_KINDS
 from ...scene.hit import hit_at
 from . import Cascade
 
 _N_SAMPLES = 8  # directions a pixel: light of two bands is smooth
 _CHUNK = 1 << 14  # pixels
-_GLOSSY_ALONE = 1 << int(Lobe.GLOSSY) | 1 << int(Lobe.GLOSSY_TOON)
 _CAMERA = int(RayKind.CAMERA)
 _SHARE = np.float32(1 / _N_SAMPLES)
 
@@ -28,7 +28,7 @@ def glossy_radiance(scene: Scene, seen: SeenSurface, volumes: Cascade, workers: 
 
     L is read once in front of the surface; directions ω are sampled by the lobe.
     """
-    shiny = scene.materials.has(Lobe.GLOSSY, Lobe.GLOSSY_TOON)[scene.material_of_triangle[seen.hits.triangle]]
+    shiny = scene.materials.has(*GLOSSY_KINDS)[scene.material_of_triangle[seen.hits.triangle]]
     glossy, radiance = np.flatnonzero(shiny), np.zeros((len(seen), 3), np.float32)
     number = path_key(workers.seed, _SCATTERING)
 
@@ -54,7 +54,7 @@ def _reflect(scene, number, pixel, triangle, distance, u, v, directions, light, 
         for k in range(_N_SAMPLES):
             choice, x = two_numbers(number, pixel[i], 2 * k)
             y, _ = two_numbers(number, pixel[i], 2 * k + 1)
-            on = scatter(scene, hit, direction, choice, x, y, _GLOSSY_ALONE, False, _CAMERA)
+            on = scatter(scene, hit, direction, choice, x, y, GLOSSY_LOBES, False, _CAMERA)
             incoming = _along(light[i, 0], on), _along(light[i, 1], on), _along(light[i, 2], on)
             total = plus(total, mul(on.weight, incoming))
         put(out, i, times(total, _SHARE))

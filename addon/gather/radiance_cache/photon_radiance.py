@@ -1,4 +1,4 @@
-"""Photons on surface elements: what they make of the radiance there, and what they are to those who look."""
+"""Photons on surface elements: the radiance that they add up to, and how much each matters to gather rays."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from .elements import SurfaceElements, element_at
 
 _CHUNK = 1 << 17
 _CAUSTIC, _DIFFUSE_RAY = int(PathKind.CAUSTIC), int(RayKind.DIFFUSE)
-_VIEW = np.float32(np.sqrt(0.75)), ZERO, np.float32(0.5)  # as any
+_VIEW = np.float32(np.sqrt(0.75)), ZERO, np.float32(0.5)  # one at 60° stands for all
 
 
 def photon_radiance(

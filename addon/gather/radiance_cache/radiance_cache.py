@@ -1,8 +1,8 @@
 """The radiance cache: the light that every surface element reflects or transmits diffusely, to either side.
 
 Of lobes that are broad and not Lambertian, what is reflected depends on the direction: for them the cache has the mean
-radiance that comes to the side but for direct light. It is broad as a rule, so that who looks up multiplies it by the
-lobe's albedo as seen from there, and finds direct light by shadow rays.
+radiance that comes to the side, without direct light. As that comes from many directions, a look-up multiplies it by
+the lobe's albedo as seen from there; direct light is found by shadow rays.
 """
 
 from dataclasses import dataclass, field
@@ -68,8 +68,8 @@ class RadianceCache:
         Mean radiance that comes to each side but for direct light, E/π, and the caustics' part of it; (0, 3) where no
         material of the scene is `broad` or has subsurface scattering.
     arriving : (2 e, 3) float32, W/(m² sr)
-        The same with direct light, E/π of all: that comes out of bodies where it meets the view's walk; (0, 3) where
-        none of the scene's materials has subsurface scattering.
+        The same with direct light, E/π of all: what a walk through a body finds where it ends (`seen_through_body`);
+        (0, 3) where none of the scene's materials has subsurface scattering.
     unresolved : (e,) bool, optional
         Elements that are never asked: rays that end there go on.
     """

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...bsdf.mixture import SPECULAR_LOBES
+from ...bsdf.mixture import NARROW_LOBES
 from ...bsdf.scatter import scatter
 from ...core.compiling import kernel
 from ...core.parallel import Workers
@@ -69,7 +69,7 @@ def _leave(scene, triangle, u, v, direction, point, key, first, origins, directi
         hit = hit_at(scene, row(direction, k), triangle[k], ZERO, u[k], v[k])
         choice, _ = two_numbers(key, path, _LEAVING)
         a, b = two_numbers(key, path, _LEAVING + 1)
-        on = scatter(scene, hit, row(direction, k), choice, a, b, SPECULAR_LOBES, False, _CAMERA)
+        on = scatter(scene, hit, row(direction, k), choice, a, b, NARROW_LOBES, False, _CAMERA)
         put(origins, ray, on.origin)
         put(directions, ray, on.direction)
         put(weights, ray, on.weight if on.alive else BLACK)

@@ -8,7 +8,7 @@ worlds, whose points `DirectLight` draws together, by whether the lobe is a peak
 import numpy as np
 
 from ...bsdf.closure import bsdf_at
-from ...bsdf.mixture import SPECULAR_LOBES, evaluate_broad, evaluate_glossy, pdf_glossy
+from ...bsdf.mixture import NARROW_LOBES, evaluate_glossy, evaluate_glossy_below_peak, pdf_glossy
 from ...bsdf.scatter import axis_at, scatter
 from ...core.compiling import kernel, part
 from ...core.parallel import Workers
@@ -95,7 +95,7 @@ def _by_points_of_lights(tracing, room, direct, hit, direction, key, path):
         _, _, density = meet_lamp(direct.lamps, lamp, origin, towards)
         f = evaluate_glossy(scene, bsdf, wo, wi) if pdf_glossy(scene, bsdf, wo, wi) <= density else BLACK
     else:
-        f = evaluate_broad(scene, bsdf, wo, wi)
+        f = evaluate_glossy_below_peak(scene, bsdf, wo, wi)
     if largest(f) <= ZERO:
         return BLACK
     return mul(mul(f, irradiance), visible_share(direct, tracing, room, lamp, origin, target))
@@ -107,7 +107,7 @@ def _by_rays(tracing, room, direct, hit, direction, key, path):
     scene = tracing.scene
     choice, _ = two_numbers(key, path, 0)
     a, b = two_numbers(key, path, 1)
-    on = scatter(scene, hit, direction, choice, a, b, SPECULAR_LOBES, False, _CAMERA)
+    on = scatter(scene, hit, direction, choice, a, b, NARROW_LOBES, False, _CAMERA)
     if not on.alive:
         return BLACK
     least_density = _INFINITY

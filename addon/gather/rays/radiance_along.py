@@ -37,7 +37,7 @@ from ...bsdf.mixture import (
     DIFFUSE,
     DIRECTED_LOBES,
     GLOSSY,
-    SPECULAR_LOBES,
+    NARROW_LOBES,
     SUBSURFACE,
     TRANSLUCENT,
     evaluate_direct,
@@ -67,7 +67,7 @@ _FOLLOWED = TWO
 """Rays that follow a narrow lobe, over its albedo: more of them cost time, fewer make noise."""
 
 _CACHED_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT | BROAD_LOBES
-_FOLLOWED_LOBES = SPECULAR_LOBES | DIRECTED_LOBES
+_FOLLOWED_LOBES = NARROW_LOBES | DIRECTED_LOBES
 _NUMBERS_A_STEP = 40  # pairs of a path's numbers
 _DIFFUSE_LIGHT, _GLOSSY_LIGHT = 3, 20  # the first of those that draw lights
 _DIFFUSE_RAY, _GATHER_RAY = int(RayKind.DIFFUSE), int(RayKind.GATHER)

@@ -22,11 +22,13 @@ from ...receivers import (
 )
 from ...scene import Scene
 from ...settings.bake import BakeSettings
+from ...settings.live import LiveSettings
 from ...tracing import TransparencyTracer
 from ...tracing.cube_maps import MultiImageTracer, lit_region
 from ...tracing.embree import EmbreeTracer
 from ..bake import bake, solve, solve_apart
 from ..camera_pass import camera_pass, light_beside
+from ..live import Live, live_surfaces
 from ..probe_bake import probe_light
 from .tiny_scene import floor_chart, floor_mesh, tiny_scene
 
@@ -45,6 +47,7 @@ def tiny_bakes() -> list[Callable[[], Any]]:
         lambda: _density(scene, tracer),
         lambda: _light_volume(scene, tracer),
         lambda: _cube_maps(scene, tracer),
+        lambda: _live(scene),
     ]
 
 
@@ -100,3 +103,11 @@ def _cube_maps(scene: Scene, tracer: EmbreeTracer) -> None:
     region = lit_region(receivers.position)
     maps = MultiImageTracer.build(scene, tracer, region, settings.n_maps, settings.map_size, workers=_WORKERS)
     solve_apart(scene, [scene], receivers, settings, tracer, photon_tracer=maps)[0].irradiance()
+
+
+def _live(scene: Scene) -> None:
+    """The first light of the room."""
+    settings = LiveSettings(n_vertices=100, n_elements=100, n_links=8, n_element_links=8, n_direct=1, n_threads=1)
+    live = Live(scene, live_surfaces(scene, settings), settings)
+    while live.step():
+        pass

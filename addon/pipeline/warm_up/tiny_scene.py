@@ -6,7 +6,20 @@ from typing import Any
 import numpy as np
 
 from ...receivers import LightmapMesh, ReceiverMesh
-from ...scene import N_VIEWS, Channel, Closures, LightKind, Lights, Lobe, Materials, RayKind, Scene, SceneObjects, World
+from ...scene import (
+    AREA_LAMPS,
+    N_VIEWS,
+    Channel,
+    Closures,
+    LightKind,
+    Lights,
+    Lobe,
+    Materials,
+    RayKind,
+    Scene,
+    SceneObjects,
+    World,
+)
 
 _QUADS = [(1, 5, 7, 3), (0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6)]
 """Of a room without a ceiling, by its corners; they face out."""
@@ -92,7 +105,7 @@ def _lamps() -> Lights:
         np.array(kinds),
         emission=np.ones((n, 3)),
         position=place,
-        size=np.array([(0.2, 0.2) if kind in (LightKind.RECTANGLE, LightKind.ELLIPSE) else (0, 0) for kind in kinds]),
+        size=np.array([(0.2, 0.2) if kind in AREA_LAMPS else (0, 0) for kind in kinds]),
         radius=np.array([0.1 if kind in (LightKind.POINT, LightKind.SPOT) else 0 for kind in kinds]),
         angle=np.array([{LightKind.SPOT: 1.0, LightKind.SUN: 0.01}.get(kind, 0.0) for kind in kinds]),
     )

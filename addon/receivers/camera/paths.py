@@ -6,7 +6,7 @@ import numpy as np
 
 from ...bsdf.albedos import is_mirror
 from ...bsdf.closure import bsdf_at
-from ...bsdf.mixture import GLASS, SPECULAR_LOBES
+from ...bsdf.mixture import GLASS, NARROW_LOBES
 from ...bsdf.scatter import scatter, scatter_both_ways
 from ...core.compiling import kernel, part
 from ...core.sampling.path_numbers import two_numbers
@@ -143,7 +143,7 @@ def _branch(tracing, room, lamps, world, key, path, branch, direction, met, thro
             share *= mean(on.weight) / max(mean(on.weight) + mean(other.weight), _TINY)
             n_splits += 1
         else:
-            on = scatter(scene, hit, direction, choice, a, b, SPECULAR_LOBES, False, kind)
+            on = scatter(scene, hit, direction, choice, a, b, NARROW_LOBES, False, kind)
         if step == _MOST_FOLLOWED or not on.alive:
             triangle, throughput = np.int32(-1), BLACK
             break

@@ -7,7 +7,7 @@ from math import atan, pi, tan
 import bpy
 import numpy as np
 
-from ....scene import LightKind, LightPattern, Lights, PatternDomain
+from ....scene import AREA_LAMPS, LightKind, LightPattern, Lights, PatternDomain
 from ...temporary import CyclesError
 from ...warn import Warnings
 from .cycles_lamp import LampShape, pattern_of_lamp
@@ -41,7 +41,7 @@ class LampNodes:
         if kind == LightKind.SPOT:
             half = float(lights.angle[0]) / 2
             angle = atan(tan(half) * float(lights.stretch.max())) if half < pi / 2 - 1e-3 else pi / 2
-        flat, sphere = kind in (LightKind.RECTANGLE, LightKind.ELLIPSE), kind != LightKind.SUN and lights.sphere[0]
+        flat, sphere = kind in AREA_LAMPS, kind != LightKind.SUN and lights.sphere[0]
         if flat:
             angle = pi / 2
         if flat or sphere:
