@@ -316,7 +316,7 @@ def sky_sun_portal():
     light.data.cycles.is_portal = True
 
 
-@case("A low sun of a Sky Texture", GROUP, effort=2)
+@case("A low sun of a Sky Texture", GROUP, effort=2, changed=(5, 0))
 def sky_low_sun():
     # It stands 3° over the horizon, and shines onto the back wall.
     under_sky(0.1, sky_type=single_scattering(), sun_elevation=0.052, sun_rotation=3.0, sun_size=0.0095)

@@ -5,6 +5,7 @@ import numpy as np
 
 from ....scene.fibres.strands import MOST_STRANDS, Strands, thinned
 from ..meshes.meshes import VALUE_OF
+from ..meshes.object_values import random_of
 
 RADIUS = 0.005
 """Cycles' radius of curves that have no attribute of that name, m."""
@@ -39,8 +40,8 @@ def thicker(strands: Strands, n: int) -> Strands:
 
 
 def random_numbers(n: int) -> np.ndarray:
-    """Hair Info's random numbers of n strands, as Cycles has them but for their order."""
-    return np.random.default_rng(4).random(n).astype(np.float32)
+    """Hair Info's random numbers of n strands."""
+    return np.asarray(random_of(np.arange(n)), np.float32)
 
 
 def _uvs(curves: "bpy.types.Curves") -> dict[str, np.ndarray]:

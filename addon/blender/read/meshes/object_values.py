@@ -198,10 +198,15 @@ def _element(attribute: "bpy.types.Attribute", i: int) -> np.ndarray:
 
 
 def random_of_name(name: str) -> float:
-    """The random number in [0, 1] of an object that is no instance: its name, hashed by Jenkins' lookup3."""
+    """The random number in [0, 1] of an object that is no instance."""
     seed = 0
     for byte in name.encode():
         seed = (seed * 37 + byte) & 0xFFFFFFFF
+    return float(random_of(seed))
+
+
+def random_of(seed: Any) -> Any:
+    """Cycles' numbers in [0, 1] of integers in [0, 2³²), one or an array: their hashes by Jenkins' lookup3."""
     start = (0xDEADBEEF + (2 << 2) + 13) & 0xFFFFFFFF
     a, b, c = (start + seed) & 0xFFFFFFFF, start, start
     for bits in ((14, 11, 25), (16, 4, 14)):
@@ -211,5 +216,5 @@ def random_of_name(name: str) -> float:
     return _mixed(c, b, 24) / 0xFFFFFFFF
 
 
-def _mixed(x: int, y: int, bits: int) -> int:
+def _mixed(x: Any, y: Any, bits: int) -> Any:
     return ((x ^ y) - (y << bits | y >> (32 - bits))) & 0xFFFFFFFF
