@@ -8,21 +8,22 @@ from ..addon.blender.read import render_graph
 from ..addon.core.parallel import join_cancelled
 from ..addon.ui.state import bake_state
 from . import baked_light, export_gltf
-from .add_preset import PHOTON_BAKE_OT_add_preset
 from .bake_indirect import PHOTON_BAKE_OT_bake_indirect
 from .cancel import PHOTON_BAKE_OT_cancel
 from .command_line import command
 from .compositor_pass import PHOTON_BAKE_OT_add_pass, PHOTON_BAKE_OT_remove_pass
-from .copy_object_settings import PHOTON_BAKE_OT_copy_object_settings
 from .export_gltf import PHOTON_BAKE_OT_export_gltf
 from .guide import PHOTON_BAKE_OT_guide
 from .jobs import kernels
 from .jobs.folders import PHOTON_BAKE_OT_choose_folder
 from .jobs.solving import stop_watched
+from .live import PHOTON_BAKE_OT_live
 from .refine import PHOTON_BAKE_OT_refine, PHOTON_BAKE_OT_restore_meshes, PhotonBakeObjectName
 from .remedy import PHOTON_BAKE_OT_check, PHOTON_BAKE_OT_remedy, PHOTON_BAKE_OT_select_found
 from .remove_copies import PHOTON_BAKE_OT_remove_copies
-from .reset_mixer import PHOTON_BAKE_OT_reset_mixer
+from .settings.add_preset import PHOTON_BAKE_OT_add_preset
+from .settings.copy_object_settings import PHOTON_BAKE_OT_copy_object_settings
+from .settings.reset_mixer import PHOTON_BAKE_OT_reset_mixer
 
 CLASSES = (
     PHOTON_BAKE_OT_bake_indirect,
@@ -42,6 +43,7 @@ CLASSES = (
     PHOTON_BAKE_OT_remedy,
     PHOTON_BAKE_OT_add_preset,
     PHOTON_BAKE_OT_guide,
+    PHOTON_BAKE_OT_live,
     PHOTON_BAKE_OT_copy_object_settings,
 )
 

@@ -5,88 +5,78 @@
     make mutants ARGS="--seed 1 --show"       another sample; survivors as they read
 
 Cosmic Ray makes the mutants: other operators, comparisons, numbers, conditions and loops. Kernels run as plain Python,
-since compiling takes a minute for each mutant; so of a group's tests those run that are quick that way. They
-run in processes forked from one that has NumPy and SciPy loaded, the quickest test first.
+since compiling takes a minute for each mutant; so of a group's tests those run that are quick that way, the quickest
+first. A process collects them once, and sees which functions each of them calls. For a mutant it forks, puts the
+changed code into the functions that are loaded, and runs the tests that call the changed one. What stands outside of
+functions has done its work by then: a change there has a process of its own, which loads everything anew.
 """
 
 import argparse
 import ast
+import gc
 import importlib
 import json
 import os
 import random
+import resource
 import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
+import warnings
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import CodeType, FunctionType
 from typing import Any, NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
 PLACE = ROOT / "build" / "mutants"
 COPY = PLACE / "photon_bake"
+FOUND = PLACE / "found.json"
 TEST_LIMIT = 0.5
 """Processor seconds that a test may take as plain Python to be among those that are run."""
-TIMEOUT, LONGEST = 120, 3600
-"""Seconds after which a mutant counts as killed, and those that the unchanged code may take."""
+MUTANT_LIMIT, TIMEOUT, LONGEST = 5, 120, 14400
+"""Processor seconds a test and seconds in all after which a mutant counts as killed, and those for all of a group."""
+MEMORY = 8 << 30
+"""Bytes of address space, beyond which a mutant counts as killed."""
 EQUAL = ("RemoveDecorator",)
 """Operators that are left out: as plain Python, functions with and without decorators are the same."""
 
 LOADED = ("numba", "scipy.ndimage", "scipy.sparse.linalg", "scipy.spatial", "scipy.special", "hypothesis", "pytest")
 """What is loaded once, for all processes that are forked."""
 
-GROUPS: dict[str, tuple[list[str], list[str]]] = {
-    "bsdf": (
-        ["addon/bsdf/*.py", "addon/bsdf/broad/*.py"],
-        ["lobes", "mixture", "broad_lobes", "closure_normals", "albedo_tables", "light_balance"],
-    ),
-    "emitters": (
-        ["addon/emitters/*.py", "addon/emitters/aiming/*.py"],
-        ["emission", "lamp_hits", "direct_light", "aiming", "world", "integrating_sphere"],
-    ),
-    "photons": (
-        ["addon/photons/*.py"],
-        ["photons", "photon_store", "guiding", "bounce_map", "region_directed", "emission", "light_balance"],
-    ),
-    "direct": (["addon/gather/direct/*.py"], ["lamp_choice", "direct_light", "lamp_hits", "world"]),
+GROUPS = {
+    "bsdf": ("addon/bsdf addon/bsdf/broad", "values/bsdf test_lobes.py test_mixture.py"),
+    "emitters": ("addon/emitters addon/emitters/aiming", "values/emitters test_emission.py test_world.py"),
+    "photons": ("addon/photons", "values/photons test_photons.py test_photon_store.py test_region_directed.py"),
+    "direct": ("addon/gather/direct", "values/direct test_lamp_choice.py"),
 }
-"""Files of each group, and the tests in tests/core that concern them."""
+"""The rooms of each group, and the tests in tests/core that concern them."""
 
 
 class Mutant(NamedTuple):
-    """A change of a file: the n-th place of an operator."""
+    """A change of a file: the n-th place of an operator, and the function where it is, "" outside of any."""
 
     path: str
     operator: str
     n: int
     line: int
+    function: str
 
+    def source(self) -> str:
+        """The file as it was changed."""
+        from cosmic_ray.mutating import mutate_code
+        from cosmic_ray.plugins import get_operator
 
-class Chosen:
-    """A plugin of pytest: the tests that are quick enough, whatever they are marked with, the quickest first."""
+        source = (COPY / self.path).read_text(encoding="utf-8")
+        return mutate_code(source, get_operator(self.operator)(), self.n) or source
 
-    def __init__(self, wanted: list[str] | None = None) -> None:
-        self.wanted, self.seconds = wanted, dict[str, float]()
-
-    def pytest_itemcollected(self, item: Any) -> None:
-        item.add_marker("plain")
-
-    def pytest_collection_finish(self, session: Any) -> None:
-        if self.wanted is not None:
-            of = {item.nodeid: item for item in session.items}
-            session.items[:] = [of[name] for name in self.wanted if name in of]
-
-    def pytest_runtest_setup(self, item: Any) -> None:
-        if self.wanted is None:
-            signal.setitimer(signal.ITIMER_VIRTUAL, TEST_LIMIT)
-
-    def pytest_runtest_teardown(self, item: Any) -> None:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-
-    def pytest_runtest_logreport(self, report: Any) -> None:
-        if report.when == "call" and report.passed:
-            self.seconds[report.nodeid] = report.duration
+    def __str__(self) -> str:
+        old, new = (COPY / self.path).read_text(encoding="utf-8").splitlines(), self.source().splitlines()
+        lines = " → ".join(lines[self.line - 1].strip() for lines in (old, new) if self.line <= len(lines))
+        return f"{self.path}:{self.line} {self.function}: {lines}"
 
 
 def mutants_of(path: str) -> list[Mutant]:
@@ -95,7 +85,8 @@ def mutants_of(path: str) -> list[Mutant]:
     from cosmic_ray.plugins import get_operator, operator_names
 
     tree = get_ast_from_path(COPY / path)
-    spans = unread(ast.parse((COPY / path).read_text(encoding="utf-8")))
+    python = ast.parse((COPY / path).read_text(encoding="utf-8"))
+    spans, functions = unread(python), list(bodies(python))
     found = []
     for name in operator_names():
         operator = get_operator(name)
@@ -104,22 +95,42 @@ def mutants_of(path: str) -> list[Mutant]:
         places = [place for node in ast_nodes(tree) for place in operator().mutation_positions(node)]
         for n, (start, _end) in enumerate(places):
             if not any(first <= start < last for first, last in spans):
-                found.append(Mutant(path, name, n, start[0]))
+                of = [function for function, first, last in functions if first <= start < last]
+                found.append(Mutant(path, name, n, start[0], of[0] if of else ""))
     return found
 
 
-def unread(tree: ast.AST) -> list[tuple[tuple[int, int], tuple[int, int]]]:
-    """Where annotations stand, as (line, column) of start and end."""
+Place = tuple[int, int]
+"""Line and column."""
+
+
+def span(first: ast.AST, last: ast.AST) -> tuple[Place, Place]:
+    """Start and end of nodes."""
+    at: Any = first, last
+    return (at[0].lineno, at[0].col_offset), (at[1].end_lineno, at[1].end_col_offset)
+
+
+def unread(tree: ast.AST) -> list[tuple[Place, Place]]:
+    """Where annotations stand."""
     nodes: list[ast.expr | None] = []
     for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef):
             nodes.append(node.returns)
         elif isinstance(node, ast.arg | ast.AnnAssign):
             nodes.append(node.annotation)
-    return [((n.lineno, n.col_offset), (n.end_lineno or 0, n.end_col_offset or 0)) for n in nodes if n is not None]
+    return [span(node, node) for node in nodes if node is not None]
 
 
-def forked(work: Any, timeout: float) -> int | None:
+def bodies(tree: Any, within: str = "") -> Iterator[tuple[str, Place, Place]]:
+    """Functions of a module and its classes by their qualified names, and where the body of each stands."""
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef):
+            yield within + node.name, *span(node.body[0], node.body[-1])
+        elif isinstance(node, ast.ClassDef):
+            yield from bodies(node, f"{within}{node.name}.")
+
+
+def forked(work: Callable[[], int], timeout: float) -> int | None:
     """What a function returns in a process of its own, where its output is lost; None if it took too long."""
     child = os.fork()
     if child == 0:
@@ -136,57 +147,148 @@ def forked(work: Any, timeout: float) -> int | None:
         done, status = os.waitpid(child, os.WNOHANG)
         if done:
             return os.waitstatus_to_exitcode(status)
-        time.sleep(0.02)
+        time.sleep(0.005)
     os.kill(child, signal.SIGKILL)
     os.waitpid(child, 0)
     return None
 
 
-def run(names: list[str], plugin: Chosen, *options: str) -> int:
+def run(tests: str, plugin: Any) -> int:
     """Run tests of the copy in this process."""
     import pytest
 
     os.chdir(COPY)
-    files = [file for name in names if (file := f"tests/core/test_{name}.py") and Path(file).exists()]
-    return int(pytest.main(["-q", "-p", "no:cacheprovider", *options, *files], plugins=[plugin]))
+    files = [f"tests/core/{name}" for name in tests.split()]
+    return int(pytest.main(["-q", "-p", "no:cacheprovider", *files], plugins=[plugin]))
 
 
-def too_slow(*_: Any) -> None:
-    raise TimeoutError
+def passes(item: Any, limit: float) -> bool:
+    """Whether a test passes in so many processor seconds."""
+    from _pytest.runner import runtestprotocol
+
+    def too_slow(*_: Any) -> None:
+        raise TimeoutError
+
+    signal.signal(signal.SIGVTALRM, too_slow)
+    signal.setitimer(signal.ITIMER_VIRTUAL, limit)
+    with warnings.catch_warnings():  # NumPy's of infinities and NaN, which compiled kernels make in silence
+        warnings.simplefilter("ignore")
+        reports = runtestprotocol(item, log=False, nextitem=None)
+    signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+    return all(report.passed for report in reports)
 
 
-def quick_tests(names: list[str]) -> list[str]:
-    """Those that pass as plain Python within the limits, the quickest first."""
-    told = PLACE / "quick.json"
-    told.unlink(missing_ok=True)
+class Plain:
+    """A plugin of pytest: takes all tests, whatever they are marked with, and runs them in its own way."""
 
-    def work() -> int:
-        signal.signal(signal.SIGVTALRM, too_slow)
-        plugin = Chosen()
-        run(names, plugin)
-        told.write_text(json.dumps(plugin.seconds))
-        return 0
-
-    forked(work, LONGEST)
-    seconds = json.loads(told.read_text())
-    return sorted(seconds, key=lambda name: seconds[name])
+    def pytest_itemcollected(self, item: Any) -> None:
+        item.add_marker("plain")
 
 
-def is_killed(mutant: Mutant, names: list[str], quick: list[str]) -> tuple[bool, str]:
-    """Whether a test notices a change; and the line as it was changed."""
-    from cosmic_ray.mutating import mutate_code
-    from cosmic_ray.plugins import get_operator
+class Wanted(Plain):
+    """Runs tests in an order until one fails."""
 
+    def __init__(self, names: list[str]) -> None:
+        self.names = names
+
+    def pytest_runtestloop(self, session: Any) -> bool:
+        items = {item.nodeid: item for item in session.items}
+        if not all(name in items and passes(items[name], MUTANT_LIMIT) for name in self.names):
+            os._exit(1)
+        return True
+
+
+class Hunt(Plain):
+    """Runs, for each mutant inside of functions, the quick tests that call the changed one; writes `FOUND`."""
+
+    def __init__(self, mutants: list[Mutant]) -> None:
+        self.mutants = mutants
+
+    def pytest_runtestloop(self, session: Any) -> bool:
+        calls, items = quick_tests(session.items), {item.nodeid: item for item in session.items}
+        functions = [each for each in gc.get_objects() if isinstance(each, FunctionType)]
+        loaded = [each for each in functions if each.__code__.co_filename.startswith(str(COPY))]
+        killed, callers = [], []
+        for mutant in self.mutants:
+            tests = [items[name] for name, called in calls.items() if f"{mutant.path}:{mutant.function}" in called]
+            killed.append(forked(lambda m=mutant, t=tests: judged(m, loaded, t), TIMEOUT) != 0)
+            callers.append(len(tests))
+        FOUND.write_text(json.dumps([list(calls), killed, callers]))
+        return True
+
+
+def judged(mutant: Mutant, loaded: list[FunctionType], tests: list[Any]) -> int:
+    """Whether a test fails once a mutant's code is that of the functions that are loaded."""
+    file = str(COPY / mutant.path)
+    changed = {code.co_qualname: code for code in codes(compile(mutant.source(), file, "exec"))}
+    for function in loaded:
+        old = function.__code__
+        new = changed.get(old.co_qualname, old) if old.co_filename == file else old
+        if new.co_freevars == old.co_freevars:
+            function.__code__ = new
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    return int(not all(passes(item, MUTANT_LIMIT) for item in tests))
+
+
+def codes(code: CodeType) -> Iterator[CodeType]:
+    """The code of all functions within some code."""
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield constant
+            yield from codes(constant)
+
+
+def quick_tests(items: list[Any]) -> dict[str, set[str]]:
+    """Tests that pass within the limit, the quickest first, and the functions that each calls.
+
+    Where a test was too slow with some parameters, others are not tried.
+    """
+    seconds, calls, slow = dict[str, float](), dict[str, set[str]](), set[str]()
+    for item in items:
+        name, function = item.nodeid, item.nodeid.partition("[")[0]
+        if function in slow or forked(lambda item=item: timed(item), TIMEOUT) != 0:
+            slow.add(function)
+            continue
+        seconds[name] = json.loads(FOUND.read_text())
+        if forked(lambda item=item: watched(item), TIMEOUT) == 0:
+            calls[name] = set(json.loads(FOUND.read_text()))
+    return {name: calls[name] for name in sorted(calls, key=lambda name: seconds[name])}
+
+
+def timed(item: Any) -> int:
+    """0 if a test passes within the limit; writes its processor seconds to `FOUND`."""
+    start = time.process_time()
+    passed = passes(item, TEST_LIMIT)
+    FOUND.write_text(json.dumps(time.process_time() - start))
+    return int(not passed)
+
+
+def watched(item: Any) -> int:
+    """0 if a test passes; writes to `FOUND` which functions of the copy it calls."""
+    called = set[CodeType]()
+
+    def profile(frame: Any, event: str, _: Any) -> None:
+        if event == "call":
+            called.add(frame.f_code)
+
+    threading.setprofile(profile)
+    sys.setprofile(profile)
+    passed = passes(item, MUTANT_LIMIT)
+    sys.setprofile(None)
+    ours = [code for code in called if code.co_filename.startswith(str(COPY))]
+    FOUND.write_text(json.dumps([f"{Path(code.co_filename).relative_to(COPY)}:{code.co_qualname}" for code in ours]))
+    return int(not passed)
+
+
+def is_noticed(mutant: Mutant, tests: str, quick: list[str]) -> bool:
+    """Whether a test notices a change outside of functions."""
     file = COPY / mutant.path
     source = file.read_text(encoding="utf-8")
-    changed = mutate_code(source, get_operator(mutant.operator)(), mutant.n) or source
-    lines = changed.splitlines()
-    file.write_text(changed, encoding="utf-8")
+    file.write_text(mutant.source(), encoding="utf-8")
     try:
-        status = forked(lambda: run(names, Chosen(quick), "-x"), TIMEOUT)
+        return forked(lambda: run(tests, Wanted(quick)), TIMEOUT) != 0
     finally:
         file.write_text(source, encoding="utf-8")
-    return status != 0, lines[mutant.line - 1].strip() if mutant.line <= len(lines) else ""
 
 
 def copy_checkout() -> None:
@@ -215,20 +317,32 @@ def main() -> int:
     for name in LOADED:
         importlib.import_module(name)
     for group in options.groups or GROUPS:
-        patterns, names = GROUPS[group]
-        paths = sorted(str(path.relative_to(COPY)) for pattern in patterns for path in COPY.glob(pattern))
-        every = [mutant for path in paths for mutant in mutants_of(path)]
-        some = sorted(random.Random(options.seed).sample(every, min(options.sample, len(every)) or len(every)))
-        quick = quick_tests(names)
-        print(f"{group}: {len(some)} of {len(every)} mutants, by {len(quick)} tests", flush=True)
-        killed = 0
-        for mutant in some:
-            noticed, line = is_killed(mutant, names, quick)
-            killed += noticed
-            if not noticed and options.show:
-                print(f"  {mutant.path}:{mutant.line} {mutant.operator.rpartition('/')[2]}: {line}", flush=True)
-        print(f"{group}: {killed} of {len(some)} killed, {killed / len(some):.0%}", flush=True)
+        hunt(group, options)
     return 0
+
+
+def hunt(group: str, options: argparse.Namespace) -> None:
+    """Make mutants of a group, and print how many are killed."""
+    rooms, tests = GROUPS[group]
+    paths = sorted(str(path.relative_to(COPY)) for room in rooms.split() for path in (COPY / room).glob("*.py"))
+    every = [mutant for path in paths for mutant in mutants_of(path)]
+    some = sorted(random.Random(options.seed).sample(every, min(options.sample, len(every)) or len(every)))
+    within = [mutant for mutant in some if mutant.function]
+    if forked(lambda: run(tests, Hunt(within)), LONGEST) != 0:
+        sys.exit(f"The tests of {group} could not be run.")
+    quick, killed, callers = json.loads(FOUND.read_text())
+    print(f"{group}: {len(some)} of {len(every)} mutants, by {len(quick)} tests", flush=True)
+    survivors = [
+        (mutant, "" if n else " (no test calls it)")
+        for mutant, dead, n in zip(within, killed, callers, strict=True)
+        if not dead
+    ]
+    outside = [mutant for mutant in some if not mutant.function]
+    survivors += [(mutant, "") for mutant in outside if not is_noticed(mutant, tests, quick)]
+    for mutant, why in survivors if options.show else []:
+        print(f"  {mutant}{why}", flush=True)
+    n_killed = len(some) - len(survivors)
+    print(f"{group}: {n_killed} of {len(some)} killed, {n_killed / len(some):.0%}", flush=True)
 
 
 if __name__ == "__main__":

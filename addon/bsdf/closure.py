@@ -87,12 +87,11 @@ def seen_by_camera(scene, triangle, u, v, back):
 
 
 @part
-def seen_otherwise(scene, hit, kind):
-    """Whether rays of a kind see other closures where they met a surface than diffuse rays do."""
-    if not scene.materials.differs_by_kind[scene.material[hit.triangle]]:
+def seen_otherwise(scene, triangle, back, kind):
+    """Whether rays of a kind see other closures on a side of a triangle than diffuse rays do."""
+    if not scene.materials.differs_by_kind[scene.material[triangle]]:
         return False
-    seen = material_seen(scene, hit.triangle, hit.back, np.int64(kind))
-    return seen != material_seen(scene, hit.triangle, hit.back, _DIFFUSE_RAY)
+    return material_seen(scene, triangle, back, np.int64(kind)) != material_seen(scene, triangle, back, _DIFFUSE_RAY)
 
 
 @part

@@ -20,9 +20,10 @@ class SourceRow(NamedTuple):
     lamp : int
         Index in `Lights`; the number of lamps for emissive meshes, −1 for the world.
     n_cells : tuple of 5 int
-        Into how many cells each dimension of the hypercube is cut where photons are guided.
+        Into how many cells each dimension of the hypercube is cut where photons are guided: some thousands in all,
+        along those that decide where the light arrives.
     power : (3,) float64 or None, W
-        None where only its photons tell.
+        None: it is measured, as the mean flux of some photons.
     axis : (3,) float32
         Of the cone into which it emits.
     versine : float

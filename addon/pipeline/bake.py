@@ -64,7 +64,7 @@ def solve(
     tracer: EmbreeTracer,
     progress: Progress | None = None,
 ) -> Solution:
-    """Trace photons through `scene`, those that `receivers` (at least one) need, and keep them; as `bake` else."""
+    """Trace photons through `scene`, those that `receivers` (at least one) need, and keep them; otherwise as `bake`."""
     return solve_apart(scene, [scene], receivers, settings, tracer, progress)[0]
 
 
@@ -88,7 +88,7 @@ def solve_apart(
     inspector : Inspector, optional
         Is shown the photons (W) and the light volume's cells (W/m²).
     photon_tracer : Tracer, optional
-        Traces the photons, which forgive it more than those who look for them do; without it `tracer` traces all.
+        Traces the photons, to whose paths its errors matter less than to gather rays; without it `tracer` traces all.
     started : float, s
         When the time began that the settings give, by `time.perf_counter`; without it, now.
     """

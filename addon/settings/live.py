@@ -25,11 +25,13 @@ class LiveSettings:
         Zero("Auto", "cuts them until there are as many vertices as may be", 0.2),
     )
     n_elements: int = knob(20_000, "Surface elements that reflect light", 100, 10_000_000)
-    n_links: int = knob(256, "Rays from each vertex whose ends are kept, at most", 8, 65_536)
+    n_links: int = knob(1024, "Rays from each vertex whose ends are kept, at most", 8, 65_536)
     n_element_links: int = knob(64, "Rays from each side of an element whose ends are kept, at most", 8, 65_536)
     n_bounces: int = knob(5, "Surfaces that light is reflected by after the first", 0, 64)
     n_direct: int = knob(64, "Estimates of direct light at each vertex, at most", 1, 4096)
-    memory: int = knob(2000, "Megabytes that live light may take", 50, 10_000_000, "MB")
+    memory: int = knob(
+        2000, "Megabytes that the rays of live light may take: of many vertices each gets fewer", 50, 10_000_000, "MB"
+    )
     seed: int = knob(0, "The same seed gives the same light, whatever the number of threads", 0, 2**31 - 1)
     n_threads: int = knob(0, "Threads that work", 0, 1024, zero=Zero("Auto", "leaves one core to Blender", 1))
 

@@ -1,6 +1,6 @@
 """What people see in Blender: the settings on the scene, the panel, and debug views in the viewport."""
 
-from . import checks, panels, staleness
+from . import checks, live, panels, staleness
 from .panels import objects as object_panel
 from .properties import objects as object_properties
 from .properties import scene as properties
@@ -15,6 +15,7 @@ def register() -> None:
     staleness.register()
     checks.register()
     texel_view.register()
+    live.register()
     panels.register()
     object_panel.register()
 
@@ -23,6 +24,7 @@ def unregister() -> None:
     """Take them away again."""
     object_panel.unregister()
     panels.unregister()
+    live.unregister()
     texel_view.unregister()
     checks.unregister()
     staleness.unregister()

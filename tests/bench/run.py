@@ -2,14 +2,14 @@
 
     make bench ARGS="[--scenes DIR] [--output FILE.md] [--pictures DIR] [--only PART]"
     make bench ARGS="--only speed [--scene NAME…] [--receivers N…] [--quality Q…] [--cycles-anew]"
-    make bench ARGS="--only versions --against COMMIT [--scene NAME…] [--receivers N] [--quality Q] [--rounds N]"
+    make bench ARGS="--only versions --against COMMIT [--warm] [--scene NAME…] [--receivers N] [--quality Q] …"
     make bench ARGS="--make-truth NAME…"
 
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
 direct, lamps, window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed,
-light_groups, camera, estimates, refine, vertex or eevee (in the Blender that BLENDER names); versions where it is asked
-for.
+light_groups, camera, estimates, refine, vertex, live or eevee (in the Blender that BLENDER names); versions where it
+is asked for.
 """
 
 import json
@@ -33,6 +33,7 @@ import light_groups
 import light_volume
 import lightmap_rival
 import lightmaps
+import live
 import make_truth
 import many_lamps
 import multi_image
@@ -133,6 +134,7 @@ PARTS = {
     "estimates": estimates.tables,
     "refine": lambda scenes, _: refinement.tables(scenes),
     "vertex": vertex_error.tables,
+    "live": live.tables,
     "eevee": eevee.tables,
     "versions": versions.tables,
 }

@@ -1,9 +1,11 @@
 """Compares this version's bakes with an old commit's: seconds, error and memory, and the seconds of a cold start.
 
-    make bench ARGS="--only versions --against COMMIT [--scene NAME…] [--receivers N] [--quality Q] [--rounds N]"
+    make bench ARGS="--only versions --against COMMIT [--warm] [--scene NAME…] [--receivers N] [--quality Q]
+                     [--rounds N]"
 
 Both versions bake in one run, each in a process of its own, in turns, so that whatever else the machine does falls on
-both. Seconds and errors are means over the rounds. The cold start is a draft of the demo scene by the command line with
+both. A first bake of each is not counted, since it compiles what there is to compile. Seconds and errors are means over
+the rounds. The cold start, which `--warm` leaves out, is a draft of the demo scene by the command line with
 an empty folder of kernels, and once more.
 """
 
@@ -18,6 +20,7 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+import photon_bake
 from figures import ROOT, table
 from own_scenes import OWN_SCENES
 
@@ -32,6 +35,7 @@ def add_options(parser):
     of_versions = parser.add_argument_group("of the part versions")
     of_versions.add_argument("--against", metavar="COMMIT", help="the old version")
     of_versions.add_argument("--rounds", type=int, default=3, help="how often each version bakes")
+    of_versions.add_argument("--warm", action="store_true", help="without cold starts")
 
 
 @dataclass(frozen=True)
@@ -42,10 +46,8 @@ class Version:
     environment: dict[str, str]
 
     @staticmethod
-    def of(folder, scratch):
-        packages = scratch / f"packages_{folder.name}"
-        packages.mkdir()
-        (packages / "photon_bake").symlink_to(folder)
+    def of(folder, packages):
+        """Of a checkout that Python finds in a folder of packages."""
         return Version(folder, {**os.environ, "PYTHONPATH": str(packages)})
 
     @contextmanager
@@ -93,9 +95,12 @@ def both(commit):
         git = ["git", "-C", str(ROOT), "worktree"]
         subprocess.run([*git, "add", "--quiet", "--detach", str(scratch / "old"), commit], check=True)
         try:
-            new = scratch / "new"
-            new.symlink_to(ROOT)
-            yield Version.of(scratch / "old", scratch), Version.of(new, scratch), scratch
+            packages = scratch / "packages"
+            packages.mkdir()
+            (packages / "photon_bake").symlink_to(scratch / "old")
+            # This version's kernels are known by the place that it is found in
+            new = Version.of(ROOT, Path(photon_bake.__path__[0]).parent)
+            yield Version.of(scratch / "old", packages), new, scratch
         finally:
             subprocess.run([*git, "remove", "--force", str(scratch / "old")], check=True)
 
@@ -104,6 +109,7 @@ def row(versions, name, path, n, quality, rounds):
     """Cells of `HEAD`."""
     old, new = versions
     with old.worker(name, path, n) as bake_old, new.worker(name, path, n) as bake_new:
+        bake_old(quality), bake_new(quality)
         bakes = [(bake_old(quality), bake_new(quality)) for _ in range(rounds)]
     seconds, errors = ([[of[key] for of in pair] for pair in bakes] for key in ("seconds", "rmse"))
     memory = [max((pair[i]["memory"] or 0) for pair in bakes) for i in (0, 1)]
@@ -124,6 +130,15 @@ def row(versions, name, path, n, quality, rounds):
     return cells, gain
 
 
+def cold_starts(old, new, scratch):
+    """The table of both versions' first bakes."""
+    blend = scratch / "demo.blend"
+    build = [sys.executable, ROOT / "tools/demo_scene.py", "build", blend]
+    subprocess.run(build, check=True, stdout=subprocess.DEVNULL)
+    cold = [[name, *version.cold_start(blend, scratch)] for name, version in (("old", old), ("new", new))]
+    return [table("Cold start: a draft of the demo scene", COLD_HEAD, cold)]
+
+
 def tables(scenes, options):
     """Markdown tables."""
     if not options.against:
@@ -137,13 +152,9 @@ def tables(scenes, options):
             for quality in options.quality or ["medium"]
         ]
         found = [row((old, new), name, paths[name], n, quality, options.rounds) for name, n, quality in wanted]
-        blend = scratch / "demo.blend"
-        subprocess.run(
-            [sys.executable, ROOT / "tools/demo_scene.py", "build", blend], check=True, stdout=subprocess.DEVNULL
-        )
-        cold = [[name, *version.cold_start(blend, scratch)] for name, version in (("old", old), ("new", new))]
+        cold = [] if options.warm else cold_starts(old, new, scratch)
     gains = [gain for _, gain in found]
     text = f"Times faster: median {np.median(gains):.2f}, least {min(gains):.2f}.\n"
     rows = [cells for cells, _ in found]
     head = f"This version against {options.against}"
-    return [table(head, HEAD, rows), text, table("Cold start: a draft of the demo scene", COLD_HEAD, cold)]
+    return [table(head, HEAD, rows), text, *cold]

@@ -1,4 +1,4 @@
-"""What bake, show, hide, remove, undo and disable leave behind in a Blender with a window: nothing.
+"""What live light, bake, show, hide, remove, undo and disable leave behind in a Blender with a window: nothing.
 
     blender --factory-startup --python tests/bench/window_leftovers.py
 
@@ -10,6 +10,7 @@ what differs, and ends with status 1 if anything does. Needs the extension's lib
 import os
 import sys
 import tempfile
+import threading
 import traceback
 from pathlib import Path
 from time import perf_counter
@@ -20,6 +21,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / ".venv" / "src"), str(ROOT)]
 
 import photon_bake  # noqa: E402
+from photon_bake.addon.ui.live import live_switch  # noqa: E402
 from photon_bake.addon.ui.state import bake_state  # noqa: E402
 
 from tests.host.leftovers import differences, handlers, snapshot, views  # noqa: E402
@@ -42,6 +44,8 @@ def steps(folder):
     call(bpy.ops.ed.undo_push, message="Start")
     yield
     empty = snapshot(folder)
+    yield from live()
+    check("live", empty, snapshot(folder))
     yield from bake()
     for once in (True, False):  # Undo would not bring back the files
         yield from bake()
@@ -114,6 +118,23 @@ def call(operator, *arguments, **options):
 def run(operator, **options):
     """Call an operator that makes a step of undo."""
     assert call(operator, "EXEC_DEFAULT", True, **options) == {"FINISHED"}
+
+
+def live():
+    """Live light on, until it has been drawn, and off."""
+    threads = threading.active_count()
+    call(bpy.ops.photon_bake.live)
+    end = perf_counter() + 300
+    while perf_counter() < end and live_switch.on and not (live_switch.session and live_switch.session.light):
+        yield
+    for lamp in (obj for obj in bpy.data.objects if obj.type == "LIGHT"):
+        lamp.location = lamp.location  # an edit that changes nothing
+    yield
+    print("live:", live_switch.words, live_switch.error, flush=True)
+    assert live_switch.on
+    call(bpy.ops.photon_bake.live)
+    yield
+    assert not live_switch.on and threading.active_count() <= threads
 
 
 def bake():

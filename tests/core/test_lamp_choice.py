@@ -7,6 +7,7 @@ from photon_bake.addon.core.sampling.cutpoint_table import chance_of
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.core.vec3 import row
 from photon_bake.addon.emitters.patterns.arrays import pattern_arrays
+from photon_bake.addon.gather.direct import lamp_choice as choice
 from photon_bake.addon.gather.direct.lamp_choice import cell_of, choose_lamp, lamp_grid
 from photon_bake.addon.gather.direct.ray_directions import gather_directions, shifted, stratified_set
 from photon_bake.addon.scene import LightKind, Lights
@@ -60,6 +61,32 @@ def test_cells_of_positions():
     outside = np.empty(4, np.int64)
     cells_of(grid, np.float32([(-9, -9, -9), (9, 9, 9), (9, -9, -9), (-9, -9, 9)]), outside)
     assert outside.tolist() == [0, n**3 - 1, (n - 1) * n * n, n - 1]
+
+
+def test_lamps_that_fade_are_taken_by_what_is_left():
+    """Linear light is d times as strong, d² being that of the cell's middle and half of its size."""
+    near, fading = (lamp(LightKind.POINT, 1.0, position=(0.2, 0.1, 0.3), distance_power=k) for k in (0, 1))
+    _, grid = grid_of(near, fading)
+    found = np.empty(2)
+    chances_of(grid, 5, found)
+    size = np.array(grid.cell, np.float64)
+    middle = np.array(grid.low) + np.array([0.5, 0.5, 5.5]) * size
+    d2 = ((middle - (0.2, 0.1, 0.3)) ** 2).sum() + (size**2).sum() / 4
+    give = np.array([1, np.sqrt(d2)])
+    assert found == pytest.approx(SHARE / 2 + (1 - SHARE) * give / give.sum(), rel=1e-4)
+
+
+def test_lamps_of_which_none_is_taken():
+    _, grid = grid_of(lamp(LightKind.POINT, 0.0), lit=[False])
+    assert grid.table.cumulative.tolist() == [0]
+
+
+def test_many_lamps_have_fewer_cells(monkeypatch):
+    """As many a side as leave room for a chance of each lamp in each cell, one at the least."""
+    lights = [lamp(LightKind.POINT, 1, position=(x, 0, 0)) for x in np.linspace(-0.5, 0.5, 5)]
+    for most, per_side in ((5 * 27, 3), (5 * 26, 2), (4, 1)):
+        monkeypatch.setattr(choice, "_MAX_CHANCES", most)
+        assert grid_of(*lights)[1].per_side == per_side
 
 
 def test_one_lamp_is_always_taken():

@@ -2,6 +2,7 @@
 
 import os
 import sys
+from pathlib import Path
 
 import bpy
 import photon_bake
@@ -9,6 +10,7 @@ import pytest
 from photon_bake.addon.blender.read.materials import cycles_bake
 from photon_bake.addon.pipeline.warm_up import compiler
 
+from .claims import Claims
 from .scenes import add_cube, add_lamp, add_plane
 
 STATUS = pytest.StashKey[int]()
@@ -47,6 +49,12 @@ def room(empty_scene):
     properties.n_photons, properties.n_gather_rays = 5000, 16
     properties.n_cache_elements, properties.n_cache_rays = 200, 4
     return properties
+
+
+def pytest_configure(config):
+    """Share the files with another run where one is beside it."""
+    if folder := os.environ.get("PHOTON_BAKE_CLAIMS"):
+        config.pluginmanager.register(Claims(Path(folder)))
 
 
 @pytest.hookimpl(trylast=True)

@@ -79,7 +79,7 @@ class Layout:
     def prop_search(self, owner, name, *_):
         self.prop(owner, name)
 
-    def operator(self, idname, text=None, icon="NONE", emboss=True):
+    def operator(self, idname, text=None, icon="NONE", emboss=True, depress=False):
         group, name = idname.split(".")
         rna = getattr(getattr(bpy.ops, group), name).get_rna_type()
         self._take("operator", rna.name if text is None else text, icon != "NONE")

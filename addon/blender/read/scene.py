@@ -46,10 +46,13 @@ class SceneReading:
         Those of the view layer.
     layout : Layout or None
         Which rows of the scene's arrays are which objects', to find them again at other times; None where nobody asked.
+    materials : MaterialTable
+        In which those of the scene are.
     """
 
     light_groups: LightGroups
     layout: Layout | None
+    materials: MaterialTable
     _half_lit: Scene
     _nodes_of_lamps: list[LampNodes | None]
     _world: WorldReading
@@ -143,7 +146,7 @@ def read_scene(
     linked, world = link_lights(scene, found.lamps, objects), read_world(depsgraph, light_group)
     linked = replace(linked, lights=with_places(linked.lights, world.n_suns, world.light.hidden_from))
     groups = _light_groups(depsgraph, found.groups_of_lamps, world.n_suns, objects)
-    return SceneReading(groups, layout, linked, found.nodes_of_lamps, world, warn, light_group, for_camera)
+    return SceneReading(groups, layout, materials, linked, found.nodes_of_lamps, world, warn, light_group, for_camera)
 
 
 def _frames(

@@ -128,7 +128,7 @@ class SceneContents:
         self._parents: dict[bpy.types.Object, tuple[bpy.types.Object, int, bool]] = {}
         self._used_slots: dict[bpy.types.Mesh, list[int]] = {}
         self._for_render = depsgraph.mode == "RENDER"
-        self._drawn = getattr(getattr(depsgraph.scene, "cycles_curves", None), "shape", "RIBBONS")
+        self._drawn = getattr(getattr(depsgraph.scene_eval, "cycles_curves", None), "shape", "RIBBONS")
         self._fibres: dict[bpy.types.ID, Fibres | None] = {}
         self._sources: dict[bpy.types.Mesh | Fibres, dict[tuple[int, ...], Source]] = {}
 

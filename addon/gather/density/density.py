@@ -131,7 +131,10 @@ def estimate_of(
 
 @kernel
 def sum_photons(within, power, area, irradiance, stderr):
-    """Σ Φ over areas (n,), of the photons (n, k) that are `within`, −1 for none; and √(Σ Φ²), of means over colours."""
+    """Σ Φ over areas (n,), of the photons (n, k) that are `within`, −1 for none (Eq. 3.3); and its standard error.
+
+    That is √(Σ Φ²) over the area, of means over colours.
+    """
     for r in range(len(within)):
         total, squares = vec3.BLACK, vec3.ZERO
         for j in range(within.shape[1]):

@@ -106,7 +106,7 @@ def _sent(t, towards, passes, constant, along, s, r):
 
 @part
 def gather_cell(t, f, g, i, j, k):
-    """What a cell gathers from its six neighbours, four coefficients, of fields f and transmittance g (…, 3)."""
+    """The coefficients that a cell gathers from its six neighbours (Eq. 6), of fields f and transmittance g (…, 3)."""
     c0, cx, cy, cz = _cell(f, i - 1, j, k)
     a0, ax, ay, az = _sent(t, ONE, g[i - 1, j, k, 0], c0, cx, cy, cz)
     c0, cx, cy, cz = _cell(f, i + 1, j, k)

@@ -219,9 +219,9 @@ def _kernel(position, normal, splats, p):
 
 @kernel
 def add_pairs(at, of, kernels, power, radius, factor, first, sums):
-    """Add the light of pairs to sums (w, 5) of the points from the `first` on.
+    """Add the light Φ κ of pairs, times `factor` (Eq. 1), to sums (w, 5) of the points from the `first` on.
 
-    They are colours, and of their mean the square and the product with the radius.
+    The sums are of three colours, and of their mean: of its square, and of its product with the splat's radius.
 
     Parameters
     ----------

@@ -93,6 +93,6 @@ class RadianceCache:
 
 
 @part
-def side_at(cache, hit):
-    """The side of an element that a hit is on."""
-    return 2 * element_at(cache.elements, hit.triangle, hit.u, hit.v) + np.int32(hit.back)
+def side_at(cache, triangle, u, v, back):
+    """The side of an element that a point of a triangle's back or else its front is on."""
+    return 2 * element_at(cache.elements, triangle, u, v) + np.int32(back)

@@ -45,7 +45,7 @@ from ...bsdf.mixture import (
 from ...bsdf.scatter import axis_at, lit_normal, scatter
 from ...core.compiling import by_reference, part
 from ...core.sampling.path_numbers import two_numbers
-from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, largest, minus, mul, negative, plus, row, times, to_local
+from ...core.vec3 import BLACK, ONE, TWO, ZERO, direction_to, largest, mul, negative, plus, row, times, to_local
 from ...emitters.lamps import radiance_of_lamps
 from ...emitters.mesh import lights_up
 from ...emitters.world import world_seen
@@ -70,8 +70,9 @@ _CACHED_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT | BROAD_LOBES
 _FOLLOWED_LOBES = NARROW_LOBES | DIRECTED_LOBES
 _NUMBERS_A_STEP = 40  # pairs of a path's numbers
 _DIFFUSE_LIGHT, _GLOSSY_LIGHT = 3, 20  # the first of those that draw lights
-_DIFFUSE_RAY, _GATHER_RAY = int(RayKind.DIFFUSE), int(RayKind.GATHER)
+
 _PER_PI, _INFINITY = np.float32(1 / np.pi), np.float32(np.inf)
+_GATHER_RAY = int(RayKind.GATHER)
 
 
 @by_reference
@@ -101,15 +102,15 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
     for step in range(first_step, last_step):
         if triangle < 0 or largest(throughput) <= ZERO:
             break
-        i, hit = step * _NUMBERS_A_STEP, hit_at(scene, direction, triangle, distance, u, v)
-        side, directional = side_at(cache, hit), scene.materials.directional[scene.material[triangle]]
-
         # What broad lobes reflect the cache says, but not to those who are too near, or see another surface
-        otherwise, reach = seen_otherwise(scene, hit, kind), cache.reach[side >> 1]
+        back, directional = is_back(scene, triangle, direction), scene.materials.directional[scene.material[triangle]]
+        otherwise, side = seen_otherwise(scene, triangle, back, kind), side_at(cache, triangle, u, v, back)
+        reach = cache.reach[side >> 1]
         near = (step < _MAX_NEAR_HITS and (distance < reach or otherwise)) or reach == _INFINITY
         if not (near or directional):
             radiance, triangle = plus(radiance, mul(throughput, row(cache.radiance, side))), np.int32(-1)
             break
+        i, hit = step * _NUMBERS_A_STEP, hit_at(scene, direction, triangle, distance, u, v)
         bsdf = bsdf_at(scene, hit, kind)
         near = near and _only_reflects(scene, bsdf)
         if near:
@@ -234,18 +235,7 @@ def _emission_met(scene, direct, hit, on, triangle, distance, u, v, specular):
         shining = _seen(scene, direct, triangle, u, v, on, object_)
         at = on.origin, on.direction, distance, on.kind, object_
         return plus(shining, radiance_of_lamps(direct.lamps, *at, _INFINITY))
-    return unsampled_sky(direct, on.kind) if triangle < 0 else _shown_otherwise(scene, triangle, u, v, on, object_)
-
-
-@part
-def _shown_otherwise(scene, triangle, u, v, on, object_):
-    """What a ray from an object sees of a triangle's emission beside what diffuse rays do, which photons carry."""
-    if not scene.materials.differs_by_kind[scene.material[triangle]]:
-        return BLACK
-    if not lights_up(scene, scene.object[triangle], object_):
-        return BLACK
-    at = triangle, u, v, is_back(scene, triangle, on.direction)
-    return minus(emitted(scene, *at, on.kind), emitted(scene, *at, _DIFFUSE_RAY))
+    return BLACK if triangle >= 0 else unsampled_sky(direct, on.kind)
 
 
 @part

@@ -26,5 +26,7 @@ def seen_through_body(tracing, room, cache, key, path, hit, bsdf, direction):
         if exit_.found:
             weight = mul(channel_at(scene, closures.weight, k, hit.triangle, hit.u, hit.v), exit_.weight)
             weight = mul(weight, transmittance_to(scene, bsdf, k, wo))
-            total = plus(total, mul(weight, row(cache.arriving, side_at(cache, outside_of(scene, exit_)))))
+            out = outside_of(scene, exit_)
+            side = side_at(cache, out.triangle, out.u, out.v, out.back)
+            total = plus(total, mul(weight, row(cache.arriving, side)))
     return total

@@ -3,10 +3,10 @@
 from threading import Condition, Thread
 from time import perf_counter
 
-from ...core.errors import BakeError
+from ...core.errors import BakeError, Cancelled
 from ...scene import Scene
 from ...settings.live import LiveSettings
-from .crew import Crew, Halt, Halted
+from .crew import Crew, Halt
 from .edits import Edit, coalesced
 from .light import LiveLight
 from .solver import Solver
@@ -16,8 +16,8 @@ from .surfaces import LiveSurfaces
 class Live:
     """Keeps the light at the vertices of a scene's surfaces up to date; safe to call from any thread.
 
-    A thread of low needs works until the light has converged, and sleeps then. An edit halts what it does within 50 ms,
-    unless that is the first light after an edit, which comes first: who drags a lamp shall see light on the way.
+    A thread works until the light has converged, and sleeps then. An edit halts what it does within 50 ms, unless that
+    is the first light after an edit, which comes first: who drags a lamp shall see light on the way.
     Either call `start`, or `step` until it says that nothing is left.
 
     Parameters
@@ -33,7 +33,7 @@ class Live:
         self._edits: list[Edit] = []
         self._came = self._since = perf_counter()
         self._changed, self._halt, self._stopping = Condition(), Halt(), False
-        self._crew = Crew(self._first[2].n_threads, self._halt)
+        self._crew = Crew(self._first[2].n_threads, self._first[2].seed, self._halt)
         self._solver: Solver | None = None
         self._light: LiveLight | None = None
         self._failure: Exception | None = None
@@ -98,7 +98,7 @@ class Live:
         while self._woken(more):
             try:
                 more = self.step()
-            except Halted:
+            except Cancelled:
                 more = True
             except Exception as error:
                 self._failure = error if isinstance(error, BakeError) else RuntimeError(f"Live light: {error!r}")

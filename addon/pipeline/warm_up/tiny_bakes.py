@@ -28,7 +28,7 @@ from ...tracing.cube_maps import MultiImageTracer, lit_region
 from ...tracing.embree import EmbreeTracer
 from ..bake import bake, solve, solve_apart
 from ..camera_pass import camera_pass, light_beside
-from ..live import Live, live_surfaces
+from ..live import Live, ObjectMoved, live_surfaces
 from ..probe_bake import probe_light
 from .tiny_scene import floor_chart, floor_mesh, tiny_scene
 
@@ -106,8 +106,10 @@ def _cube_maps(scene: Scene, tracer: EmbreeTracer) -> None:
 
 
 def _live(scene: Scene) -> None:
-    """The first light of the room."""
+    """The light of the room, and what moves in it."""
     settings = LiveSettings(n_vertices=100, n_elements=100, n_links=8, n_element_links=8, n_direct=1, n_threads=1)
     live = Live(scene, live_surfaces(scene, settings), settings)
-    while live.step():
-        pass
+    for _ in range(2):
+        while live.step():
+            pass
+        live.edit(ObjectMoved(1, np.eye(4)))

@@ -5,6 +5,7 @@ import bpy
 from . import entries
 from .bake import PHOTON_BAKE_PT_bake
 from .light import PHOTON_BAKE_PT_light
+from .live import PHOTON_BAKE_PT_live
 from .outputs.camera import PHOTON_BAKE_PT_camera
 from .outputs.lightmaps import PHOTON_BAKE_PT_lightmaps
 from .outputs.probes import PHOTON_BAKE_PT_probes
@@ -22,6 +23,7 @@ CLASSES = (
     PHOTON_BAKE_PT_probes,
     PHOTON_BAKE_PT_sampling,
     PHOTON_BAKE_PT_light,
+    PHOTON_BAKE_PT_live,
     PHOTON_BAKE_PT_debug_views,
 )
 """In the order in which the tab shows them."""

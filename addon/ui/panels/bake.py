@@ -5,6 +5,7 @@ from typing import Any
 import bpy
 
 from ..state import bake_state
+from .live import draw_live
 from .outcome import draw_outcome
 from .outputs.mixer import draw_mixer
 from .outputs.show import draw_baked_light, draw_pass
@@ -26,6 +27,7 @@ class PHOTON_BAKE_PT_bake(Tab, bpy.types.Panel):
     def draw(self, context: Any) -> None:
         properties = context.scene.photon_bake
         draw_action(self.layout)
+        draw_live(self.layout, context, characters_in(context))
         draw_targets(self.layout, properties)
         column = settings_column(self.layout)
         column.prop(properties, "quality")

@@ -6,6 +6,7 @@ import bpy
 
 from ..state import bake_state
 from .bake import draw_action, draw_targets
+from .live import draw_in_view_menu
 from .tab import settings_column
 
 
@@ -69,6 +70,7 @@ def register() -> None:
     """Add the entries."""
     bpy.utils.register_class(PHOTON_BAKE_PT_render)
     bpy.types.TOPBAR_MT_render.append(_draw_in_menu)
+    bpy.types.VIEW3D_MT_view.append(draw_in_view_menu)
     bpy.app.handlers.load_post.append(_enter_cycles)
     _enter_cycles()
 
@@ -79,5 +81,6 @@ def unregister() -> None:
     if panel is not None:
         panel.remove(_draw_in_cycles)
     bpy.app.handlers.load_post.remove(_enter_cycles)
+    bpy.types.VIEW3D_MT_view.remove(draw_in_view_menu)
     bpy.types.TOPBAR_MT_render.remove(_draw_in_menu)
     bpy.utils.unregister_class(PHOTON_BAKE_PT_render)

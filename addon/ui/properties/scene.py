@@ -9,6 +9,7 @@ from ...core.parameters import meaning_of
 from ...settings.bake import CHOICES, BakeSettings, Quality, settings_for
 from ...settings.camera import PASS_CHOICES, PASS_FOLDER, CameraSettings
 from ...settings.lightmap import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
+from ...settings.live import LiveSettings
 from ...settings.probes import PROBE_CHOICES, PROBE_FOLDER, ProbeSettings
 from . import mixer as mixer_properties
 from . import show as show_properties
@@ -16,7 +17,7 @@ from .mixer import LIGHT_GROUPS, PhotonBakeLightLayer
 from .show import PhotonBakeShownProperties
 from .zero_values import SUBTYPES, zero_properties
 
-_Settings = TypeVar("_Settings", BakeSettings, LightmapSettings, CameraSettings, ProbeSettings)
+_Settings = TypeVar("_Settings", BakeSettings, LightmapSettings, CameraSettings, ProbeSettings, LiveSettings)
 
 QUALITIES: tuple[Quality, ...] = get_args(Quality)
 KNOBS = fields(BakeSettings)
@@ -226,7 +227,22 @@ class PhotonBakeProbeProperties(bpy.types.PropertyGroup):
         return _taken(self, ProbeSettings)
 
 
-_OF_TARGETS = (PhotonBakeLightmapProperties, PhotonBakeCameraProperties, PhotonBakeProbeProperties)
+class PhotonBakeLiveProperties(bpy.types.PropertyGroup):
+    """What ``scene.photon_bake.live`` holds: every knob of `LiveSettings` under its own name."""
+
+    __annotations__ = _properties(LiveSettings)
+
+    def settings(self) -> LiveSettings:
+        """The knobs as the engine takes them."""
+        return _taken(self, LiveSettings)
+
+
+_GROUPS = (
+    PhotonBakeLightmapProperties,
+    PhotonBakeCameraProperties,
+    PhotonBakeProbeProperties,
+    PhotonBakeLiveProperties,
+)
 
 
 class PhotonBakeProperties(bpy.types.PropertyGroup):
@@ -246,6 +262,7 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
         "lightmap": bpy.props.PointerProperty(type=PhotonBakeLightmapProperties, name="Lightmaps"),
         "camera": bpy.props.PointerProperty(type=PhotonBakeCameraProperties, name="Camera"),
         "probes": bpy.props.PointerProperty(type=PhotonBakeProbeProperties, name="Probes"),
+        "live": bpy.props.PointerProperty(type=PhotonBakeLiveProperties, name="Live Light"),
         "attribute": bpy.props.StringProperty(
             name="Attribute",
             description="Color attribute that the light is written to, made if it is not there",
@@ -304,7 +321,7 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
 
 def register() -> None:
     """Give every scene its settings, ``scene.photon_bake``."""
-    for cls in _OF_TARGETS:
+    for cls in _GROUPS:
         bpy.utils.register_class(cls)
     mixer_properties.register()
     show_properties.register()
@@ -318,5 +335,5 @@ def unregister() -> None:
     bpy.utils.unregister_class(PhotonBakeProperties)
     show_properties.unregister()
     mixer_properties.unregister()
-    for cls in reversed(_OF_TARGETS):
+    for cls in reversed(_GROUPS):
         bpy.utils.unregister_class(cls)

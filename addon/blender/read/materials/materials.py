@@ -114,3 +114,43 @@ class MaterialTable:
             rows.append(entry.seen() if isinstance(entry, PendingMaterial) else entry)
         self._entries = list(rows)
         return materials_of(rows, self._images.textures())
+
+    def renewed(self, changed: "list[bpy.types.Material]") -> Materials | None:
+        """All materials, some of which are read anew; only after `materials`.
+
+        None where a material alone does not tell what it looks like, or what else was read depends on it: its
+        coordinates, tangents, or how many rows there are.
+
+        Parameters
+        ----------
+        changed : list of bpy.types.Material
+            Evaluated. Those that no triangle has do not matter.
+        """
+        new = dict(enumerate(self._entries))
+        for material in changed:
+            identity = material.original.session_uid
+            numbers = [number for key, number in self._index.items() if key[0] == identity]
+            if not numbers:
+                continue
+            reader = MaterialReader(material, identity, self._images, self._warnings, self._for_camera, False)
+            if numbers != [self._index.get((identity, False))] or reader.needs_bake or reader.readings:
+                return None
+            number, seen = numbers[0], reader.seen({})
+            before = new[number]
+            assert isinstance(before, Seen)
+            same = len(seen.rows) == len(before.rows) and _same(seen.coordinates, before.coordinates)
+            if not same or self._tangents[number] != Tangents(reader.normals.tangents, reader.stretched):
+                return None
+            new[number] = seen
+        self._entries = list(new.values())
+        return materials_of([one for one in self._entries if isinstance(one, Seen)], self._images.textures())
+
+    def forget_pictures(self) -> None:
+        """Blender may have other images than before: read them anew when they are needed."""
+        self._images.forget()
+
+
+def _same(one: Coordinates | None, other: Coordinates | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return one.atlas is other.atlas and one.same(other)

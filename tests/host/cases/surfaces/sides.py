@@ -178,7 +178,7 @@ def light_path_diffuse_depth():
     painted_floor(mixed(by_depth("Diffuse Depth", 1.5), diffuse((0.8, 0.8, 0.8)), diffuse((0, 0, 0))))
 
 
-@case("Metal floor, matte from the second bounce on (Ray Depth)", GROUP, differs="without what it reflects of lamps")
+@case("Metal floor, matte from the second bounce on (Ray Depth)", GROUP, effort=4)
 def light_path_depth_metal():
     def metal(tree):
         return tree.add("BsdfAnisotropic", {"Color": (0.9, 0.6, 0.2), "Roughness": 0.4})

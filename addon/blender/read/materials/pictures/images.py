@@ -34,6 +34,7 @@ class ImageTable:
     _index: dict[tuple[bytes, bool], int] = field(default_factory=dict)
     _textures: list[np.ndarray] = field(default_factory=list)
     _extends: list[bool] = field(default_factory=list)
+    _packed: Textures | None = None
 
     def read(self, image: "bpy.types.Image", alpha_is_used: bool, interpolation: str, extension: str) -> np.ndarray:
         """What a node shows of an image within each texel from the bottom left, as `StoredImage.shown`.
@@ -68,8 +69,14 @@ class ImageTable:
         return self._index[key]
 
     def textures(self) -> Textures:
-        """All textures, packed."""
-        return Textures.pack(self._textures, self._extends)
+        """All textures, packed; the same as long as none was added."""
+        if self._packed is None or len(self._packed.offset) != len(self._textures):
+            self._packed = Textures.pack(self._textures, self._extends)
+        return self._packed
+
+    def forget(self) -> None:
+        """Hold no pictures of images any more."""
+        self._read.clear()
 
 
 def is_readable(image: "bpy.types.Image") -> bool:

@@ -4,7 +4,7 @@ from typing import Any
 
 import bpy
 
-from ..addon.ui.properties.mixer import reset_layers
+from ...addon.ui.properties.mixer import reset_layers
 
 
 class PHOTON_BAKE_OT_reset_mixer(bpy.types.Operator):

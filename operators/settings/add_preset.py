@@ -5,7 +5,7 @@ from typing import Any, ClassVar
 import bpy
 from bl_operators.presets import AddPresetBase
 
-from ..addon.ui.panels.presets import SUBFOLDER, VALUES
+from ...addon.ui.panels.presets import SUBFOLDER, VALUES
 
 
 class PHOTON_BAKE_OT_add_preset(AddPresetBase, bpy.types.Operator):

@@ -4,8 +4,8 @@ from typing import Any
 
 import bpy
 
-from ..addon.ui.properties.objects import settings_of
-from .jobs.solving import NotWhileBaking
+from ...addon.ui.properties.objects import settings_of
+from ..jobs.solving import NotWhileBaking
 
 
 class PHOTON_BAKE_OT_copy_object_settings(NotWhileBaking, bpy.types.Operator):

@@ -1,0 +1,171 @@
+"""A scene as live light reads it: once all of it, and then what changes by itself."""
+
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ...scene import Lights, Materials, Scene, World
+from ..read.lamps.lamp_nodes import with_patterns
+from ..read.lamps.lamps import read_lamp
+from ..read.lamps.light_links import link_lights
+from ..read.lamps.sky_suns import shining, with_places
+from ..read.lamps.world import read_world
+from ..read.materials.materials import MaterialTable
+from ..read.render_graph import is_stand_in
+from ..read.scene import read_scene
+from ..warn import Warnings
+
+InstanceKey = tuple[int, int, tuple[int, ...]]
+"""Session ids of an object and of what instances it, 0 for nothing, and which instance it is."""
+
+
+@dataclass
+class LiveReading:
+    """What was read; holds no references to Blender's data.
+
+    Attributes
+    ----------
+    scene : Scene
+        As it was read, but for lamps, world and materials, which are the newest.
+    objects : dict of InstanceKey to list of int
+        Which of the scene's objects each instance is.
+    owners : (o,) int64
+        Session id of the object that a view shows or hides each by: the one that instances it, or itself.
+    matrices : (o, 4, 4) float64
+        Local to world, as read.
+    n_suns : int
+        Of the world, which are the last lamps.
+    table : MaterialTable
+    """
+
+    scene: Scene
+    objects: dict[InstanceKey, list[int]]
+    owners: np.ndarray
+    matrices: np.ndarray
+    n_suns: int
+    table: MaterialTable
+
+    @staticmethod
+    def of(depsgraph: "bpy.types.Depsgraph", scene: "bpy.types.Scene") -> "LiveReading":
+        """All of what a viewport's evaluated graph of a scene shows; not while Cycles renders or bakes."""
+        reading = read_scene(depsgraph, moving=True)
+        layout = reading.layout
+        assert layout is not None
+        whole = np.bincount(layout.object_of_triangle[layout.whole], minlength=len(layout.keys)) > 0
+        rows = layout.instance[whole]
+        keys, matrices = _instances(depsgraph, rows)
+        n_suns = read_world(depsgraph).n_suns
+        read = reading.scene(scene)  # Cycles may work on data of our own, after which the graph is another one
+        objects: dict[InstanceKey, list[int]] = {}
+        for number, key in enumerate(keys):
+            objects.setdefault(key, []).append(number)
+        owners = np.array([parent or own for own, parent, _ in keys], np.int64)
+        return LiveReading(read, objects, owners, matrices, n_suns, reading.materials)
+
+    def lamps(self, depsgraph: "bpy.types.Depsgraph", scene: "bpy.types.Scene") -> Lights | None:
+        """All lamps as they are now; None where light linking has a say, for which objects have to be known."""
+        warn, found, nodes, originals = Warnings(), [Lights.none()], [], []
+        for instance in depsgraph.object_instances:
+            obj = instance.object
+            if obj.type != "LIGHT" or not instance.show_self or is_stand_in(obj.original):
+                continue
+            lamp = read_lamp(obj, np.array(instance.matrix_world, np.float64), obj.name, warn)
+            found.append(lamp.lights)
+            nodes += [lamp.nodes] * len(lamp.lights)
+            originals += [obj.original] * len(lamp.lights)
+        if self.scene.objects.links is not None or any(_is_linked(lamp) for lamp in originals):
+            return None
+        unknown: list[Any] = [(None, None)] * len(self.scene.objects.names)
+        lights = link_lights(replace(self.scene, lights=Lights.join(found)), originals, unknown).lights
+        lights = with_patterns(lights, nodes, scene, warn)
+        n, world = self.n_suns, self.scene.world
+        if n == 0:
+            return lights
+        suns = self.scene.lights.where(np.arange(len(self.scene.lights) - n, len(self.scene.lights)))
+        joined = with_places(lights, n, world.hidden_from)
+        columns = {
+            name: getattr(joined, name).copy() for name in ("emission", "axis_x", "axis_y", "direction", "angle")
+        }
+        for name, column in columns.items():
+            column[-n:] = getattr(suns, name)
+        return replace(joined, **columns)
+
+    def world(self, depsgraph: "bpy.types.Depsgraph", scene: "bpy.types.Scene") -> tuple[World, Lights]:
+        """The world as it is now, and all lamps with its suns."""
+        reading = read_world(depsgraph)
+        lights, n = self.scene.lights, reading.n_suns
+        lamps = lights.where(np.arange(len(lights) - self.n_suns))
+        world, suns = reading.world(scene, Warnings())
+        self.n_suns = n
+        return world, shining(with_places(lamps, n, reading.light.hidden_from), suns)
+
+    def materials(self, depsgraph: "bpy.types.Depsgraph", changed: set[int]) -> Materials | None:
+        """All materials, of which those with some session ids are read anew; None where all has to be."""
+        blocks = [one for one in bpy.data.materials if one.session_uid in changed]
+        return self.table.renewed([block.evaluated_get(depsgraph) for block in blocks])
+
+    def moved(self, depsgraph: "bpy.types.Depsgraph", changed: set[int]) -> dict[int, np.ndarray] | None:
+        """Where objects are that changed, or that others instance that did: from where the scene has them, (4, 4) each.
+
+        None where one of them has no volume now, so that it has to be dropped.
+        """
+        found: dict[int, np.ndarray] = {}
+        placed = {key: numbers for key, numbers in self.objects.items() if key[0] in changed or key[1] in changed}
+        if all(key[1] == 0 for key in placed):
+            by_uid = {obj.session_uid: obj for obj in depsgraph.view_layer.objects}
+            for (uid, _, _), numbers in placed.items():
+                if uid in by_uid:
+                    matrix = np.array(by_uid[uid].evaluated_get(depsgraph).matrix_world, np.float64)
+                    found |= dict.fromkeys(numbers, matrix)
+        else:
+            for instance in depsgraph.object_instances:
+                for number in placed.get(_key(instance), []):
+                    found[number] = np.array(instance.matrix_world, np.float64)
+        if any(abs(np.linalg.det(matrix[:3, :3])) < 1e-18 for matrix in found.values()):
+            return None
+        return {number: matrix @ np.linalg.inv(self.matrices[number]) for number, matrix in found.items()}
+
+
+def _is_linked(lamp: "bpy.types.Object") -> bool:
+    linking = getattr(lamp, "light_linking", None)
+    return bool(linking and (linking.receiver_collection or linking.blocker_collection))
+
+
+def _key(instance: "bpy.types.DepsgraphObjectInstance") -> InstanceKey:
+    own = instance.object.original.session_uid
+    if not instance.is_instance:
+        return own, 0, ()
+    return own, instance.parent.original.session_uid if instance.parent else 0, tuple(instance.persistent_id)
+
+
+def _instances(depsgraph: "bpy.types.Depsgraph", rows: np.ndarray) -> tuple[list[InstanceKey], np.ndarray]:
+    """Keys and matrices (n, 4, 4) of some of a graph's instances."""
+    wanted = set(rows.tolist())
+    found = {
+        row: (_key(instance), np.array(instance.matrix_world, np.float64))
+        for row, instance in enumerate(depsgraph.object_instances)
+        if row in wanted
+    }
+    keys = [found[row][0] for row in rows.tolist()]
+    return keys, np.array([found[row][1] for row in rows.tolist()]).reshape(-1, 4, 4)
+
+
+def equal(one: Any, other: Any) -> bool:
+    """Whether two dataclasses of arrays hold the same."""
+    if one is other:
+        return True
+    if is_dataclass(one) and type(one) is type(other):
+        return all(equal(getattr(one, field.name), getattr(other, field.name)) for field in fields(one))
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+        return one.shape == other.shape and bool((one == other).all())
+    if isinstance(one, tuple) and isinstance(other, tuple) and len(one) == len(other):
+        return all(equal(*pair) for pair in zip(one, other, strict=True))
+    return type(one) is type(other) and bool(one == other)
+
+
+def same_surfaces(one: Scene, other: Scene) -> bool:
+    """Whether two scenes have the same surfaces of the same materials, and differ in lamps and world at most."""
+    names = [field.name for field in fields(Scene) if field.name not in ("lights", "world")]
+    return all(equal(getattr(one, name), getattr(other, name)) for name in names)

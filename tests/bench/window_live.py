@@ -1,0 +1,255 @@
+"""Random edits for a while in a window with live light: no exception, no leak, and the light of a fresh start.
+
+    blender --factory-startup --window-geometry 0 0 500 400 --python tests/bench/window_live.py -- [MINUTES [SEED]]
+
+Moves, colors, adding, deleting, renaming, hiding, edit mode, undo and redo, frames, files and the switch itself, as
+they come. Prints how many there were, how late Blender's timer came, and the memory after each tenth; then how far the
+light is from that of live light that is turned on anew. Ends with status 1 where something went wrong. Needs the
+extension's libraries in Blender's Python, as `python tools/install_zip.py --tests BLENDER` lays them out, and a
+display.
+"""
+
+import os
+import random
+import sys
+import tempfile
+import traceback
+from collections import Counter
+from pathlib import Path
+from time import perf_counter
+
+import bpy
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / ".venv" / "src"), str(ROOT)]
+
+import photon_bake  # noqa: E402
+from photon_bake.addon.pipeline.warm_up import compiler  # noqa: E402
+from photon_bake.addon.ui.live import live_switch  # noqa: E402
+
+ARGUMENTS = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
+MINUTES, SEED = float(ARGUMENTS[0]) if ARGUMENTS else 60.0, int(ARGUMENTS[1]) if len(ARGUMENTS) > 1 else 0
+TICK, MOST_OBJECTS = 0.05, 12
+
+chance = random.Random(SEED)
+folder = tempfile.TemporaryDirectory()
+
+
+def scene():
+    return bpy.context.window_manager.windows[0].scene
+
+
+def objects(kind):
+    return [obj for obj in scene().objects if obj.type == kind]
+
+
+def call(operator, *arguments, **options):
+    """Call an operator as in the 3D view."""
+    window = bpy.context.window_manager.windows[0]
+    area = next(one for one in window.screen.areas if one.type == "VIEW_3D")
+    region = next(one for one in area.regions if one.type == "WINDOW")
+    with bpy.context.temp_override(window=window, area=area, region=region):
+        if operator.poll():
+            operator(*arguments, **options)
+
+
+def push(message):
+    call(bpy.ops.ed.undo_push, message=message)
+
+
+def spot():
+    return [chance.uniform(-3, 3), chance.uniform(-3, 3), chance.uniform(0.5, 3)]
+
+
+def move_lamp():
+    chance.choice(objects("LIGHT")).location = spot()
+
+
+def change_lamp():
+    light = chance.choice(objects("LIGHT")).data
+    light.energy, light.color = chance.uniform(100, 1000), [chance.random() for _ in range(3)]
+
+
+def move_object():
+    obj = chance.choice(objects("MESH"))
+    obj.location, obj.rotation_euler.z = spot(), chance.uniform(0, 6)
+
+
+def color():
+    material = chance.choice(objects("MESH")).active_material
+    if material:
+        node = next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+        node.inputs["Base Color"].default_value = (*(chance.random() for _ in range(3)), 1)
+
+
+def world():
+    nodes = scene().world.node_tree.nodes if scene().world else []
+    for node in nodes:
+        if node.type == "BACKGROUND":
+            node.inputs["Color"].default_value = (*(chance.random() for _ in range(3)), 1)
+
+
+def add():
+    if len(scene().objects) < MOST_OBJECTS:
+        kind = chance.choice([bpy.ops.mesh.primitive_cube_add, bpy.ops.mesh.primitive_uv_sphere_add])
+        call(kind, location=spot())
+        if chance.random() < 0.3:
+            call(bpy.ops.object.light_add, type=chance.choice(["POINT", "AREA", "SUN"]), location=spot())
+
+
+def delete():
+    for kind, least in (("MESH", 2), ("LIGHT", 1)):
+        there = objects(kind)
+        if len(there) > least and chance.random() < 0.5:
+            bpy.data.objects.remove(chance.choice(there))
+
+
+def rename():
+    obj = chance.choice(list(scene().objects))
+    obj.name = f"Name {chance.randrange(1000)}"
+
+
+def hide():
+    obj = chance.choice(objects("MESH"))
+    obj.hide_set(not obj.hide_get())
+
+
+def edit_mesh():
+    obj = chance.choice(objects("MESH"))
+    call(bpy.ops.object.select_all, action="DESELECT")
+    if obj.hide_get():
+        return
+    bpy.context.view_layer.objects.active = obj
+    obj.select_set(True)
+    call(bpy.ops.object.mode_set, mode="EDIT")
+    call(bpy.ops.mesh.select_all, action="SELECT")
+    call(bpy.ops.transform.resize, value=(1.05, 0.95, 1.0))
+    yield
+    call(bpy.ops.object.mode_set, mode="OBJECT")
+
+
+def undo():
+    call(chance.choice([bpy.ops.ed.undo, bpy.ops.ed.undo, bpy.ops.ed.redo]))
+
+
+def frame():
+    scene().frame_set(chance.randrange(1, 50))
+
+
+def animate():
+    obj = chance.choice(objects("MESH"))
+    obj.keyframe_insert("location", frame=chance.randrange(1, 50))
+
+
+def load():
+    bpy.ops.wm.open_mainfile(filepath=str(Path(folder.name) / "start.blend"))
+
+
+def switch():
+    call(bpy.ops.photon_bake.live)
+    yield
+    if not live_switch.on:
+        call(bpy.ops.photon_bake.live)
+
+
+EDITS = [move_lamp] * 8 + [move_object] * 8 + [change_lamp] * 4 + [color] * 4 + [undo] * 6 + [frame] * 3
+EDITS += [world, add, add, delete, rename, hide, edit_mesh, animate, load, switch]
+
+
+def steps():
+    """The steps; each yield lets Blender run on."""
+    compiler._tried = True  # the thread compiles what it needs
+    photon_bake.register()
+    yield
+    call(bpy.ops.mesh.primitive_plane_add, size=10, location=(0, 0, 0))
+    settings = scene().photon_bake.live
+    settings.n_vertices, settings.n_links = 2000, 32
+    bpy.ops.wm.save_as_mainfile(filepath=str(Path(folder.name) / "start.blend"))
+    push("Start")
+    call(bpy.ops.photon_bake.live)
+    yield from until(lambda: live_switch.session and live_switch.session.light, 600)
+    begun, counts, late, tenth = perf_counter(), Counter(), [], 0
+    while perf_counter() < begun + 60 * MINUTES:
+        edit = chance.choice(EDITS)
+        counts[edit.__name__] += 1
+        waiting = edit()
+        if waiting is not None:
+            yield from waiting
+        if edit not in (undo, load, switch, frame):
+            push(edit.__name__)
+        for _ in range(chance.choice([1, 1, 2, 5, 20])):
+            due = perf_counter() + TICK
+            yield
+            late.append(perf_counter() - due)
+        assert live_switch.on or "gives light" in live_switch.error, live_switch.error
+        if not live_switch.on:
+            load()
+            call(bpy.ops.photon_bake.live)
+        done = int(10 * (perf_counter() - begun) / (60 * MINUTES))
+        if done > tenth:
+            tenth = done
+            print(f"{10 * done} %: {sum(counts.values())} edits, {memory():.0f} MB", flush=True)
+    print(dict(counts), f"late: {np.median(late):.3f} s, at most {max(late):.2f} s", flush=True)
+    yield from compare()
+
+
+def compare():
+    """How far the light is from that of a fresh start."""
+    lights = []
+    for _ in range(2):
+        yield from until(lambda: live_switch.session and live_switch.session.light, 60)
+        session = live_switch.session
+        yield from until(lambda session=session: session.behind is None and session.light.converged, 300)
+        lights.append(session.light)
+        call(bpy.ops.photon_bake.live)
+        yield
+        call(bpy.ops.photon_bake.live)
+    one, other = ((light.direct + light.indirect).astype(float) for light in lights)
+    if one.shape != other.shape:  # surfaces of what was moved are cut elsewhere
+        print("light: vertices differ;", f"means {one.mean(axis=0)} and {other.mean(axis=0)}", flush=True)
+        return
+    apart = np.sqrt(((one - other) ** 2).mean()) / other.mean()
+    errors = ", ".join(f"{light.error:.1%}" for light in lights)
+    print(f"light: {apart:.1%} from that of a fresh start, whose errors are {errors}", flush=True)
+
+
+def until(done, limit):
+    """Let Blender run until `done`."""
+    end = perf_counter() + limit
+    while not done():
+        if perf_counter() > end:
+            raise TimeoutError(live_switch.words)
+        yield
+
+
+def memory():
+    """What the process has in memory, MB."""
+    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def main():
+    """Play the steps from Blender's timer, and leave."""
+    playing = steps()
+
+    def tick():
+        try:
+            next(playing)
+        except StopIteration:
+            leave(0)
+        except BaseException:
+            traceback.print_exc()
+            leave(1)
+        return TICK
+
+    def leave(status):
+        folder.cleanup()
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+
+    bpy.app.timers.register(tick, first_interval=1.0, persistent=True)
+
+
+main()

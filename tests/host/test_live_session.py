@@ -1,0 +1,234 @@
+"""What live light is told of changes of Blender's data, with a stand-in for the engine."""
+
+import bpy
+import numpy as np
+import pytest
+from mathutils import Matrix
+from photon_bake.addon.blender.viewport.session import LiveSession
+from photon_bake.addon.core.errors import BakeError
+from photon_bake.addon.settings.live import LiveSettings
+
+from .live_stand_ins import Engine
+from .scenes import add_cube, add_lamp, add_plane
+
+
+@pytest.fixture
+def session(empty_scene, monkeypatch):
+    """A cube and a floor under a lamp, live."""
+    for obj, z in ((add_plane("Floor", size=8.0), 0.0), (add_cube("Box"), 1.0)):
+        obj.location.z = z
+        obj.data.materials.append(matte(obj.name))
+    add_lamp("POINT", location=(1.5, 0.5, 4), energy=1000)
+    bpy.context.view_layer.update()
+    yield from started(monkeypatch)
+
+
+def started(monkeypatch):
+    monkeypatch.setattr(LiveSession, "_started", lambda self: Engine(self._stages[-1].surfaces))
+    one = LiveSession(
+        bpy.context.scene, bpy.context.view_layer, LiveSettings(n_vertices=200), lambda: "colored", pytest.fail
+    )
+    handlers = bpy.app.handlers.depsgraph_update_post, bpy.app.handlers.frame_change_post
+    for listed in handlers:
+        listed.append(one.note)
+    yield one
+    for listed in handlers:
+        listed.remove(one.note)
+    one.end()
+
+
+def matte(name):
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    return material
+
+
+def told(session):
+    """What the engine is told once Blender has evaluated what was changed."""
+    bpy.context.view_layer.update()
+    session._ready = 0.0
+    session.tick()
+    assert not session.changes
+    return session.live.told()
+
+
+def test_a_lamp_that_moves_or_shines_otherwise_is_read_alone(session):
+    lamp = next(obj for obj in bpy.data.objects if obj.type == "LIGHT")
+    lamp.location.x = 3
+    assert told(session) == ["LampsChanged"]
+    assert session.scenery().transforms == pytest.approx(np.eye(4)[None].repeat(2, 0))
+    assert session._reading.scene.lights.position[0, 0] == 3
+    lamp.data.energy = 500
+    assert told(session) == ["LampsChanged"]
+    lamp.data.use_shadow = False
+    assert told(session) == ["LampsChanged"] and not session._reading.scene.lights.blocked_by.any()
+    lamp.data.energy = 500
+    assert told(session) == []
+
+
+def test_lamps_are_added_and_removed(session):
+    lamp = add_lamp("AREA", location=(0, 0, 3), energy=10)
+    assert told(session) == ["LampsChanged"] and len(session._reading.scene.lights) == 2
+    bpy.data.objects.remove(lamp)
+    assert told(session) == ["LampsChanged"] and len(session._reading.scene.lights) == 1
+
+
+def test_an_object_that_moves_tells_its_matrix(session):
+    box = bpy.data.objects["Box"]
+    box.location.x, box.rotation_euler.z = 2, 1
+    before = session._reading.scene
+    assert told(session) == ["ObjectMoved"]
+    number = before.objects.names.index("Box")
+    transform = session.scenery().transforms[number]
+    assert transform == pytest.approx(np.array(box.matrix_world @ Matrix.Translation((0, 0, -1))), abs=1e-6)
+    assert session._reading.scene is before
+    box.scale = (0, 0, 0)
+    assert told(session) == ["SceneReplaced"] and session._reading.scene.objects.names == ("Floor",)
+
+
+def test_children_and_instances_move_with_what_moves_them(session):
+    child = add_cube("Child")
+    child.parent = bpy.data.objects["Box"]
+    holder = bpy.data.objects.new("Holder", None)
+    bpy.context.scene.collection.objects.link(holder)
+    shown = bpy.data.collections.new("Shown")
+    shown.objects.link(add_cube("Instanced"))
+    holder.instance_type, holder.instance_collection = "COLLECTION", shown
+    assert told(session) == ["SceneReplaced"]
+    bpy.data.objects["Box"].location.y = 1
+    assert told(session) == ["ObjectMoved", "ObjectMoved"]
+    holder.location.y = 3
+    assert told(session) == ["ObjectMoved"]
+    moved = session.scenery().transforms[:, 1, 3]
+    assert sorted(moved.tolist()) == [0, 0, 1, 1, 3]
+
+
+def test_a_materials_colour_is_read_alone(session):
+    node = bpy.data.materials["Box"].node_tree.nodes["Principled BSDF"]
+    node.inputs["Base Color"].default_value = (1, 0, 0, 1)
+    assert told(session) == ["MaterialsChanged"]
+    looks = session.scenery().looks.materials.reshape(-1, 3, 4)
+    assert (looks[:, 0, 0] > 0.9).sum() == 1
+    node.inputs["Base Color"].default_value = (1, 0, 0, 1)
+    assert told(session) == []
+
+
+def test_a_materials_image_that_appears_has_all_read_anew(session):
+    tree = bpy.data.materials["Box"].node_tree
+    node = tree.nodes.new("ShaderNodeTexImage")
+    node.image = bpy.data.images.new("Checker", 8, 8)
+    node.image.pixels.foreach_set(np.random.default_rng(0).random(8 * 8 * 4).astype(np.float32))
+    tree.links.new(node.outputs["Color"], tree.nodes["Principled BSDF"].inputs["Base Color"])
+    assert told(session) == ["SceneReplaced"]
+    pixels = session.scenery().looks.pixels
+    assert len(pixels) == 128**2 * 4 // 3  # with its halved copies
+    tree.nodes["Principled BSDF"].inputs["Roughness"].default_value = 0.3
+    assert told(session) == ["MaterialsChanged"] and session.scenery().looks.pixels is pixels
+    tree.nodes["Principled BSDF"].inputs["Metallic"].default_value = 1.0
+    assert told(session) == ["MaterialsChanged"] and session.scenery().looks.pixels is not pixels
+
+
+def test_the_world_is_read_alone(session):
+    world = bpy.data.worlds.new("World")
+    bpy.context.scene.world = world
+    told(session)
+    world.use_nodes = True
+    world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.5, 0, 0, 1)
+    assert told(session) == ["WorldChanged"] and session.scenery().world.color == pytest.approx((0.5, 0, 0))
+
+
+def test_other_changes_read_everything(session):
+    box = bpy.data.objects["Box"]
+    box.data.vertices[0].co.x += 0.1
+    box.data.update()
+    assert told(session) == ["SceneReplaced"]
+    box.hide_set(True)
+    assert told(session) == ["SceneReplaced"] and session._reading.scene.objects.names == ("Floor",)
+    box.hide_set(False)
+    assert told(session) == ["SceneReplaced"]
+    box.modifiers.new("Bevel", "BEVEL")
+    assert told(session) == ["SceneReplaced"]
+
+
+def test_what_makes_no_light_is_not_followed(session):
+    bpy.data.objects["Box"].select_set(True)
+    bpy.context.scene.view_settings.exposure = 1.0
+    bpy.data.scenes.remove(bpy.data.scenes.new("Other"))
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    bpy.context.scene.collection.objects.link(camera)
+    bpy.context.view_layer.update()
+    camera.location.x = 3
+    assert told(session) in ([], ["LampsChanged"]) and session._shown_as.exposure == 2.0
+
+
+def test_the_same_scene_read_anew_leaves_its_light(session):
+    bpy.data.objects["Box"].location.x = 2
+    assert told(session) == ["ObjectMoved"]
+    bpy.data.objects["Box"].location.x = 0
+    bpy.context.view_layer.update()
+    session.changes.everything = True
+    lamp = next(obj for obj in bpy.data.objects if obj.type == "LIGHT")
+    lamp.location.x = 3
+    assert told(session) == ["LampsChanged", "ObjectMoved"]
+    assert (session.scenery().transforms == np.eye(4)).all()
+
+
+def test_a_mesh_that_is_edited_holds_still(session):
+    box = bpy.data.objects["Box"]
+    bpy.context.view_layer.objects.active = box
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    bpy.ops.transform.translate(value=(0.5, 0, 0))
+    assert told(session) == [] and session.changes.held
+    next(obj for obj in bpy.data.objects if obj.type == "LIGHT").location.x = 3
+    assert told(session) == ["LampsChanged"]
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert told(session) == ["SceneReplaced"] and not session.changes.held
+
+
+def test_frames_are_followed(session):
+    box = bpy.data.objects["Box"]
+    box.keyframe_insert("location", frame=1)
+    box.location.x = 4
+    box.keyframe_insert("location", frame=11)
+    bpy.context.scene.frame_set(1)
+    told(session)
+    for frame in (5, 7, 11):
+        bpy.context.scene.frame_set(frame)
+    assert told(session) == ["ObjectMoved"] and session.scenery().transforms[:, 0, 3].max() == pytest.approx(4)
+
+
+def test_until_there_is_light_on_new_surfaces_the_old_ones_are_drawn(session):
+    before = session.scenery()
+    light, session.live.edit = session.live.light, lambda *edits: None
+    add_cube("Other").location.x = 3
+    told(session)
+    assert session.scenery().light is light and not session.scenery().complete
+    assert len(session.scenery().transforms) == len(before.transforms) == 2
+    session.live.light = type(light)(**{**vars(light), "surfaces": session._stages[-1].surfaces})
+    assert len(session.scenery().transforms) == 3 and session.scenery().complete
+
+
+def test_a_view_shows_what_it_shows(session):
+    class Space:
+        local_view, use_local_collections = None, False
+
+    shown_in = session.scenery().shown_in
+    assert shown_in(Space).all()
+    bpy.data.objects["Box"].hide_set(True)
+    bpy.context.view_layer.update()
+    session._ready = np.inf  # not to be read again so soon
+    session.tick()
+    assert shown_in(Space).sum() == 1 and not session.scenery().complete
+
+
+def test_without_light_it_stays_off(empty_scene, monkeypatch):
+    add_plane("Floor", size=8.0)
+    with pytest.raises(BakeError, match="Nothing in the scene gives light"):
+        next(started(monkeypatch))
+
+
+def test_what_ends_the_engine_is_told(session):
+    session.live.failure = BakeError("There is too little memory.")
+    with pytest.raises(BakeError, match="too little memory"):
+        session.tick()
