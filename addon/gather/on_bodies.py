@@ -15,9 +15,9 @@ from ..bsdf.albedos import diffuse_albedo
 from ..bsdf.closure import bsdf_at
 from ..bsdf.mixture import SUBSURFACE, choose_closure, transmittance_to
 from ..bsdf.scatter import axis_at
-from ..core.compiling import by_reference, kernel, part, routine
+from ..core.compiling import by_reference, kernel, kernel_array, part, routine
 from ..core.sampling.path_numbers import two_numbers
-from ..core.vec3 import BLACK, ONE, WHITE, ZERO, mean, minus, mul, negative, plus, put, row, times, to_local
+from ..core.vec3 import BLACK, ONE, WHITE, ZERO, mean, minus, mul, negative, plus, put, row, times, to_local, to_world
 from ..receivers import Receivers
 from ..scene import RayKind, Scene
 from ..scene.hit import channel_at, hit_at, off_surface, shading_normal
@@ -101,6 +101,13 @@ class Arrivals(NamedTuple):
     v: np.ndarray
     back: np.ndarray
 
+    def turned(self, directions: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Directions (r, 3) from receivers' normals (r, 3), as far from those where the light arrives, float32."""
+        result = np.empty((len(directions), 3), np.float32)
+        at = kernel_array(directions, np.float32), kernel_array(normals, np.float32)
+        _turn(*at, self.normal, result)
+        return result
+
 
 def arrivals(
     tracer: TransparencyTracer,
@@ -148,6 +155,18 @@ def _arrive(tracing, room, on, positions, normals, bases, n_rays, key, first, fo
         put(found.base, ray, base)
         put(found.weight, ray, weight)
         found.triangle[ray], found.u[ray], found.v[ray], found.back[ray] = triangle, u, v, back
+
+
+@kernel
+def _turn(directions, normals, others, result):
+    for k in range(len(result)):
+        put(result, k, turned_to(row(directions, k), row(normals, k), row(others, k)))
+
+
+@part
+def turned_to(direction, normal, other):
+    """A direction as far from another normal as it was from the first."""
+    return to_world(to_local(direction, normal), other)
 
 
 @part

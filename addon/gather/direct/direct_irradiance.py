@@ -62,13 +62,18 @@ def direct_slope(
     By its definition (`normal_gradient`), from an estimate of the irradiance for each of `N_SAMPLES` turned normals.
     """
     of_receiver, key = _objects(scene, receivers), path_key(workers.seed, _AT_TURNED)
+    on = OnBodies.of(scene, direct.tracer.surfaces, receivers)
 
     def estimate(chunk: slice, random: np.random.Generator) -> np.ndarray:
-        positions, normals, objects = (
-            np.repeat(of[chunk], N_SAMPLES, 0) for of in (receivers.position, receivers.normal, of_receiver)
-        )
+        at, first = (receivers.position[chunk], receivers.normal[chunk]), N_SAMPLES * chunk.start
+        positions, normals, objects = (np.repeat(of, N_SAMPLES, 0) for of in (*at, of_receiver[chunk]))
         turned = gather_directions(normals, N_SAMPLES, random)
-        change = direct.mean_irradiance(positions, turned, objects, 1, key, N_SAMPLES * chunk.start)
+        if on is not None and on.there[chunk].any():
+            came = arrivals(direct.tracer, on.where(chunk), *at, at[1], N_SAMPLES, key, first)
+            there = came.position, came.turned(turned, normals), objects
+            change = came.weight * direct.mean_irradiance(*there, 1, key, first)
+        else:
+            change = direct.mean_irradiance(positions, turned, objects, 1, key, first)
         change = change.reshape(-1, N_SAMPLES, 3) - irradiance[chunk, None]
         return slope_of_samples(change, turned.reshape(-1, N_SAMPLES, 3), receivers.normal[chunk])
 

@@ -8,11 +8,11 @@ from ...bsdf.frames import bump_shadowing
 from ...core.compiling import by_reference, kernel
 from ...core.sampling.path_numbers import two_numbers
 from ...core.sampling.warps import cosine_hemisphere, cosine_uniform_mixture
-from ...core.vec3 import BLACK, ONE, TWO, ZERO, dot, mul, plus, put, row, times, to_local, to_world
+from ...core.vec3 import BLACK, ONE, TWO, ZERO, dot, mul, plus, put, row, times, to_world
 from ...scene import RayKind
 from ..direct.ray_directions import shifted, stratified_set
 from ..normal_gradient import gradient_of_light
-from ..on_bodies import OnBodies, arrivals
+from ..on_bodies import OnBodies, arrivals, turned_to
 from ..radiance_cache.elements import element_at
 from .gather_rays import GatherRays
 
@@ -111,7 +111,7 @@ def _turn(scene, came, normals, directions, origins, turned):
     n = len(directions) // len(normals)
     for ray in range(len(directions)):
         normal, weight = row(came.normal, ray), row(came.weight, ray)
-        direction = to_world(to_local(row(directions, ray), row(normals, ray // n)), normal)
+        direction = turned_to(row(directions, ray), row(normals, ray // n), normal)
         weight = times(weight, bump_shadowing(row(came.base, ray), normal, direction))
         triangle = came.triangle[ray]
         if triangle >= 0 and (dot(row(scene.normals, triangle), direction) < ZERO) != came.back[ray]:
