@@ -208,26 +208,26 @@ def lit_normal(scene, hit):
 @part
 def lambertian_normal(scene, hit):
     """The mean of the normals of a point's Lambertian and broad closures by their weights, a unit vector."""
-    return mean_normal(scene, hit, _DIFFUSE_RAY, _COSINE_LOBES | BROAD_LOBES)
+    return mean_normal(scene, hit, _DIFFUSE_RAY, _COSINE_LOBES | BROAD_LOBES, hit.normal)
 
 
 @part
-def mean_normal(scene, hit, kind, lobes):
-    """The same of the closures of some lobes, as rays of a `RayKind` see them."""
+def mean_normal(scene, hit, kind, lobes, view):
+    """The same of the closures of some lobes, as rays of a `RayKind` see them from a direction of the world."""
     shading = shading_normal(scene, hit)
     if not scene.materials.perturbed[scene.material[hit.triangle]]:
         return shading
-    return _mean_own_normal(scene, hit, bsdf_at(scene, hit, kind), shading, lobes)
+    return _mean_own_normal(scene, hit, bsdf_at(scene, hit, kind), shading, lobes, view)
 
 
 @routine
-def _mean_own_normal(scene, hit, bsdf, shading, lobes):
+def _mean_own_normal(scene, hit, bsdf, shading, lobes, view):
     """`mean_normal` where closures have normals of their own."""
     total, closures = BLACK, scene.materials.closures
     for k in range(bsdf.first, bsdf.last):
         if lobes >> closures.kind[k] & 1:
             weight = mean(channel_at(scene, closures.weight, k, hit.triangle, hit.u, hit.v))
-            total = plus(total, times(own_normal(scene, bsdf, k, hit.normal), weight))
+            total = plus(total, times(own_normal(scene, bsdf, k, view), weight))
     return normalized(total) if dot(total, total) > _NOTHING else shading
 
 

@@ -145,11 +145,11 @@ def _arrive(tracing, room, on, positions, normals, bases, n_rays, key, first, fo
         triangle, u, v, back = np.int32(-1), ZERO, ZERO, False
         if on.triangle[i] >= 0:
             hit = _hit_of(scene, on, i)
-            walked, weight, out = _arrival(tracing, room, hit, key, first + ray)
+            walked, weight, out, onward = _arrival(tracing, room, hit, key, first + ray)
             triangle, u, v, back = out.triangle, out.u, out.v, out.back
             if walked:
                 position, base = off_surface(scene, out, ONE), shading_normal(scene, out)
-                normal = body_normal(scene, out, _CAMERA)
+                normal = body_normal(scene, out, _CAMERA, onward)
         put(found.position, ray, position)
         put(found.normal, ray, normal)
         put(found.base, ray, base)
@@ -181,7 +181,9 @@ def _hit_of(scene, on, i):
 
 @routine
 def _arrival(tracing, room, hit, key, path):
-    """Where light comes to that a view along the normal sees at a hit: by a walk or not, its weight, and a `Hit`."""
+    """Where light comes to that a view along the normal sees at a hit: by a walk or not, its weight, a `Hit`, and the
+    direction in which the walk leaves the body.
+    """
     scene, numbers = tracing.scene, walk_key(key, _WALK)
     shading = shading_normal(scene, hit)
     bsdf, axis = bsdf_at(scene, hit, _CAMERA), axis_at(scene, hit, negative(shading))
@@ -190,14 +192,15 @@ def _arrival(tracing, room, hit, key, path):
     chance = mean(share)
     choice, u = two_numbers(numbers, path, N_PAIRS)
     if choice >= chance:
-        return False, times(minus(WHITE, share), ONE / max(ONE - chance, _TINY)), hit
+        return False, times(minus(WHITE, share), ONE / max(ONE - chance, _TINY)), hit, shading
     v, other = two_numbers(numbers, path, N_PAIRS + 1)
     k, inverse, _ = choose_closure(scene, bsdf, wo, choice / chance, _SUBSURFACE_LOBE, False)
     exit_ = seen_walk(tracing, room, hit, bsdf, k, axis, wo, other, u, v, numbers, path)
     if not exit_.found:
-        return True, BLACK, hit
+        return True, BLACK, hit, shading
     weight = _over(_scattered(scene, bsdf, k, wo), diffuse_albedo(scene, bsdf, wo))
-    return True, times(mul(weight, exit_.weight), inverse / chance), outside_of(scene, exit_)
+    weight = times(mul(weight, exit_.weight), inverse / chance)
+    return True, weight, outside_of(scene, exit_), exit_.direction
 
 
 @part

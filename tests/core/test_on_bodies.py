@@ -1,5 +1,7 @@
 """Receivers on bodies: what comes to them through the body, against closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from photon_bake.addon.core.sampling.path_numbers import path_key
@@ -30,9 +32,7 @@ def half_wax(color, path, share):
 
 
 def under_sky(materials, mesh):
-    scene = scene_of(*mesh, world=SKY)
-    object.__setattr__(scene, "materials", materials)
-    return of_objects(scene, np.zeros(len(mesh[1]), int))
+    return of_objects(replace(scene_of(*mesh, world=SKY), materials=materials), np.zeros(len(mesh[1]), int))
 
 
 def around(mesh, lift=1e-3):
@@ -71,3 +71,23 @@ def test_receivers_on_other_things_are_on_no_body():
     scene = under_sky(half_wax((0.8, 0.8, 0.8), 0.1, 1.0), mesh)
     far = receivers_at([[0, 0, 2]], [0, 0, 1])
     assert OnBodies.of(scene, EmbreeTracer(scene), far) is None
+
+
+def test_slopes_are_those_of_surfaces():
+    """Normals of a map turn at both ends of walks: of light that is the same from everywhere above, B = E n/2."""
+    mesh = box(0.3, inwards=False)
+    scene = under_sky(half_wax((1, 1, 1), 0.2, 1.0), mesh)
+    at = replace(around(mesh), directional=True)
+    light = bake(scene, at, settings_for("draft", add_direct=True, n_photons=1000), EmbreeTracer(scene))
+    along = np.einsum("nac,na->nc", light.slope, at.normal)
+    assert along.mean() == pytest.approx(np.pi * SKY / 2, rel=0.05)
+
+
+def test_threads_change_nothing():
+    mesh = ball(1.0, n=6)
+    scene = under_sky(half_wax((0.8, 0.5, 0.3), 0.3, 0.7), mesh)
+    at, tracer = around(mesh), EmbreeTracer(scene)
+    few, many = (
+        bake(scene, at, settings_for("draft", add_direct=True, n_photons=1000, n_threads=n), tracer) for n in (1, 3)
+    )
+    np.testing.assert_array_equal(few.value, many.value)

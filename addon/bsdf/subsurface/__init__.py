@@ -20,6 +20,7 @@ comes out of: its direct light by lamps, and the rest by photons or by what it g
 their gather rays starts where a walk from below the receiver leaves the body (`gather.on_bodies`).
 
 **Normals** of a closure's own bend the way of views in, and with a diffuse closure's cosine and shadowing the light at
-y, as Cycles has it. Photons take both backwards: what comes to y counts by the normal there, and at x p(ω₀ | ωo) is
-around the normal of x, with the cosines to the geometric one.
+y, as Cycles has it: turned as those of gloss are, there by the direction ω₁ in which the walk comes out. Photons take
+both backwards: what comes to y counts by the normal there, and at x p(ω₀ | ωo) is around the normal of x, with the
+cosines to the geometric one. What a cache keeps of E(y) is the mean over four ω₁.
 """

@@ -38,9 +38,9 @@ def outside_of(scene, exit_):
 
 
 @part
-def body_normal(scene, hit, seen):
+def body_normal(scene, hit, seen, view):
     """The normal of a body's surface where light passes it, as rays of a `RayKind` see its subsurface closures."""
-    return mean_normal(scene, hit, seen, _SUBSURFACE_LOBE)
+    return mean_normal(scene, hit, seen, _SUBSURFACE_LOBE, view)
 
 
 @routine
@@ -85,7 +85,7 @@ def through_body(tracing, room, hit, on, seen, key, path):
         return Scattered(False, on.origin, on.direction, BLACK, on.lobe, on.kind, False, False)
     out = outside_of(scene, exit_)
     u, v = two_numbers(key, path, N_PAIRS + 1)
-    axis = body_normal(scene, out, seen)
+    axis = body_normal(scene, out, seen, out.normal)  # of all views that may be
     inside = to_local(exit_.direction, axis)
     left = leave(medium, inside, other, u, v)
     onward = to_world(left.direction, axis)

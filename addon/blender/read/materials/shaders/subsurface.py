@@ -80,8 +80,7 @@ def add_body(
         path, roughness = path * _skin_scale(color, ior), np.ones((1, 1, 1), np.float32)
     elif not plain:
         path = path * _PER_4_PI
-    spread = 0.5 * skin if bpy.app.version >= (5, 0, 0) else 1.0  # before, all views enter by the cosine
-    look = np.array([[[g, spread, not plain and g >= 0]]], np.float32)
+    look = np.array([[[g, 0.5 * skin, not plain and g >= 0]]], np.float32)
     facets: dict[str, Any] = {"roughness": roughness, "ior": ior, "edge": look, "under": under, **leaf.normal()}
     total.add(Lobe.SUBSURFACE, weight * color * walks, f0=color, f90=path.astype(np.float32), **facets)
 
