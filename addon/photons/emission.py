@@ -9,11 +9,11 @@ from enum import Enum
 
 import numpy as np
 
-from ..core.compiling import kernel
+from ..core.compiling import kernel, part
 from ..core.sampling.sobol import sobol_point, sobol_points, sobol_seeds
 from ..core.vec3 import put, times
 from ..emitters import Rays, Source
-from ..emitters.emission import emit
+from ..emitters.emission import Emitters, emit
 from ..emitters.source import emitters_of
 from .front import Front
 
@@ -29,6 +29,7 @@ class Pass(Enum):
 
     PHOTONS = (1, 2)
     PILOTS = (4, 5)
+    LIVE = (116, 117)
 
 
 def shares(sources: Sequence[Source], n_photons: int) -> list[int]:
@@ -39,20 +40,27 @@ def shares(sources: Sequence[Source], n_photons: int) -> list[int]:
     return [max(1, round(n_photons * share)) for share in _EVEN * even + (1 - _EVEN) * by_importance]
 
 
+@part
+def emitted_photon(emitters, seeds, first, source, path):
+    """The photon of a path of a source: origin, direction, power, and the object it leaves (−1: none)."""
+    u = sobol_point(seeds, source, path - first[source])
+    origin, direction, flux, object_ = emit(emitters, source, u[0], u[1], u[2], u[3], u[4])
+    return origin, direction, times(flux, _ONE / np.float32(first[source + 1] - first[source])), object_
+
+
 @kernel
-def emit_photons(emitters, seeds, first, start, front):
-    """Fill a front with photons from number `start` on; those of source s are numbers first[s] to first[s + 1]."""
-    source = np.searchsorted(first, start, side="right") - 1
+def emit_photons(emitters, seeds, first, front):
+    """Fill a front with the photons of its paths, whose numbers rise; of source s first[s] to first[s + 1]."""
+    source = np.int64(0)
     for k in range(len(front.path)):
-        path = start + k
+        path = np.int64(front.path[k])
         while path >= first[source + 1]:
             source += 1
-        u = sobol_point(seeds, source, path - first[source])
-        origin, direction, flux, object_ = emit(emitters, source, u[0], u[1], u[2], u[3], u[4])
+        origin, direction, power, object_ = emitted_photon(emitters, seeds, first, source, path)
         put(front.origin, k, origin)
         put(front.direction, k, direction)
-        put(front.power, k, times(flux, _ONE / np.float32(first[source + 1] - first[source])))
-        front.came_from[k], front.path[k], front.source[k] = object_, path, source
+        put(front.power, k, power)
+        front.came_from[k], front.source[k] = object_, source
 
 
 class Emission:
@@ -77,7 +85,17 @@ class Emission:
 
     def start(self, front: Front, paths: slice) -> None:
         """Fill a front with the photons of as many paths."""
-        emit_photons(self._emitters, self._seeds, self._first, paths.start, front)
+        front.path[:] = np.arange(paths.start, paths.stop)
+        self.start_paths(front)
+
+    def start_paths(self, front: Front) -> None:
+        """Fill a front with the photons of the paths that it has, whose numbers rise."""
+        emit_photons(*self.arrays, front)
+
+    @property
+    def arrays(self) -> tuple[Emitters | None, np.ndarray, np.ndarray]:
+        """What kernels take: emitters, seeds, and the first path of each source."""
+        return self._emitters, self._seeds, self._first
 
     def points(self, source: int) -> np.ndarray:
         """The points of a source's hypercube from which its photons start, (n, 5) float32."""

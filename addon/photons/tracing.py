@@ -1,6 +1,6 @@
 """Photons traced through a scene, many at a time."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -16,14 +16,14 @@ from ..core.vec3 import BLACK, ONE, ZERO, dot, largest, mul, negative, times
 from ..emitters import Source, Sphere
 from ..scene import ALL_BOUNCES, RayKind, Scene, seen_by
 from ..scene.hit import hit_at
-from ..tracing import TransparencyTracer
+from ..tracing import Hits, TransparencyTracer
 from ..tracing.bodies.through import through_body, walk_key
 from ..tracing.embree import new_ray
 from .bounce_map import picture_rays
 from .emission import Emission, Pass, PictureEmission, shares
 from .emission_segment import LightLinking, emission_segment
 from .flights import FlightLog, Flights
-from .front import Photon, new_front, photon_at, put_photon
+from .front import Front, Photon, new_front, photon_at, put_photon
 from .photons import Photons
 from .region_directed import TargetRegion, directed, is_directed, target_region
 from .store import PhotonStore, store
@@ -65,6 +65,8 @@ class Rules(NamedTuple):
         Where their photons end.
     region : TargetRegion
     viewers : Viewers
+    specular_alone : bool
+        Photons end where smooth gloss and glass do not send them on, and none is stored.
     """
 
     key: np.uint64
@@ -75,6 +77,7 @@ class Rules(NamedTuple):
     last_bounce: np.ndarray
     region: TargetRegion
     viewers: Viewers
+    specular_alone: bool
 
 
 @by_reference
@@ -101,7 +104,7 @@ def meet_surfaces(tracing, room, rules, bounce, front, n, hits, rows, n_stored):
         hit = hit_at(scene, photon.direction, hits.triangle[k], hits.distance[k], hits.u[k], hits.v[k])
         is_wanted = bounce > 0 or not rules.sampled_directly[photon.source]
         is_wanted &= reflects_to(rules.viewers, photon.kind)
-        if is_wanted and (photon.specular or rules.keeps[scene.material[hit.triangle]]):
+        if is_wanted and not rules.specular_alone and (photon.specular or rules.keeps[scene.material[hit.triangle]]):
             store(rows, n_stored, hit, photon, bounce)
             n_stored += 1
         if bounce < rules.last_bounce[photon.source]:
@@ -121,6 +124,8 @@ def scattered(tracing, room, rules, bounce, photon, hit):
     seen, chance = next_viewer(rules.viewers, photon.kind, two_numbers(rules.key, photon.path, i + 3)[1])
     lobes = rules.viewers.lobes[photon.kind]
     on = scatter(scene, hit, photon.direction, choice, u, v, lobes, True, seen)
+    if rules.specular_alone and (on.rough or not on.specular):
+        return False, photon
     if on.lobe == SUBSURFACE and on.alive:
         on = through_body(tracing, room, hit, on, seen, walk_key(rules.key, bounce), photon.path)
     lit_by_points = bounce == 0 and rules.sampled_directly[photon.source]
@@ -157,47 +162,55 @@ def scattered(tracing, room, rules, bounce, photon, hit):
     )
 
 
+Watch = Callable[[int, Front, int, Hits], None]
+"""Is told of the n photons of a front before they scatter: the bounce, the front, n, and where they are stopped."""
+
+
 @dataclass(frozen=True)
-class _Tracing:
-    """What all batches of photons have in common."""
+class PhotonFlight:
+    """How photons fly through a scene, from their sources to where they are absorbed, gone, or at their last bounce."""
 
     scene: Scene
     tracer: TransparencyTracer
-    emission: Emission
     linking: LightLinking
     max_bounces: int
     rules: Rules
-    log: FlightLog | None
     seed: int
     of: Pass
+    log: FlightLog | None = None
 
-    def batch(self, paths: slice) -> Photons:
-        """The photons that some of the paths leave: followed until all are absorbed, gone, or at their last bounce."""
-        n, stored, room = paths.stop - paths.start, PhotonStore(), new_ray()
-        front = new_front(n)
-        self.emission.start(front, paths)
+    def fly(self, front: Front, batch: int = 0, watch: Watch | None = None) -> Photons:
+        """The photons that are stored of a front that was just emitted."""
+        n, stored, room = len(front.path), PhotonStore(), new_ray()
         for bounce in range(self.max_bounces):
             if n == 0:
                 break
-            origin, direction, power = front.origin[:n], front.direction[:n], front.power[:n]
-            if bounce == 0:
-                numbers = PathNumbers(self.seed, self.of.value[1], _LINKING)
-                if self.rules.viewers.in_shadow:
-                    choose_first_viewers(self.rules.viewers, self.rules.key, self.rules.sampled_directly, front, n)
-                hits = emission_segment(self.scene, self.tracer, self.linking, front, numbers)
-            else:
-                hits = self.tracer.closest_hit(origin, direction, photons_to=front.kind[:n])
-                if self.log is not None:
-                    flights = Flights(origin, direction, hits.distance, power, front.specular[:n])
-                    received = which_reflect_to(self.rules.viewers, front.kind[:n])
-                    self.log.take(paths.start, flights if received.all() else flights.where(received))
-                if hits.tint is not None:
-                    np.multiply(power, hits.tint, out=power)
+            hits = self._first_hits(front) if bounce == 0 else self._hits(front, n, batch)
+            if watch is not None:
+                watch(bounce, front, n, hits)
             at = HitArrays(hits.triangle, hits.distance, hits.u, hits.v)
             rows = stored.rows(n)
             met = self.rules, bounce, front, n, at, rows, stored.n
             n, stored.n = meet_surfaces(self.tracer.arrays, room, *met)
         return stored.photons()
+
+    def _first_hits(self, front: Front) -> Hits:
+        viewers, n = self.rules.viewers, len(front.path)
+        numbers = PathNumbers(self.seed, self.of.value[1], _LINKING)
+        if viewers.in_shadow:
+            choose_first_viewers(viewers, self.rules.key, self.rules.sampled_directly, front, n)
+        return emission_segment(self.scene, self.tracer, self.linking, front, numbers)
+
+    def _hits(self, front: Front, n: int, batch: int) -> Hits:
+        origin, direction, power = front.origin[:n], front.direction[:n], front.power[:n]
+        hits = self.tracer.closest_hit(origin, direction, photons_to=front.kind[:n])
+        if self.log is not None:
+            flights = Flights(origin, direction, hits.distance, power, front.specular[:n])
+            received = which_reflect_to(self.rules.viewers, front.kind[:n])
+            self.log.take(batch, flights if received.all() else flights.where(received))
+        if hits.tint is not None:
+            np.multiply(power, hits.tint, out=power)
+        return hits
 
 
 def trace_photons(
@@ -250,11 +263,16 @@ def trace_photons(
     if in_pictures:
         emission = PictureEmission(picture_rays(sources, counts, workers.seed))
     rules = _rules(scene, sources, max_bounces, path_key(workers.seed, of.value[1]), region, on_gloss)
-    tracing = _Tracing(
-        scene, tracer, emission, LightLinking.of(scene, sources), max_bounces, rules, log, workers.seed, of
-    )
+    linking = LightLinking.of(scene, sources)
+    flight = PhotonFlight(scene, tracer, linking, max_bounces, rules, workers.seed, of, log)
+
+    def batch(paths: slice) -> tuple[slice, Photons]:
+        front = new_front(paths.stop - paths.start)
+        emission.start(front, paths)
+        return paths, flight.fly(front, paths.start)
+
     stored = PhotonStore()
-    for paths, photons in workers.map(lambda paths: (paths, tracing.batch(paths)), slices(emission.n, CHUNK)):
+    for paths, photons in workers.map(batch, slices(emission.n, CHUNK)):
         stored.add(photons, paths.stop / emission.n)
         workers.progress.update("Tracing photons", paths.stop / emission.n)
     return stored.photons()
@@ -274,7 +292,18 @@ def _rules(
         last_bounce=np.array(last, np.int32),
         region=target_region(region),
         viewers=viewers_of(scene.materials),
+        specular_alone=False,
     )
+
+
+def specular_flight(
+    scene: Scene, tracer: TransparencyTracer, sources: Sequence[Source], max_bounces: int, seed: int, of: Pass
+) -> PhotonFlight:
+    """Photons that fly on over smooth gloss and through glass alone; none is stored, who watches takes them."""
+    rules = _rules(scene, sources, max_bounces, path_key(seed, of.value[1]), None, False)
+    every = np.ones(len(sources), np.bool_)  # what gather rays find of others ends where live light's links do
+    rules = rules._replace(sampled_directly=every, specular_alone=True)
+    return PhotonFlight(scene, tracer, LightLinking.of(scene, sources), max_bounces, rules, seed, of)
 
 
 def bounces_left(sources: Sequence[Source], n_photons: int, photons: Photons) -> np.ndarray | None:

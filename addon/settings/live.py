@@ -29,6 +29,7 @@ class LiveSettings:
     n_element_links: int = knob(64, "Rays from each side of an element whose ends are kept, at most", 8, 65_536)
     n_bounces: int = knob(5, "Surfaces that light is reflected by after the first", 0, 64)
     n_direct: int = knob(64, "Estimates of direct light at each vertex, at most", 1, 4096)
+    n_photons: int = knob(250_000, "Photons that lamps send over mirrors and through glass", 1_000, 100_000_000)
     memory: int = knob(
         2000, "Megabytes that the rays of live light may take: of many vertices each gets fewer", 50, 10_000_000, "MB"
     )

@@ -206,6 +206,7 @@ def _before_load(*_: Any) -> None:
     if live_switch.session is not None:
         live_switch.session.end()
         live_switch.session = None
+        gc.collect()
 
 
 def _handlers() -> list[tuple[list[Any], Any]]:

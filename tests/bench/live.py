@@ -13,16 +13,26 @@ from time import perf_counter, process_time, sleep
 import numpy as np
 from figures import load, rendered_scene, table
 from photon_bake.addon.pipeline.bake import bake
-from photon_bake.addon.pipeline.live import LampsChanged, Live, MaterialsChanged, ObjectMoved, live_surfaces
+from photon_bake.addon.pipeline.live import (
+    LampsChanged,
+    Live,
+    MaterialsChanged,
+    ObjectMoved,
+    ObjectReshaped,
+    SceneReplaced,
+    live_surfaces,
+)
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.live import LiveSettings
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from scene_parts import ball, box, bpy, column, lamp, matte
 from scene_parts import table as table_of_wood
 
-N_VERTICES, N_SAMPLE, N_EDITS, LONGEST = 20_000, 1000, 20, 120.0
+N_VERTICES, N_SAMPLE, N_EDITS, N_REBUILDS, LONGEST = 20_000, 1000, 20, 5, 120.0
 HEAD = ["Scene", "Vertices", "Edit", "First light, median", "95 %", "of it processor, 95 %"]
-HEAD += ["RMSE then", "after 1 s", "after 10 s", "Converged after"]
+HEAD += ["RMSE then", "after 1 s", "after 10 s", "Converged after", "Untouched", "moves by", "error", "Still"]
+UNTOUCHED = 0.5
+"""Of the estimated error: by so much converged light differs at most at vertices that an edit did not touch."""
 EDITED = {
     "cornell": ("Light", "ShortBlock", "White"),
     "classroom": ("Sun", "Mesh017", "Walls"),
@@ -63,7 +73,7 @@ def fifty():
     return rendered_scene()
 
 
-def edits_of(scene, name):
+def edits_of(scene, name, surfaces):
     """For each kind, what makes the edit at a time from 0 to 1, and the scene that it makes."""
     of_lamp, of_object, of_material = EDITED[name]
     i, number = scene.lights.names.index(of_lamp), scene.objects.names.index(of_object)
@@ -98,9 +108,23 @@ def edits_of(scene, name):
         vertices[used] += transform(t)[:3, 3].astype(np.float32)
         return replace(scene, vertices=vertices)
 
+    def bent(t):
+        """The object leans, the more the higher up."""
+        vertices = scene.vertices.copy()
+        height = vertices[used, 2] - vertices[used, 2].min()
+        vertices[used, 0] += np.float32(0.5 * t) * height
+        return replace(scene, vertices=vertices)
+
+    def reshaped(t):
+        corners, normals = bent(t).corners(np.flatnonzero(triangles)), scene.corner_normals[triangles]
+        tangents = scene.frames.corner_tangents
+        tangents = tangents[triangles] if len(tangents) else tangents
+        return ObjectReshaped(number, corners, normals, tangents, surfaces.reshaped(number, corners, normals))
+
     return {
         "lamp moved": (lambda t: LampsChanged(lights(t)), lambda t: replace(scene, lights=lights(t))),
         "object moved": (lambda t: ObjectMoved(number, transform(t)), elsewhere),
+        "object bent": (reshaped, bent),
         "colour changed": (
             lambda t: MaterialsChanged(materials(t)),
             lambda t: replace(scene, materials=materials(t)),
@@ -138,33 +162,68 @@ def rows(name, scene):
     live.start()
     _, first = waited(live, started)
     _, whole = waited(live, started, lambda light: light.converged)
-    yield [name, f"{len(surfaces):,}", "start", f"{first:.1f} s", *[""] * 5, f"{whole:.1f} s"]
+    yield [name, f"{len(surfaces):,}", "start", f"{first:.1f} s", *[""] * 5, f"{whole:.1f} s", *[""] * 4]
     number = surfaces.object_of_vertex[some]
-    for kind, (edit, changed) in edits_of(scene, name).items():
+    for kind, (edit, changed) in edits_of(scene, name, surfaces).items():
         times = np.array([edited(live, edit(k / N_EDITS))[2:] for k in range(N_EDITS)])
         waited(live, perf_counter() - 1, lambda light: light.converged)
-        at = receivers.where(some)
-        if isinstance(edit(1.0), ObjectMoved):
-            moves = number == edit(1.0).object
-            at.position[moves] += edit(1.0).transform[:3, 3].astype(np.float32)
-        since, then, *_ = edited(live, edit(1.0))
-        lights, converged = [then], LONGEST
-        for later in (1, 10):
-            while perf_counter() < since + later:
-                sleep(0.01)
-                if live.light.converged:
-                    converged = min(converged, perf_counter() - since)
-            lights.append(live.light)
-        if converged == LONGEST:
-            _, converged = waited(live, since, lambda light: light.converged)
+        last, at = edit(1.0), receivers.where(some)
+        if isinstance(last, ObjectMoved):
+            at.position[number == last.object] += last.transform[:3, 3].astype(np.float32)
+        elif isinstance(last, ObjectReshaped):
+            at = last.surfaces.receivers().where(some)
+        before, (since, then, *_) = live.light, edited(live, edit(1.0))
+        every = until_converged(live, since)
+        lights = [then, *(last_of(every, since + later) for later in (1, 10))]
         live.edit(edit(0.0))
         truth = bake(changed(1.0), at, settings_for("high", interpolate=False), EmbreeTracer(changed(1.0)))
         off = [relative_rmse(light.indirect[some], truth.passes["indirect"] / np.pi) for light in lights]
         late = *np.quantile(times[:, 0], (0.5, 0.95)), np.quantile(times[:, 1], 0.95)
         quantiles = [f"{1000 * value:.0f} ms" for value in late]
         errors = [f"{value:.1%}" for value in off]
-        yield [name, f"{len(surfaces):,}", kind, *quantiles, *errors, f"{converged:.1f} s"]
+        converged = f"{every[-1][0] - since:.1f} s"
+        yield [name, f"{len(surfaces):,}", kind, *quantiles, *errors, converged, *flicker(before, every), still(live)]
+    times = np.array(
+        [edited(live, SceneReplaced(scene, live_surfaces(scene, settings)))[2:] for _ in range(N_REBUILDS)]
+    )
+    late = *np.quantile(times[:, 0], (0.5, 0.95)), np.quantile(times[:, 1], 0.95)
+    yield [name, f"{len(surfaces):,}", "all built anew", *(f"{1000 * value:.0f} ms" for value in late), *[""] * 8]
     live.stop()
+
+
+def until_converged(live, since):
+    """All lights after an edit until they stay as they are, and when each was there."""
+    found = []
+    while perf_counter() < since + LONGEST and not (found and found[-1][1].converged):
+        light = live.light
+        if light.since >= since and not (found and found[-1][1] is light):
+            found.append((perf_counter(), light))
+        sleep(0.005)
+    return found
+
+
+def last_of(every, time):
+    """The last of the lights that are there at a time."""
+    return [light for when, light in every if when <= time][-1]
+
+
+def flicker(before, every):
+    """Share of vertices that an edit did not touch, the most that their light moves (RMS), and its estimated error."""
+    after = every[-1][1]
+    touched = np.abs(after.indirect - before.indirect).mean(axis=1) > UNTOUCHED * before.error * before.indirect.mean()
+    if touched.all():
+        return "0%", "", ""
+    lights = [light.indirect[~touched] for _, light in every]
+    mean = before.indirect.mean()
+    moves = max(float(np.sqrt(np.mean((light - before.indirect[~touched]) ** 2))) for light in lights) / mean
+    return f"{np.mean(~touched):.0%}", f"{moves:.2%}", f"{before.error:.2%}"
+
+
+def still(live):
+    """Whether nothing changes while nothing is edited."""
+    light, processor = live.light, process_time()
+    sleep(1.0)
+    return "yes" if live.light is light and process_time() - processor < 0.05 else "no"
 
 
 def relative_rmse(value, truth):

@@ -8,8 +8,8 @@
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
 direct, lamps, window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed,
-light_groups, camera, estimates, refine, vertex, live, view_transform, shares or eevee (in the Blender that BLENDER
-names); versions where it is asked for.
+light_groups, camera, estimates, refine, vertex, live, live_caustics, view_transform, shares or eevee (in the Blender
+that BLENDER names); versions where it is asked for.
 """
 
 import json
@@ -35,6 +35,7 @@ import light_volume
 import lightmap_rival
 import lightmaps
 import live
+import live_caustics
 import make_truth
 import many_lamps
 import multi_image
@@ -137,6 +138,7 @@ PARTS = {
     "refine": lambda scenes, _: refinement.tables(scenes),
     "vertex": vertex_error.tables,
     "live": live.tables,
+    "live_caustics": live_caustics.tables,
     "view_transform": view_transform.tables,
     "shares": kernel_shares.tables,
     "eevee": eevee.tables,

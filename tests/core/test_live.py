@@ -22,21 +22,8 @@ from photon_bake.addon.settings.bake import BakeSettings
 from photon_bake.addon.settings.live import LiveSettings
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.addon.tracing.embree_pair import PairTracer
-from photon_bake.tests.core.scenes import ball, box, lamp, merge, of_objects, plane, scene_of
-
-SMALL = {"n_vertices": 600, "n_elements": 500, "n_links": 64, "n_direct": 4, "n_threads": 1}
-
-
-def live_of(scene, **settings):
-    chosen = LiveSettings(**SMALL | settings)
-    return Live(scene, live_surfaces(scene, chosen), chosen)
-
-
-def converged(live):
-    for _ in range(1000):
-        if not live.step():
-            return live.light
-    raise AssertionError("it does not converge")
+from photon_bake.tests.core.live_rooms import MOVED, PAINTED, SMALL, converged, elsewhere, live_of, room, turned
+from photon_bake.tests.core.scenes import ball, box, lamp, of_objects, plane, scene_of
 
 
 def furnace(albedo=0.5):
@@ -112,15 +99,6 @@ def test_first_light_has_all_bounces():
     assert mean_of(live.light.indirect, live.light) == pytest.approx(4, rel=0.03) and not live.light.converged
 
 
-def room(lights=None, colors=((0.7, 0.7, 0.7), (0.6, 0.1, 0.1), (0.1, 0.5, 0.2)), world=0.0):
-    """A box with walls of several colours and a smaller box in it, each an object."""
-    block = box(0.3, inwards=False)
-    mesh = merge(box(), (block[0] + np.array([0.2, -0.1, -0.7], np.float32), block[1]))
-    walls, lamps = [0, 1, 2, 0, 0, 0] * 2, lamp(LightKind.POINT, 3.0, position=(-0.4, 0.3, 0.5), radius=0.1)
-    scene = scene_of(*mesh, albedo=colors, lights=lights or lamps, material=walls + [0] * 12, world=world)
-    return of_objects(scene, [0] * 12 + [1] * 12)
-
-
 def test_it_agrees_with_a_bake():
     light = converged(live_of(room(), n_vertices=900, n_elements=4000, n_links=256))
     some = np.arange(0, len(light.direct), 3)
@@ -136,10 +114,6 @@ def test_it_agrees_with_a_bake():
 def test_light_does_not_depend_on_threads():
     one, two = (converged(live_of(room(), n_threads=n, n_links=32)) for n in (1, 2))
     assert np.array_equal(one.indirect, two.indirect) and np.array_equal(one.direct, two.direct)
-
-
-MOVED = lamp(LightKind.POINT, 2.0, position=(0.5, 0.2, 0.1))
-PAINTED = ((0.2, 0.3, 0.6), (0.6, 0.1, 0.1), (0.3, 0.3, 0.3))
 
 
 @pytest.mark.parametrize(
@@ -194,27 +168,6 @@ def wait_for(true, seconds=60):
         sleep(0.005)
 
 
-def turned(degrees, move=(0, 0, 0), scale=1.0):
-    """A rotation around z, a scaling and a translation."""
-    a = np.radians(degrees)
-    matrix = np.eye(4)
-    matrix[:2, :2] = [[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]]
-    matrix[:3, :3] *= scale
-    matrix[:3, 3] = move
-    return matrix
-
-
-def elsewhere(scene, number, transform):
-    """The scene with an object moved."""
-    k = scene.object_of_triangle == number
-    used = np.unique(scene.triangles[k])
-    vertices, normals = scene.vertices.copy(), scene.corner_normals.copy()
-    vertices[used] = vertices[used] @ transform[:3, :3].T + transform[:3, 3]
-    turned = normals[k] @ np.linalg.inv(transform[:3, :3])
-    normals[k] = turned / np.linalg.norm(turned, axis=-1, keepdims=True)
-    return replace(scene, vertices=vertices.astype(np.float32), corner_normals=normals.astype(np.float32))
-
-
 def test_a_moved_object_equals_a_fresh_start():
     """Also where it moved over other places before, whether all was found there or not."""
     to, settings = turned(30, (-0.5, 0.3, 0.4), 0.8), LiveSettings(**SMALL | {"n_links": 256, "n_elements": 1000})
@@ -258,7 +211,8 @@ def test_links_that_an_edit_does_not_cross_stay():
     links = live._solver._linking.vertices
     before = links.arrays.end.copy()
     live.edit(ObjectMoved(1, turned(20, (-0.2, 0.1, 0.3))))
-    live.step()
+    live.step()  # the first links of each row are marked
+    live.step()  # and the rest
     stale = links.arrays.state != KEPT
     assert 0 < stale[live.light.surfaces.object_of_vertex == 0].mean() < 0.5
     converged(live)

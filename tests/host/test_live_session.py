@@ -137,16 +137,67 @@ def test_the_world_is_read_alone(session):
     assert told(session) == ["WorldChanged"] and session.scenery().world.color == pytest.approx((0.5, 0, 0))
 
 
-def test_other_changes_read_everything(session):
+def test_an_object_of_another_shape_is_read_alone(session, monkeypatch):
     box = bpy.data.objects["Box"]
+    box.location.x = 1
+    assert told(session) == ["ObjectMoved"]
+    monkeypatch.setattr(session, "_read", pytest.fail)
+    before = session.scenery().light.surfaces
     box.data.vertices[0].co.x += 0.1
     box.data.update()
-    assert told(session) == ["SceneReplaced"]
+    assert told(session) == ["ObjectReshaped"]
+    assert session.scenery().light.surfaces is not before and (session.scenery().transforms == np.eye(4)).all()
+    number = session._reading.scene.objects.names.index("Box")
+    places = np.concatenate([mesh.position for mesh in session._stages[-1].surfaces.meshes if mesh.object == number])
+    corners = np.array([box.matrix_world @ vertex.co for vertex in box.data.vertices])
+    assert np.abs(places[:, None] - corners).max(axis=2).min(axis=0) == pytest.approx(0, abs=1e-5)
+    box.location.x = 2
+    assert told(session) == ["ObjectMoved"]
+    assert session.scenery().transforms[number, :3, 3] == pytest.approx((1, 0, 0))
+
+
+def test_shape_keys_and_modifiers_that_leave_faces_reshape(session):
+    box = bpy.data.objects["Box"]
+    taper = box.modifiers.new("Taper", "SIMPLE_DEFORM")
+    taper.deform_method, taper.deform_axis, taper.factor = "TAPER", "Z", 0.8
+    assert told(session) == ["ObjectReshaped"]
+    box.shape_key_add(name="Basis")
+    box.shape_key_add(name="Wide").data[0].co.x += 1
+    told(session)
+    box.data.shape_keys.key_blocks["Wide"].value = 0.5
+    assert told(session) == ["ObjectReshaped"]
+    box.data.update()
+    assert told(session) == []
+
+
+def test_an_object_that_is_hidden_removed_or_brought_back(session, monkeypatch):
+    monkeypatch.setattr(session, "_read", pytest.fail)
+    box = bpy.data.objects["Box"]
     box.hide_set(True)
-    assert told(session) == ["SceneReplaced"] and session._reading.scene.objects.names == ("Floor",)
+    assert told(session) == ["ObjectShown"] and not session.scenery().shown_in(Space).all()
     box.hide_set(False)
+    assert told(session) == ["ObjectShown"] and session.scenery().shown_in(Space).all()
+    box.hide_set(True)
+    told(session)
+    box.location.x = 3
+    told(session)
+    box.hide_set(False)
+    assert set(told(session)) == {"ObjectShown", "ObjectReshaped"}
+    bpy.context.collection.objects.unlink(box)
+    assert told(session) == ["ObjectShown"]
+    bpy.context.collection.objects.link(box)
+    assert told(session) == ["ObjectShown"]
+
+
+def test_other_changes_read_everything(session):
+    box = bpy.data.objects["Box"]
+    add_cube("Other").location.x = 3
+    assert told(session) == ["SceneReplaced"] and len(session._reading.scene.objects.names) == 3
+    bevel = box.modifiers.new("Bevel", "BEVEL")
     assert told(session) == ["SceneReplaced"]
-    box.modifiers.new("Bevel", "BEVEL")
+    bevel.width = 0.2
+    assert told(session) == ["ObjectReshaped"]
+    box.data.materials[0] = matte("Another")
     assert told(session) == ["SceneReplaced"]
 
 
@@ -183,7 +234,7 @@ def test_a_mesh_that_is_edited_holds_still(session):
     next(obj for obj in bpy.data.objects if obj.type == "LIGHT").location.x = 3
     assert told(session) == ["LampsChanged"]
     bpy.ops.object.mode_set(mode="OBJECT")
-    assert told(session) == ["SceneReplaced"] and not session.changes.held
+    assert told(session) == ["ObjectReshaped"] and not session.changes.held
 
 
 def test_frames_are_followed(session):
@@ -209,17 +260,19 @@ def test_until_there_is_light_on_new_surfaces_the_old_ones_are_drawn(session):
     assert len(session.scenery().transforms) == 3 and session.scenery().complete
 
 
-def test_a_view_shows_what_it_shows(session):
-    class Space:
-        local_view, use_local_collections = None, False
+class Space:
+    """A view that shows all that the scene does."""
 
-    shown_in = session.scenery().shown_in
-    assert shown_in(Space).all()
-    bpy.data.objects["Box"].hide_set(True)
+    local_view, use_local_collections = None, False
+
+
+def test_light_is_behind_as_long_as_a_change_is_not_read(session):
+    assert session.behind is None
+    bpy.data.objects["Box"].modifiers.new("Bevel", "BEVEL")
     bpy.context.view_layer.update()
     session._ready = np.inf  # not to be read again so soon
     session.tick()
-    assert shown_in(Space).sum() == 1 and not session.scenery().complete
+    assert session.live.told() == [] and session.behind > 0 and not session.scenery().complete
 
 
 def test_without_light_it_stays_off(empty_scene, monkeypatch):

@@ -149,6 +149,16 @@ def read_scene(
     return SceneReading(groups, layout, materials, linked, found.nodes_of_lamps, world, warn, light_group, for_camera)
 
 
+def read_objects(depsgraph: "bpy.types.Depsgraph", wanted: set[int]) -> tuple[MaterialTable, Layout, PlacedMeshes]:
+    """The surfaces of objects of some session ids and of what they instance, and materials of their own table."""
+    warn = Warnings([])
+    materials = MaterialTable(warn)
+    found = SceneContents(depsgraph, materials, "", False, warn)
+    found.walk(Progress(), wanted)
+    placed = _place(found.sources, _matrices(depsgraph), materials, Progress())
+    return materials, Layout.of(found, placed), placed
+
+
 def _frames(
     scene: Scene, placed: PlacedMeshes, matrices: np.ndarray, sources: list[Source], left: np.ndarray
 ) -> ShadingFrames:

@@ -143,13 +143,15 @@ class SceneContents:
         looks = [look for look in self._looks.values() if look]
         return list(dict.fromkeys(one.original for one in looks if one.kind in NOT_READ))
 
-    def walk(self, progress: Progress) -> None:
-        """Find all there is."""
+    def walk(self, progress: Progress, wanted: set[int] | None = None) -> None:
+        """Find all there is, or what objects of some session ids are and instance."""
         self._tell_instances_apart()
         n = len(self._depsgraph.object_instances)
         for row, instance in enumerate(self._depsgraph.object_instances):
             if row % _ROWS == 0:
                 progress.update(READING, row / n)
+            if wanted is not None and not _is_of(instance, wanted):
+                continue
             known = self._values_of_row.get(row, {})
             look = self._look(instance.object, known)
             if look is None or not (instance.show_self or look.is_hairy):
@@ -273,6 +275,12 @@ class SceneContents:
             used: self.materials.add(slots[min(used, len(slots) - 1)], obj, mesh, values)
             for used in self._used_slots[mesh]
         }
+
+
+def _is_of(instance: "bpy.types.DepsgraphObjectInstance", wanted: set[int]) -> bool:
+    """Whether an instance is an object of some session ids, or one of them has it."""
+    by = instance.parent
+    return instance.object.original.session_uid in wanted or (by is not None and by.original.session_uid in wanted)
 
 
 def _moves(obj: "bpy.types.Object") -> bool:

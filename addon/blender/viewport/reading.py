@@ -1,6 +1,7 @@
 """A scene as live light reads it: once all of it, and then what changes by itself."""
 
 from dataclasses import dataclass, fields, is_dataclass, replace
+from itertools import compress
 from typing import Any
 
 import bpy
@@ -13,9 +14,29 @@ from ..read.lamps.light_links import link_lights
 from ..read.lamps.sky_suns import shining, with_places
 from ..read.lamps.world import read_world
 from ..read.materials.materials import MaterialTable
+from ..read.meshes.placing import PlacedMeshes
 from ..read.render_graph import is_stand_in
-from ..read.scene import read_scene
+from ..read.scene import read_objects, read_scene
 from ..warn import Warnings
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What an object of the scene looks like now: t triangles in the scene's order, as `ObjectReshaped` has them.
+
+    Attributes
+    ----------
+    corners, corner_normals : (t, 3, 3) float32
+    corner_tangents : (t, 3, 3, 3) or (0, 3, 3, 3) float32
+    matrix : (4, 4) float64
+        Local to world.
+    """
+
+    corners: np.ndarray
+    corner_normals: np.ndarray
+    corner_tangents: np.ndarray
+    matrix: np.ndarray
+
 
 InstanceKey = tuple[int, int, tuple[int, ...]]
 """Session ids of an object and of what instances it, 0 for nothing, and which instance it is."""
@@ -35,6 +56,8 @@ class LiveReading:
         Session id of the object that a view shows or hides each by: the one that instances it, or itself.
     matrices : (o, 4, 4) float64
         Local to world, as read.
+    faces : list of bytes
+        Digest of the faces of each.
     n_suns : int
         Of the world, which are the last lamps.
     table : MaterialTable
@@ -44,6 +67,7 @@ class LiveReading:
     objects: dict[InstanceKey, list[int]]
     owners: np.ndarray
     matrices: np.ndarray
+    faces: list[bytes]
     n_suns: int
     table: MaterialTable
 
@@ -62,7 +86,8 @@ class LiveReading:
         for number, key in enumerate(keys):
             objects.setdefault(key, []).append(number)
         owners = np.array([parent or own for own, parent, _ in keys], np.int64)
-        return LiveReading(read, objects, owners, matrices, n_suns, reading.materials)
+        faces = list(compress(layout.topology, whole))
+        return LiveReading(read, objects, owners, matrices, faces, n_suns, reading.materials)
 
     def lamps(self, depsgraph: "bpy.types.Depsgraph", scene: "bpy.types.Scene") -> Lights | None:
         """All lamps as they are now; None where light linking has a say, for which objects have to be known."""
@@ -126,6 +151,65 @@ class LiveReading:
         if any(abs(np.linalg.det(matrix[:3, :3])) < 1e-18 for matrix in found.values()):
             return None
         return {number: matrix @ np.linalg.inv(self.matrices[number]) for number, matrix in found.items()}
+
+    def reshaped(self, depsgraph: "bpy.types.Depsgraph", changed: set[int]) -> dict[int, Shape] | None:
+        """Objects that have another shape, of those that changed; None where there are others, or of other faces."""
+        wanted = {key for key in self.objects if key[0] in changed or key[1] in changed}
+        if any(key[1] in changed for key in wanted) or len(self.scene.frames.normal_matrices):
+            return None
+        table, layout, placed = read_objects(depsgraph, changed)
+        keys, matrices = _instances(depsgraph, layout.instance)
+        if set(keys) != wanted or len(keys) != len(wanted) or placed.lost_names or not layout.whole.all():
+            return None
+        of_material, found = np.array([*table.numbers_in(self.table), -1], np.int32), {}
+        for row, (key, matrix) in enumerate(zip(keys, matrices, strict=True)):
+            number, *others = self.objects[key]
+            first, n = layout.first_triangle[row], layout.n_triangles[row]
+            mirrored = np.linalg.det(matrix[:3, :3]) * np.linalg.det(self.matrices[number][:3, :3]) < 0
+            if others or mirrored or layout.topology[row] != self.faces[number]:
+                return None
+            shape = self._shape(number, placed, slice(first, first + n), of_material, matrix)
+            if shape is None:
+                return None
+            found[number] = shape
+        return found
+
+    def _shape(
+        self, number: int, placed: PlacedMeshes, now: slice, of_material: np.ndarray, matrix: np.ndarray
+    ) -> Shape | None:
+        """An object's shape by rows of what was read; None where its surface looks otherwise."""
+        scene = self.scene
+        own = np.flatnonzero(scene.object_of_triangle == number)
+        if len(own) != now.stop - now.start:
+            return None
+        same = np.array_equal(of_material[placed.material_of_triangle[now]], scene.material_of_triangle[own])
+        if not same or not np.array_equal(placed.corner_uvs[now], scene.corner_uvs[own]):
+            return None
+        tangents = np.zeros((len(own) if len(scene.frames.corner_tangents) else 0, 3, 3, 3), np.float32)
+        if len(tangents) and placed.corner_tangents is not None:
+            tangents = placed.corner_tangents[now].copy()
+        corners = placed.vertices[placed.triangles[now]]
+        return Shape(corners, placed.corner_normals[now].copy(), tangents, matrix)
+
+    def has(self, number: int, shape: Shape) -> bool:
+        """Whether the scene has an object in a shape."""
+        own, scene = self.scene.object_of_triangle == number, self.scene
+        same = np.array_equal(scene.vertices[scene.triangles[own]], shape.corners)
+        return same and np.array_equal(scene.corner_normals[own], shape.corner_normals)
+
+    def reshape(self, shapes: dict[int, Shape]) -> None:
+        """Take objects' shapes over: the scene has these from now on, where they are."""
+        scene = self.scene
+        vertices, normals = scene.vertices.copy(), scene.corner_normals.copy()
+        tangents, self.matrices = scene.frames.corner_tangents.copy(), self.matrices.copy()
+        for number, shape in shapes.items():
+            own = np.flatnonzero(scene.object_of_triangle == number)
+            vertices[scene.triangles[own].ravel()] = shape.corners.reshape(-1, 3)
+            normals[own], self.matrices[number] = shape.corner_normals, shape.matrix
+            if len(tangents):
+                tangents[own] = shape.corner_tangents
+        frames = replace(scene.frames, corner_tangents=tangents)
+        self.scene = replace(scene, vertices=vertices, corner_normals=normals, frames=frames)
 
 
 def _is_linked(lamp: "bpy.types.Object") -> bool:

@@ -1,7 +1,7 @@
 """Live light of one scene, from when it is turned on until it is turned off."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -11,15 +11,15 @@ import numpy as np
 from ...core.errors import BakeError
 from ...scene import Scene
 from ...settings.live import LiveSettings
-from ..read.visibility import objects_of
 from .drawing import Drawing, Scenery
 from .looks import Looks
 from .reading import LiveReading, equal, same_surfaces
-from .updates import Changes, contents_of
+from .stage import Stage
+from .updates import SURFACELESS, Changes, contents_of
 from .view_transform import ViewTransform, exposure_of, key_of, table_of
 
 if TYPE_CHECKING:
-    from ...pipeline.live import Edit, Live, LiveLight, LiveSurfaces
+    from ...pipeline.live import Edit, Live, LiveLight
 
 NO_LIGHT = (
     "Nothing in the scene gives light, so live light stays off: add a lamp, an emissive material or a world color."
@@ -27,38 +27,6 @@ NO_LIGHT = (
 
 _REST = 2.0
 """How many times as long as it took to read all of the scene it is not read again, so that Blender stays awake."""
-
-
-@dataclass
-class Stage:
-    """Surfaces, and what else is known of the scene that they are of.
-
-    Attributes
-    ----------
-    surfaces : LiveSurfaces
-    looks : Looks
-    transforms : (o, 4, 4) float32
-        From where the surfaces have each object to where it is.
-    owners : (o,) int64
-        Session ids by which views show objects or hide them.
-    gone : set of int
-        Of them, those that the scene does not show any more.
-    """
-
-    surfaces: "LiveSurfaces"
-    looks: Looks
-    transforms: np.ndarray
-    owners: np.ndarray
-    gone: set[int] = field(default_factory=set)
-
-    def shown_in(self, space: Any) -> np.ndarray:
-        """Which objects a 3D view shows, (o,) bool."""
-        hidden = set(self.gone)
-        if space.local_view is not None or space.use_local_collections:
-            for obj in objects_of(bpy.context.view_layer):
-                if not obj.visible_in_viewport_get(space):
-                    hidden.add(obj.session_uid)
-        return ~np.isin(self.owners, list(hidden)) if hidden else np.ones(len(self.owners), bool)
 
 
 class LiveSession:
@@ -98,6 +66,7 @@ class LiveSession:
         self._noted: float | None = None
         self._edited: tuple[float, float] | None = None
         self._stages: list[Stage] = []
+        self._ever: set[int] = set()  # what was shown since it was turned on
         reading = self._read(scene, view_layer)
         if not gives_light(reading.scene):
             raise BakeError(NO_LIGHT)
@@ -128,11 +97,13 @@ class LiveSession:
     @property
     def behind(self) -> float | None:
         """Seconds since the first change that the newest light does not have in it; None where it has all."""
-        # `_edited`: when that change came, and when the last edit was told of
+        # `_edited`: when the first change came that the engine was told of, and when it was told of the last one;
+        # `_noted`: when the first came that is not read yet
         light = self._live.light
         if self._edited is not None and light is not None and light.since >= self._edited[1]:
             self._edited = None
-        return None if self._edited is None else perf_counter() - self._edited[0]
+        since = self._edited[0] if self._edited is not None else self._noted
+        return None if since is None else perf_counter() - since
 
     @property
     def live(self) -> "Live":
@@ -149,6 +120,7 @@ class LiveSession:
     def _read(self, scene: Any, layer: Any) -> LiveReading:
         begun = perf_counter()
         self._contents = contents_of(scene, layer)
+        self._ever |= self._contents[0]
         reading = LiveReading.of(_graph(scene, layer), scene)
         self._ready = perf_counter() + _REST * (perf_counter() - begun)
         return reading
@@ -158,6 +130,7 @@ class LiveSession:
         from ...pipeline.live import LiveSurfaces, live_surfaces
 
         empty = reading.scene.n_triangles == 0
+        self._gone: set[int] = set()
         surfaces = LiveSurfaces(()) if empty else live_surfaces(reading.scene, self._settings)
         looks = Looks.of(reading.scene.materials, self._stages[-1].looks if self._stages else None)
         transforms = np.tile(np.eye(4, dtype=np.float32), (len(reading.owners), 1, 1))
@@ -190,6 +163,7 @@ class LiveSession:
         changed = self._follow_view(scene)
         self.changes.release(layer)
         if self.changes:
+            self._noted = self._noted or perf_counter()
             changed |= self._follow(scene, layer)
         version = self._live.light.version if self._live.light else 0
         changed |= version != self._version
@@ -216,11 +190,8 @@ class LiveSession:
         """Read what has changed, and say so to the engine; whether surfaces look otherwise at once."""
         changes = self.changes
         if changes.contents:
-            contents = contents_of(scene, layer)
-            changes.everything |= contents != self._contents
+            self._look_what_is_there(contents_of(scene, layer))
             changes.contents = False
-            for stage in self._stages:
-                stage.gone = set(stage.owners.tolist()) - contents[0]
         edits = None if changes.everything else self._edits(scene, layer)
         if edits is None:
             changes.everything = True
@@ -234,12 +205,64 @@ class LiveSession:
             self._live.edit(*edits)
         return True
 
+    def _look_what_is_there(self, contents: tuple[Any, ...]) -> None:
+        """Note what objects have come or gone, whose light and surfaces are to be read."""
+        changes, before, now = self.changes, self._contents[0], contents[0]
+        known = set(self._reading.owners.tolist())
+        self._ever |= now
+        for stage in self._stages:
+            stage.gone = (set(stage.owners.tolist()) & self._ever) - now
+        changes.everything |= contents[1:] != self._contents[1:] or not self._are_known(now - before - known)
+        changes.lamps |= now != before
+        changes.reshaped |= (now - before) & known
+        self._contents = contents
+
+    def _are_known(self, uids: set[int]) -> bool:
+        """Whether objects have no surfaces and instance nothing, so that they are no reason to read all."""
+        return all(obj.type in SURFACELESS for obj in bpy.data.objects if obj.session_uid in uids)
+
+    def _shown(self) -> "list[Edit]":
+        """Which objects are not there any more, or again; of those that are, their shape is known."""
+        from ...pipeline.live import ObjectShown
+
+        gone = set(np.flatnonzero(np.isin(self._reading.owners, list(self._ever - self._contents[0]))).tolist())
+        edits: list[Edit] = [ObjectShown(number, number not in gone) for number in sorted(gone ^ self._gone)]
+        self._gone = gone
+        return edits
+
+    def _reshaped(self, graph: Any) -> "list[Edit] | None":
+        """Objects of another shape; None where some are of other faces."""
+        from ...pipeline.live import ObjectReshaped
+
+        there = self.changes.reshaped & self._contents[0]
+        shapes = self._reading.reshaped(graph, there) if there else {}
+        if shapes is None:
+            return None
+        stage, surfaces = self._stages[-1], self._stages[-1].surfaces
+        still = (stage.transforms == np.eye(4)).all(axis=(1, 2))
+        shapes = {k: shape for k, shape in shapes.items() if not (still[k] and self._reading.has(k, shape))}
+        if not shapes:
+            return []
+        transforms = stage.transforms.copy()
+        for number, shape in shapes.items():
+            transforms[number] = np.eye(4)
+            surfaces = surfaces.reshaped(number, shape.corners, shape.corner_normals)
+        self._reading.reshape(shapes)
+        self._stages.append(replace(stage, surfaces=surfaces, transforms=transforms))
+        return [
+            ObjectReshaped(number, of.corners, of.corner_normals, of.corner_tangents, surfaces)
+            for number, of in shapes.items()
+        ]
+
     def _edits(self, scene: Any, layer: Any) -> "list[Edit] | None":
         """What of the changes can be read by itself; None where everything has to be."""
         from ...pipeline.live import LampsChanged, MaterialsChanged, ObjectMoved, WorldChanged
 
         changes, reading, graph = self.changes, self._reading, _graph(scene, layer)
-        edits: list[Edit] = []
+        reshaped = self._reshaped(graph)
+        if reshaped is None:
+            return None
+        edits = [*reshaped, *self._shown()]
         if changes.moved:
             moved = reading.moved(graph, changes.moved)
             if moved is None:
@@ -276,15 +299,15 @@ class LiveSession:
 
     def _replaced(self, scene: Any, layer: Any) -> "list[Edit]":
         """Read everything anew; where surfaces turn out to be the same as before, light goes on from there."""
-        from ...pipeline.live import LampsChanged, ObjectMoved, SceneReplaced, WorldChanged
+        from ...pipeline.live import LampsChanged, ObjectMoved, ObjectShown, SceneReplaced, WorldChanged
 
-        before, moved = self._reading, self._stages[-1].transforms
+        before, moved, gone = self._reading, self._stages[-1].transforms, self._gone
         reading = self._read(scene, layer)
         if not same_surfaces(before.scene, reading.scene) or before.objects != reading.objects:
             self._take(reading)
             return [SceneReplaced(reading.scene, self._stages[-1].surfaces)]
-        self._reading = reading
-        edits: list[Edit] = []
+        self._reading, self._gone = reading, set()
+        edits: list[Edit] = [ObjectShown(number, True) for number in sorted(gone)]
         if not equal(before.scene.lights, reading.scene.lights):
             edits.append(LampsChanged(reading.scene.lights))
         if not equal(before.scene.world, reading.scene.world):
@@ -300,9 +323,9 @@ class LiveSession:
         light = self._live.light
         if light is None or not len(light.surfaces):
             return None
-        while len(self._stages) > 1 and self._stages[-1].surfaces is light.surfaces:
+        while self._stages[0].surfaces is not light.surfaces:  # light never goes back to those of before
             del self._stages[0]
-        stage = next(one for one in self._stages if one.surfaces is light.surfaces)
+        stage = self._stages[0]
         return Scenery(
             scene=self._scene_uid,
             light=light,

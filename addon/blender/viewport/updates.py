@@ -11,6 +11,10 @@ _NEVER_SEEN = {"ARMATURE", "CAMERA", "LATTICE", "LIGHT_PROBE", "SPEAKER", "GREAS
 """Types of objects that are in no light themselves; what they deform is told by itself."""
 
 
+SURFACELESS = _NEVER_SEEN | {"LIGHT"}
+"""Types of objects of whose coming only lamps have to be read."""
+
+
 @dataclass
 class Changes:
     """What has changed since it was last read; sets are of session ids.
@@ -21,6 +25,8 @@ class Changes:
     materials : set of int
     moved : set of int
         Objects that stand elsewhere, and what they instance with them.
+    reshaped : set of int
+        Objects of another shape, of the same faces or of others.
     contents : bool
         Whether there may be other objects than before.
     everything : bool
@@ -33,13 +39,15 @@ class Changes:
     world: bool = False
     materials: set[int] = field(default_factory=set)
     moved: set[int] = field(default_factory=set)
+    reshaped: set[int] = field(default_factory=set)
     contents: bool = False
     everything: bool = False
     held: set[int] = field(default_factory=set)
 
     def __bool__(self) -> bool:
         """Whether there is something to read, besides what is held."""
-        return bool(self.lamps or self.world or self.materials or self.moved or self.contents or self.everything)
+        some = self.materials or self.moved or self.reshaped
+        return bool(self.lamps or self.world or some or self.contents or self.everything)
 
     def note(self, updates: Any) -> None:
         """Take updates of a dependency graph in, which come in any order and often several times."""
@@ -70,7 +78,7 @@ class Changes:
         if obj.mode == "EDIT":
             self.held.add(obj.session_uid)
         elif update.is_updated_geometry:
-            self.everything = True
+            self.reshaped.add(obj.session_uid)
         elif update.is_updated_transform:  # animated objects are told of shading then, too
             self.moved.add(obj.session_uid)
             self.lamps |= obj.type == "EMPTY"  # which may instance lamps
@@ -81,7 +89,7 @@ class Changes:
         """Let those that are edited no longer count."""
         if self.held:
             editing = {obj.session_uid for obj in objects_of(view_layer) if obj.mode == "EDIT"}
-            self.everything |= not self.held <= editing
+            self.reshaped |= self.held - editing
             self.held &= editing
 
 

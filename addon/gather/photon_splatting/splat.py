@@ -142,16 +142,20 @@ def _window(rows, splats):
     """First and last but one of the points that splats may light."""
     first, stop = len(rows.keys), 0
     for p in range(len(splats.radius)):
-        low, high = _steps_of_box(rows, splats, p)
+        low, high = _steps_of_splat(rows, splats, p)
         first = min(first, first_from(rows.keys, key(low[0], low[1], low[2]), 0, len(rows.keys)))
         stop = max(stop, first_from(rows.keys, key(high[0] + 1, high[1], high[2]), 0, len(rows.keys)))
     return min(first, stop), stop
 
 
 @part
-def _steps_of_box(rows, splats, p):
+def _steps_of_splat(rows, splats, p):
+    return steps_of_box(rows, row(splats.position, p), row(splats.normal, p), splats.radius[p])
+
+
+@part
+def steps_of_box(rows, x, n, r):
     """Steps of the corners of the box around a photon's ellipsoid, half as long as √(r² (1 − n²) + (SLICE r)² n²)."""
-    x, n, r = row(splats.position, p), row(splats.normal, p), splats.radius[p]
     narrower = ONE - SLICE * SLICE
     half = (
         r * np.sqrt(ONE - narrower * n[0] * n[0]),
@@ -186,7 +190,8 @@ def find_pairs(rows, position, normal, splats, p, at, of, kernels):
 @part
 def _points_of_photon(rows, position, normal, splats, p, n, at, of, kernels):
     """Add the points of one photon after the n-th pair: how many pairs there are then; −1 without room."""
-    low, high = _steps_of_box(rows, splats, p)
+    low, high = _steps_of_splat(rows, splats, p)
+    x, facing, radius = row(splats.position, p), row(splats.normal, p), splats.radius[p]
     keys = rows.keys
     for z in range(low[2], high[2] + 1):
         start = first_from(keys, key(low[0], low[1], z), 0, len(keys))
@@ -195,7 +200,7 @@ def _points_of_photon(rows, position, normal, splats, p, n, at, of, kernels):
         while start < end and y <= high[1]:
             stop = first_from(keys, key(high[0] + 1, y, z), start, end)
             for k in range(start, stop):
-                kappa = _kernel(row(position, k), row(normal, k), splats, p)
+                kappa = splat_kernel(row(position, k), row(normal, k), x, facing, radius)
                 if kappa > 0:
                     if n == len(at):
                         return -1
@@ -207,10 +212,13 @@ def _points_of_photon(rows, position, normal, splats, p, n, at, of, kernels):
 
 
 @part
-def _kernel(position, normal, splats, p):
-    """κ of a photon at a point (Eq. 3 with Epanechnikov's kernel), 1/m²; 0 beyond its hull or on another surface."""
-    away, n = minus(position, row(splats.position, p)), row(splats.normal, p)
-    height, flat = dot(away, n), ONE / (splats.radius[p] * splats.radius[p])
+def splat_kernel(position, normal, x, n, r):
+    """κ at a point of a photon at x, on a surface of normal n (Eq. 3 with Epanechnikov's kernel), 1/m².
+
+    It is 0 beyond the hull of its ellipsoid of radius r, and on another surface.
+    """
+    away, flat = minus(position, x), ONE / (r * r)
+    height = dot(away, n)
     t2 = (dot(away, away) + _FLATNESS * height * height) * flat
     if t2 >= ONE or dot(normal, n) <= SAME_SIDE:
         return np.float32(0)

@@ -10,7 +10,16 @@
 What others may use is listed here; all else in this folder is the engine's own.
 """
 
-from .edits import Edit, LampsChanged, MaterialsChanged, ObjectMoved, SceneReplaced, WorldChanged
+from .edits import (
+    Edit,
+    LampsChanged,
+    MaterialsChanged,
+    ObjectMoved,
+    ObjectReshaped,
+    ObjectShown,
+    SceneReplaced,
+    WorldChanged,
+)
 from .light import LiveLight
 from .live import Live
 from .surfaces import LiveMesh, LiveSurfaces, live_surfaces
@@ -24,6 +33,8 @@ __all__ = [
     "LiveSurfaces",
     "MaterialsChanged",
     "ObjectMoved",
+    "ObjectReshaped",
+    "ObjectShown",
     "SceneReplaced",
     "WorldChanged",
     "live_surfaces",

@@ -53,6 +53,39 @@ class ObjectMoved:
 
 
 @dataclass(frozen=True)
+class ObjectReshaped:
+    """An object has another shape: the same triangles with their corners elsewhere.
+
+    Where it has others, the scene must be replaced.
+
+    Attributes
+    ----------
+    object : int
+        Its number in `Scene.objects`.
+    corners, corner_normals : (t, 3, 3) float32
+        Of its triangles in the order of the scene, in world space; `ObjectMoved` counts from there from now on.
+    corner_tangents : (t, 3, 3, 3) or (0, 3, 3, 3) float32
+        As in `ShadingFrames`.
+    surfaces : LiveSurfaces
+        Those there were, `reshaped`.
+    """
+
+    object: int
+    corners: np.ndarray
+    corner_normals: np.ndarray
+    corner_tangents: np.ndarray
+    surfaces: LiveSurfaces
+
+
+@dataclass(frozen=True)
+class ObjectShown:
+    """An object is not there any more, or again: hidden, removed, or brought back by an undo."""
+
+    object: int
+    shown: bool
+
+
+@dataclass(frozen=True)
 class SceneReplaced:
     """Anything else: all is built anew. What was light before is shown until there is new light."""
 
@@ -60,7 +93,8 @@ class SceneReplaced:
     surfaces: LiveSurfaces
 
 
-Edit: TypeAlias = LampsChanged | WorldChanged | MaterialsChanged | ObjectMoved | SceneReplaced
+OfObject: TypeAlias = ObjectMoved | ObjectReshaped | ObjectShown
+Edit: TypeAlias = LampsChanged | WorldChanged | MaterialsChanged | OfObject | SceneReplaced
 
 
 def coalesced(edits: Iterable[Edit]) -> list[Edit]:
@@ -69,7 +103,9 @@ def coalesced(edits: Iterable[Edit]) -> list[Edit]:
     for edit in edits:
         if isinstance(edit, SceneReplaced):
             newest.clear()
-        key = (type(edit), edit.object if isinstance(edit, ObjectMoved) else 0)
+        if isinstance(edit, ObjectReshaped):
+            newest.pop((ObjectMoved, edit.object), None)
+        key = (type(edit), edit.object if isinstance(edit, OfObject) else 0)
         newest.pop(key, None)
         newest[key] = edit
     return list(newest.values())

@@ -4,10 +4,12 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from .crew import Crew, Task
 
-_RAYS = 1 << 12
-"""Of a chunk, between two of which a halt is heeded."""
+A_CHUNK = 1 << 12
+"""Rays of a chunk, between two of which a halt is heeded."""
 
 
 def _nothing() -> None:
@@ -33,6 +35,23 @@ class Job:
     n_rays: int
     work: Callable[[slice], object]
     done: Callable[[], object] = _nothing
+
+
+def no_job(done: Callable[[], object] = _nothing) -> Job:
+    """Nothing to do, but what is done after it."""
+    return Job(0, 1, lambda _: None, done)
+
+
+def of_blocks(
+    rows: np.ndarray, size: int, work: Callable[[np.ndarray], object], done: Callable[[], object] = _nothing
+) -> Job:
+    """Work on some rows, a block of them between two looks for a halt."""
+
+    def blocks(chunk: slice) -> None:
+        for k in range(chunk.start, chunk.stop):
+            work(rows[k * size : (k + 1) * size])
+
+    return Job(-(-len(rows) // size), A_CHUNK, blocks, done)
 
 
 @dataclass
@@ -73,6 +92,6 @@ class Plan:
                 self._job = self.jobs.popleft()()
                 self._task = Task(self._job.n)
             job = self._job
-            crew.run(self._task, max(1, _RAYS // max(job.n_rays, 1)), job.work)
+            crew.run(self._task, max(1, A_CHUNK // max(job.n_rays, 1)), job.work)
             self._job = None
             job.done()

@@ -29,11 +29,12 @@ class Live:
     """
 
     def __init__(self, scene: Scene, surfaces: LiveSurfaces, settings: LiveSettings | None = None) -> None:
-        self._first = scene, surfaces, settings or LiveSettings()
+        settings = settings or LiveSettings()
+        self._first: tuple[Scene, LiveSurfaces, LiveSettings] | None = (scene, surfaces, settings)
         self._edits: list[Edit] = []
         self._came = self._since = perf_counter()
         self._changed, self._halt, self._stopping = Condition(), Halt(), False
-        self._crew = Crew(self._first[2].n_threads, self._first[2].seed, self._halt)
+        self._crew = Crew(settings.n_threads, settings.seed, self._halt)
         self._solver: Solver | None = None
         self._light: LiveLight | None = None
         self._failure: Exception | None = None
@@ -82,16 +83,27 @@ class Live:
             since = self._came if edits or self._solver is None else self._since
             self._responding = self._responding or bool(edits)
             self._halt.asked = self._stopping
-        if self._solver is None:
-            self._solver = Solver(*self._first, self._crew)
-        if edits:
-            self._solver.apply(edits)
+        solver = self._taken_in(edits)
         self._since = since
-        self._solver.step()
+        solver.step()
         version = self._light.version + 1 if self._light else 1
-        self._light = light = self._solver.light(version, since)
+        self._light = light = solver.light(version, since)
         self._responding = False
         return not light.converged
+
+    def _taken_in(self, edits: list[Edit]) -> Solver:
+        """What finds the light, after it took in edits; those that a halt kept it from come again."""
+        try:
+            if self._solver is None:
+                assert self._first is not None
+                self._solver, self._first = Solver(*self._first, self._crew), None
+            if edits:
+                self._solver.apply(edits)
+        except Cancelled:
+            with self._changed:
+                self._edits = coalesced([*edits, *self._edits])
+            raise
+        return self._solver
 
     def _run(self) -> None:
         more = True

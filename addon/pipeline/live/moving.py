@@ -1,4 +1,4 @@
-"""Objects that move: their triangles and vertices elsewhere, and a small tree of them beside the large one."""
+"""Objects that move, are reshaped or come and go: in a small tree of their own beside the large one."""
 
 from dataclasses import dataclass, replace
 
@@ -8,8 +8,9 @@ from ...receivers import Receivers
 from ...scene import Scene, ShadingFrames
 from ...tracing import TransparencyTracer
 from ...tracing.embree_pair import PairTracer
-from .edits import ObjectMoved
-from .state import OF_SURFACES
+from .edits import ObjectMoved, ObjectReshaped, ObjectShown, OfObject
+from .state import OF_SURFACES, with_objects
+from .surfaces import LiveSurfaces
 
 _MARGIN = 1e-4  # of the box around an object, as a share of its size
 
@@ -41,22 +42,33 @@ class Moving:
         Which move with their objects: written in place.
     objects : (n,) int32
         Of each.
+    vertices : (n,) int64
+        Row of `LiveSurfaces` that each is of.
+
+    Attributes
+    ----------
+    gone : (o,) bool
+        Which objects are not there.
     """
 
-    def __init__(self, receivers: Receivers, objects: np.ndarray) -> None:
-        self._receivers, self._objects = receivers, objects
-        self._at_first = Receivers(receivers.position.copy(), receivers.normal.copy(), receivers.footprint)
+    def __init__(self, receivers: Receivers, objects: np.ndarray, vertices: np.ndarray, n_objects: int) -> None:
+        self._receivers, self._objects, self._vertices = receivers, objects, vertices
+        self._at_first = Receivers(receivers.position.copy(), receivers.normal.copy(), receivers.footprint.copy())
         self._parts: dict[int, _Part] = {}
         self._pair: PairTracer | None = None
+        self._low: np.ndarray | None = None
+        self._emits: np.ndarray | None = None
+        self.gone = np.zeros(n_objects, bool)
 
-    def restart(self) -> None:
-        """The tracer was built anew: nothing lies in a tree of its own any more."""
-        self._pair = None
+    def restarted(self, scene: Scene, tracer: TransparencyTracer) -> TransparencyTracer:
+        """A tracer that was built anew, without what is gone: nothing else lies in a tree of its own any more."""
+        self._pair = self._low = None
+        return self._with_pair(scene, tracer) if self.gone.any() else tracer
 
-    def move(
-        self, scene: Scene, tracer: TransparencyTracer, edit: ObjectMoved
+    def take(
+        self, scene: Scene, tracer: TransparencyTracer, edit: OfObject
     ) -> tuple[Scene, TransparencyTracer, np.ndarray]:
-        """The scene and its tracer with an object elsewhere; boxes around where that was and is, (2, 2, 3) float32.
+        """The scene and its tracer after an edit; boxes around where the object was and is, (2, 2, 3) float32.
 
         Arrays of scenes that this returned before are written to.
         """
@@ -65,18 +77,44 @@ class Moving:
             scene = self._with_part(scene, edit.object)
         part = self._parts[edit.object]
         before = _box(scene.vertices[part.vertices])
-        _put(scene, part, _moved(part.scene, edit.transform))
+        if isinstance(edit, ObjectMoved):
+            _put(scene, part, _moved(part.scene, edit.transform))
+            self._move_receivers(np.flatnonzero(self._objects == edit.object), edit.transform)
+        elif isinstance(edit, ObjectReshaped):
+            part = self._parts[edit.object] = _reshaped(part, edit)
+            _put(scene, part, part.scene)
+            self._reshape_receivers(np.flatnonzero(self._objects == edit.object), edit)
+        else:
+            scene = self._with_shown(scene, edit)
         after = _box(scene.vertices[part.vertices])
         low, high = scene.bounds
         scene.__dict__["bounds"] = np.stack([np.minimum(low, after[0]), np.maximum(high, after[1])])
-        self._move_receivers(np.flatnonzero(self._objects == edit.object), edit.transform)
-        if first or self._pair is None:
+        self._pair = None if first else self._pair
+        return scene, self._with_pair(scene, tracer), np.stack([before, after])
+
+    def _with_pair(self, scene: Scene, tracer: TransparencyTracer) -> TransparencyTracer:
+        """A tracer of the scene as it is now; which surfaces lie in one place is as it was, but for those gone."""
+        if self._pair is None:
             moves = np.zeros(len(scene.objects.names), bool)
             moves[list(self._parts)] = True
-            self._pair = PairTracer(scene, moves)
+            self._pair = PairTracer(scene, moves, self.gone)
         else:
-            self._pair.update(scene)
-        return scene, _with_trees(tracer, scene, self._pair), np.stack([before, after])
+            self._pair.update(scene, self.gone)
+        other = tracer.lit_by(scene)
+        other.surfaces = self._pair
+        coincident = other.arrays.coincident
+        self._low = coincident.low if self._low is None else self._low
+        without = self.gone[scene.object_of_triangle[coincident.partner]]
+        low = np.where(without[:, None], np.float32(np.inf), self._low)
+        coincident = coincident._replace(low=low)
+        other.__dict__["arrays"] = other.arrays._replace(trees=self._pair.handles, coincident=coincident)
+        return other
+
+    def _with_shown(self, scene: Scene, edit: ObjectShown) -> Scene:
+        """The scene where an object that is gone gives no light."""
+        self._emits = scene.objects.emits if self._emits is None else self._emits
+        self.gone[edit.object] = not edit.shown
+        return with_objects(scene, replace(scene.objects, emits=self._emits & ~self.gone))
 
     def _with_part(self, scene: Scene, number: int) -> Scene:
         """The scene, with arrays of its own and vertices of the object's own."""
@@ -110,18 +148,16 @@ class Moving:
             own.__dict__[name] = float(value) if name == "diagonal" else copied
         return own
 
+    def _reshape_receivers(self, rows: np.ndarray, edit: ObjectReshaped) -> None:
+        (mesh,) = (mesh for mesh in edit.surfaces.meshes if mesh.object == edit.object)
+        found = LiveSurfaces((mesh,)).receivers().where(self._vertices[rows] - mesh.vertices.start)
+        for at in (self._at_first, self._receivers):
+            at.position[rows], at.normal[rows], at.footprint[rows] = found.position, found.normal, found.footprint
+
     def _move_receivers(self, rows: np.ndarray, transform: np.ndarray) -> None:
         at = self._at_first
         self._receivers.position[rows] = _points(at.position[rows], transform)
         self._receivers.normal[rows] = _normals(at.normal[rows], transform)
-
-
-def _with_trees(tracer: TransparencyTracer, scene: Scene, trees: PairTracer) -> TransparencyTracer:
-    """A tracer of the moved scene; which surfaces lie in one place is as it was."""
-    other = tracer.lit_by(scene)
-    other.surfaces = trees
-    other.__dict__["arrays"] = other.arrays._replace(trees=trees.handles)
-    return other
 
 
 def _box(vertices: np.ndarray) -> np.ndarray:
@@ -165,6 +201,15 @@ def _moved(scene: Scene, transform: np.ndarray) -> Scene:
         corner_normals=sign * _normals(scene.corner_normals, transform),
         frames=frames,
     )
+
+
+def _reshaped(part: _Part, edit: ObjectReshaped) -> _Part:
+    """An object whose triangles have their corners elsewhere."""
+    vertices = part.scene.vertices.copy()
+    vertices[part.scene.triangles.ravel()] = edit.corners.reshape(-1, 3)
+    frames = replace(part.scene.frames, corner_tangents=edit.corner_tangents)
+    alone = replace(part.scene, vertices=vertices, corner_normals=edit.corner_normals, frames=frames)
+    return replace(part, scene=alone)
 
 
 def _put(scene: Scene, part: _Part, moved: Scene) -> None:

@@ -5,26 +5,37 @@ import numpy as np
 from ...core.sampling.path_numbers import path_key
 from ...emitters import light_sources, region_of
 from ...gather import DirectLight, importance_pilot
-from ...scene import Scene
+from ...scene import Materials, Scene
 from ...settings.live import LiveSettings
 from ...tracing import TransparencyTracer
 from .crew import Crew
-from .edits import Edit, LampsChanged, MaterialsChanged, ObjectMoved, SceneReplaced, WorldChanged
-from .jobs import Job, Plan
+from .edits import (
+    Edit,
+    LampsChanged,
+    MaterialsChanged,
+    ObjectReshaped,
+    ObjectShown,
+    OfObject,
+    SceneReplaced,
+    WorldChanged,
+)
+from .jobs import Plan, no_job
 from .light import LiveLight
 from .moving import Moving
-from .state import lit_otherwise, made_otherwise, paths_stay, tracer_of
+from .photons.caustics import Caustics
+from .photons.makers import makes_caustics
+from .state import lights_stay, lit_otherwise, made_otherwise, painted, paths_stay, tracer_of
 from .surfaces import LiveSurfaces
 from .thinned import Thinned
 from .transport.bounces import Transport
 from .transport.lighting import Lighting
 from .transport.linking import Linking
-from .transport.reflectance import Reflectance, reflectance
+from .transport.reflectance import Reflectance
+from .transport.unmarked import Unmarked
 
 _OF_AREA = 115  # stream of random numbers
 _PASSES = 2  # estimates of direct light that a step adds
-_FIRST_LINKS = 256  # of a vertex that the first light after an edit is taken from
-_FEW_BOUNCES = 2
+_FIRST_BOUNCES, _FEW_BOUNCES = 3, 2  # of what an edit has changed, and of each step after it
 _STILL = 1e-4  # relative change of what bounces that is none
 
 
@@ -58,29 +69,29 @@ class Solver:
         if self._empty:
             return
         self._region = region_of(self._receivers.position)
-        self._tracer = tracer_of(scene, self._crew.progress)
-        self._moving = Moving(self._receivers, self._objects)
-        self._start_links()
+        self._moving = Moving(self._receivers, self._objects, chosen, len(scene.objects.names))
+        self._start_links(scene, tracer_of(scene, self._crew.progress))
 
-    def _start_links(self) -> None:
-        """No links are there yet."""
+    def _start_links(self, scene: Scene, tracer: TransparencyTracer) -> None:
+        """No links are there yet of a scene; where a halt comes, all stays as it is."""
         settings, crew, receivers = self._settings, self._crew, self._receivers
         region, n_elements = self._region, settings.n_elements
-        pilot = importance_pilot(self._scene, self._tracer, receivers, region, n_elements, crew.workers)
-        self._unmarked: list[tuple[int, np.ndarray]] = []
-        how = settings, self._plan, self._light_new
-        self._linking = Linking.of(self._scene, self._tracer, receivers, pilot, self._direct(), *how)
-        self._transport = Transport(len(self._linking.sides.end), crew)
-        self._reflectance: Reflectance | None = None
-        self._lighting = Lighting.of(self._tracer, receivers, self._objects, self._linking, settings)
+        pilot = importance_pilot(scene, tracer, receivers, region, n_elements, crew.workers)
+        self._scene, self._tracer = scene, tracer
+        self._first_unmarked, self._rest_unmarked = Unmarked(), Unmarked()
+        self._linking = Linking.of(scene, tracer, receivers, pilot, self._direct(), settings, self._plan)
+        n_sides = len(self._linking.sides.end)
+        self._transport, self._whole = Transport(n_sides, len(receivers), crew), False
+        self._reflectance, self._painted = Reflectance.none(n_sides), np.ones(len(scene.materials), bool)
+        self._lighting = Lighting.of(tracer, receivers, self._objects, self._linking, settings)
+        self._caustics: Caustics | None = None
+        if makes_caustics(scene):
+            at = receivers, self._objects, pilot.elements, region
+            self._caustics = Caustics(scene, tracer, *at, settings)
 
     def _direct(self) -> DirectLight:
         """What gives light, as it is now."""
         return DirectLight(self._scene, self._tracer, light_sources(self._scene, self._region))
-
-    def _light_new(self, sides: np.ndarray) -> None:
-        """Sides are reached for the first time."""
-        self._plan.next(lambda: self._lighting.light_new(sides))
 
     # --- edits --------------------------------------------------------------------------------------------------
 
@@ -93,40 +104,57 @@ class Solver:
                 self._set_up(edit.scene, edit.surfaces)
             elif not self._empty:
                 self._take(edit)
-        if not self._empty:
-            self._lighting.again()
-            self._planned = False
-            self.converged = self._lit = False
+        self._planned = False
+        self.converged, self._lit = self._empty, False
 
     def _take(self, edit: Edit) -> None:
         """Take one edit in."""
-        if isinstance(edit, ObjectMoved):
+        relit = True
+        if isinstance(edit, OfObject):
             self._move(edit)
-            return
-        if isinstance(edit, LampsChanged):
-            self._scene = lit_otherwise(self._scene, lights=edit.lights)
-        elif isinstance(edit, WorldChanged):
-            self._scene = lit_otherwise(self._scene, world=edit.world)
         elif isinstance(edit, MaterialsChanged):
-            stay = paths_stay(self._scene.materials, edit.materials)
-            self._scene = made_otherwise(self._scene, edit.materials)
-            self._reflectance = None
-            progress = self._crew.progress
-            self._trace_by(self._tracer.lit_by(self._scene) if stay else tracer_of(self._scene, progress))
-            if stay:
-                self._unmarked.append((-1, np.zeros((0, 2, 3), np.float32)))
-            else:
-                self._moving.restart()
-                self._start_links()
-        self._linking.direct = self._direct()
-
-    def _move(self, edit: ObjectMoved) -> None:
-        """An object stands elsewhere."""
-        self._scene, tracer, boxes = self._moving.move(self._scene, self._tracer, edit)
-        self._trace_by(tracer)
-        self._unmarked.append((edit.object, boxes))
-        if self._scene.shines[self._scene.object_of_triangle == edit.object].any():
+            relit = self._paint(edit.materials)
+        else:
+            if isinstance(edit, LampsChanged):
+                self._scene = lit_otherwise(self._scene, lights=edit.lights)
+            elif isinstance(edit, WorldChanged):
+                self._scene = lit_otherwise(self._scene, world=edit.world)
             self._linking.direct = self._direct()
+        if relit:
+            self._lighting.again(near=False)
+        self._lighting.again(near=True)
+        if self._caustics:
+            self._caustics.edited(self._scene, self._tracer)
+
+    def _paint(self, materials: Materials) -> bool:
+        """Materials look otherwise; whether direct light has to be found again."""
+        old, scene = self._scene.materials, made_otherwise(self._scene, materials)
+        if not paths_stay(old, materials):
+            tracer = tracer_of(scene, self._crew.progress)
+            self._start_links(scene, self._moving.restarted(scene, tracer))
+            return True
+        self._scene, self._painted = scene, self._painted | painted(old, materials)
+        self._trace_by(self._tracer.lit_by(scene))
+        self._rest_unmarked.followed = True
+        self._linking.direct = self._direct()
+        return not lights_stay(old, materials)
+
+    def _move(self, edit: OfObject) -> None:
+        """An object stands elsewhere, has another shape, or is gone or there again."""
+        self._scene, tracer, boxes = self._moving.take(self._scene, self._tracer, edit)
+        self._trace_by(tracer)
+        for unmarked in (self._first_unmarked, self._rest_unmarked):
+            unmarked.add(edit.object, boxes)
+        self._rest_unmarked.followed = True
+        own = self._scene.object_of_triangle == edit.object
+        if isinstance(edit, ObjectReshaped):
+            self._surfaces = edit.surfaces
+        if isinstance(edit, ObjectShown):
+            self._painted[self._scene.material_of_triangle[own]] = True
+        if self._scene.materials.emits[self._scene.material_of_triangle[own]].any():
+            self._linking.direct = self._direct()
+        if self._caustics:
+            self._caustics.moved(edit.object, boxes)
 
     def _trace_by(self, tracer: TransparencyTracer) -> None:
         self._tracer = self._linking.tracer = self._lighting.tracer = tracer
@@ -154,49 +182,66 @@ class Solver:
         """The parts of the next step: links to be marked, traced anew or for the first time; then direct light."""
         linking, lighting, then = self._linking, self._lighting, self._plan.then
         self._planned, n = True, _PASSES if self._lit else 1
-        for moved in self._unmarked:
-            for job in linking.moved(moved[0], self._objects, moved[1]):
-                then(job)
-        if self._unmarked:
-            then(lambda: Job(0, 1, _nothing, self._unmarked.clear))
-        stale = bool(self._unmarked)
-        if stale or linking.vertices.stale:
+        marks = self._first_unmarked.jobs(linking, self._objects, rest=False)
+        if self._lit or not self._whole:
+            marks += self._rest_unmarked.jobs(linking, self._objects, rest=True)
+        if len(linking.found):  # a halt came between
+            then(linking.trace_found)
+        for job in marks:
+            then(job)
+        if marks or (self._lit and linking.vertices.stale):
             then(linking.renew_vertices)
         elif not linking.vertices.n_traced or (self._lit and not linking.vertices.finished):
             then(linking.trace_vertices)
-        if stale or linking.sides.stale:
+        if marks or (self._lit and linking.sides.stale):
             then(linking.renew_sides)
         elif self._lit and not linking.sides.finished:
             then(linking.trace_sides)
+        then(lighting.light_new)
         if not lighting.sides.finished:
             then(lambda: lighting.light_sides(n))
         if not lighting.vertices.finished:
             then(lambda: lighting.light_vertices(n))
+        if self._caustics:
+            for job in self._caustics.jobs():
+                then(job)
+            then(lambda: no_job(self._light_by_caustics))
         if not lighting.near_sides.finished:
             then(lambda: lighting.light_near_sides(n))
         if not lighting.near_vertices.finished:
             then(lambda: lighting.light_near_vertices(4 * n))
 
+    def _light_by_caustics(self) -> None:
+        """Sides take what photons bring."""
+        if self._caustics:
+            self._linking.caustics = self._caustics.of_sides(self._lighting.sides.coverage)
+
     def _carry(self) -> None:
-        """From direct light and links to what vertices gather."""
-        linking, lighting = self._linking, self._lighting
-        if self._reflectance is None:
-            key = path_key(self._settings.seed, _OF_AREA)
-            self._reflectance = reflectance(self._tracer, linking.pilot.elements, key, self._crew)
-        lit = lighting.sides.mean, lighting.near_sides.mean
+        """From direct light and links to what vertices gather; first over few links, if all are known to be more."""
+        linking, lighting, transport = self._linking, self._lighting, self._transport
+        if self._painted.any():
+            key, elements = path_key(self._settings.seed, _OF_AREA), linking.pilot.elements
+            self._reflectance.find(self._tracer, elements, key, self._crew, self._painted, self._moving.gone)
+            self._painted = np.zeros_like(self._painted)
+        on_sides = lighting.sides.mean + linking.caustics if self._caustics else lighting.sides.mean
+        lit = on_sides, lighting.near_sides.mean
         of, change = (*lit, linking.sides, linking.reached, self._reflectance), 1.0
+        whole = self._lit or not self._whole
         if not self._lit:
-            self._transport.restart(self._settings.n_bounces, *of)
+            n_most = self._settings.n_bounces
+            transport.follow(n_most if whole else min(n_most, _FIRST_BOUNCES), *of, whole)
         else:
             for _ in range(_FEW_BOUNCES):
-                change = self._transport.bounce(*of)
-        self._transport.radiate(of[0], self._reflectance)
-        n_links = linking.vertices.n_traced if self._lit else min(linking.vertices.n_traced, _FIRST_LINKS)
-        self._transport.to_vertices(linking.vertices, n_links, self._indirect, self._variance)
+                change = transport.bounce(*of)
+        transport.radiate(of[0], self._reflectance)
+        transport.to_vertices(linking.vertices, self._indirect, self._variance, whole)
         self._indirect += lighting.near_vertices.mean
         finished = linking.vertices.finished and linking.sides.finished and lighting.finished
+        if self._caustics:
+            self._indirect += self._caustics.light()
+            finished = finished and self._caustics.finished
         self.converged = self._lit and finished and change < _STILL
-        self._lit = True
+        self._lit, self._whole = True, self._whole or whole
 
     # --- what is known ------------------------------------------------------------------------------------------
 
@@ -209,7 +254,3 @@ class Solver:
         error = float(np.sqrt(self._variance.mean(dtype=np.float64))) / mean if mean > 0 else 0.0
         direct, indirect = (self._thinned.spread(of) for of in (self._lighting.vertices.mean, self._indirect))
         return LiveLight(version, self._surfaces, direct, indirect, error, since, self.converged)
-
-
-def _nothing(_: slice) -> None:
-    pass

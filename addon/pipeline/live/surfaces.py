@@ -1,6 +1,6 @@
 """What live light is found on and drawn on: the scene's meshes, split where shading normals or UVs do, and refined."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -36,6 +36,10 @@ class LiveMesh:
         Numbers of the mesh's own vertices, from 0.
     material : (t,) int32
         Row of `Scene.materials` of each triangle.
+    on : (v,) int64
+        Which of the object's triangles in the scene each vertex is on; of several one.
+    weight : (v, 3) float32
+        Barycentric coordinates there.
     """
 
     object: int
@@ -45,6 +49,17 @@ class LiveMesh:
     uv: np.ndarray
     triangles: np.ndarray
     material: np.ndarray
+    on: np.ndarray
+    weight: np.ndarray
+
+    def reshaped(self, corners: np.ndarray, corner_normals: np.ndarray) -> "LiveMesh":
+        """The same vertices where the object's triangles have their corners elsewhere, (t, 3, 3) each."""
+        position, normal = (
+            np.einsum("vc,vck->vk", self.weight, values[self.on].astype(np.float32))
+            for values in (corners, corner_normals)
+        )
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+        return replace(self, position=position, normal=normal)
 
 
 @dataclass(frozen=True)
@@ -66,6 +81,11 @@ class LiveSurfaces:
         """Object of each vertex, (n,) int32."""
         counts = [len(mesh.position) for mesh in self.meshes]
         return np.repeat(np.array([mesh.object for mesh in self.meshes], np.int32), counts)
+
+    def reshaped(self, number: int, corners: np.ndarray, corner_normals: np.ndarray) -> "LiveSurfaces":
+        """The same with one object's vertices elsewhere."""
+        meshes = (mesh.reshaped(corners, corner_normals) if mesh.object == number else mesh for mesh in self.meshes)
+        return LiveSurfaces(tuple(meshes))
 
     def receivers(self) -> Receivers:
         """Receivers at the vertices, as a bake has them."""
@@ -94,6 +114,8 @@ def live_surfaces(scene: Scene, settings: LiveSettings) -> LiveSurfaces:
     starts = np.flatnonzero(np.diff(of_triangle, prepend=-1))
     for start, end in zip(starts, [*starts[1:], len(of_triangle)], strict=True):
         used, triangles = np.unique(corners.triangles[start:end], return_inverse=True)
+        triangles, source = triangles.reshape(-1, 3).astype(np.int32), corners.source[start:end]
+        on, weight = _places(scene, source, triangles, corners.position[used])
         meshes.append(
             LiveMesh(
                 object=int(of_triangle[start]),
@@ -101,12 +123,28 @@ def live_surfaces(scene: Scene, settings: LiveSettings) -> LiveSurfaces:
                 position=corners.position[used],
                 normal=corners.normal[used],
                 uv=corners.uv[used],
-                triangles=triangles.reshape(-1, 3).astype(np.int32),
-                material=scene.material_of_triangle[corners.source[start:end]],
+                triangles=triangles,
+                material=scene.material_of_triangle[source],
+                on=np.unique(source, return_inverse=True)[1].reshape(-1)[on],
+                weight=weight,
             )
         )
         first += len(used)
     return LiveSurfaces(tuple(meshes))
+
+
+def _places(
+    scene: Scene, source: np.ndarray, triangles: np.ndarray, position: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """For each vertex one of the triangles (t, 3) that have it, and barycentric coordinates in that one's source."""
+    on = np.empty(len(position), np.int64)
+    on[triangles.ravel()] = np.repeat(np.arange(len(triangles)), 3)
+    a, b, c = scene.vertices[scene.triangles[source[on]]].astype(np.float64).transpose(1, 0, 2)
+    ab, ac, ap = b - a, c - a, position - a
+    bb, bc, cc, pb, pc = (np.einsum("vk,vk->v", *pair) for pair in ((ab, ab), (ab, ac), (ac, ac), (ap, ab), (ap, ac)))
+    area = np.maximum(bb * cc - bc * bc, 1e-60)
+    v, w = (cc * pb - bc * pc) / area, (bb * pc - bc * pb) / area
+    return on, np.stack([1 - v - w, v, w], axis=1).astype(np.float32)
 
 
 def _split(scene: Scene, order: np.ndarray) -> Corners:

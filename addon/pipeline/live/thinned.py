@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.compiling import kernel
+from ...core.vec3 import BLACK, plus, put, row, times
 from .surfaces import LiveSurfaces
 
 _N_NEAREST = 3
@@ -52,8 +54,18 @@ class Thinned:
         """The light of all vertices (n, 3) by that of the chosen (m, 3), as an array of its own."""
         if self.nearest is None or self.weight is None:
             return light.copy()
-        spread: np.ndarray = (light[self.nearest] * self.weight[..., None]).sum(axis=1, dtype=np.float32)
+        spread = np.empty((len(self.nearest), 3), np.float32)
+        _spread(light, self.nearest, self.weight, spread)
         return spread
+
+
+@kernel
+def _spread(light, nearest, weight, spread):
+    for i in range(len(nearest)):
+        total = BLACK
+        for k in range(nearest.shape[1]):
+            total = plus(total, times(row(light, nearest[i, k]), weight[i, k]))
+        put(spread, i, total)
 
 
 def _one_of_each_cell(

@@ -107,7 +107,8 @@ def _cube_maps(scene: Scene, tracer: EmbreeTracer) -> None:
 def tiny_live() -> None:
     """Live light of the room, and what moves in it; no bake waits for that."""
     scene = tiny_scene()
-    settings = LiveSettings(n_vertices=100, n_elements=100, n_links=8, n_element_links=8, n_direct=1, n_threads=1)
+    few = {"n_vertices": 100, "n_elements": 100, "n_links": 8, "n_element_links": 8, "n_direct": 1, "n_photons": 1000}
+    settings = LiveSettings(**few, n_threads=1)
     live = Live(scene, live_surfaces(scene, settings), settings)
     for _ in range(2):
         while live.step():

@@ -145,6 +145,10 @@ class MaterialTable:
         self._entries = list(new.values())
         return materials_of([one for one in self._entries if isinstance(one, Seen)], self._images.textures())
 
+    def numbers_in(self, other: "MaterialTable") -> list[int]:
+        """What number each material has in another table, −1 where it is not in it."""
+        return [other._index.get(key, -1) for key in self._index]
+
     def forget_pictures(self) -> None:
         """Blender may have other images than before: read them anew when they are needed."""
         self._images.forget()

@@ -45,7 +45,7 @@ def _range_of_box(low, high, position, normal):
 
 
 @part
-def _crosses(low, high, origin, direction, far):
+def crosses(low, high, origin, direction, far):
     """Whether a ray meets a box as far as `far`."""
     near, end = ZERO, far
     for axis in range(3):
@@ -66,12 +66,12 @@ def _mark(links, i, k):
 
 
 @kernel
-def mark_vertex_links(positions, normals, objects, points, key, moved, boxes, start, stop, n, links):
-    """Mark which of the first n links of vertices `start` to `stop` are stale: of those on an object, all."""
+def mark_vertex_links(positions, normals, objects, points, key, moved, boxes, start, stop, first, last, links):
+    """Mark which of links `first` to `last` of vertices `start` to `stop` are stale: of those on an object, all."""
     for vertex in range(start, stop):
         links.changed[vertex] = links.changed[vertex] and links.split[vertex]
         if objects[vertex] == moved:
-            for k in range(n):
+            for k in range(first, last):
                 _mark(links, vertex, k)
             links.changed[vertex] = True
             continue
@@ -79,29 +79,28 @@ def mark_vertex_links(positions, normals, objects, points, key, moved, boxes, st
         a, b = two_numbers(key, vertex, SHIFT)
         for box in range(len(boxes)):
             low, high = row(boxes[box], 0), row(boxes[box], 1)
-            first, last, around, width = _range_of_box(low, high, origin, normal)
-            if first > last:
+            lowest, highest, around, width = _range_of_box(low, high, origin, normal)
+            if lowest > highest:
                 continue
-            for k in range(n):
+            for k in range(first, last):
                 u, v = shifted(points, k, a, b)
                 away = v - around
                 away -= np.rint(away)
-                if u < first or u > last or abs(away) > width or links.state[vertex, k] == STALE:
+                if u < lowest or u > highest or abs(away) > width or links.state[vertex, k] == STALE:
                     continue
                 far = links.length[vertex, k]
-                if _crosses(low, high, origin, vertex_ray(points, normal, key, vertex, k), abs(far)):
+                if crosses(low, high, origin, vertex_ray(points, normal, key, vertex, k), abs(far)):
                     _mark(links, vertex, k)
-        _mark_followed(links, vertex, n)
 
 
 @kernel
-def mark_side_links(scene, elements, points, key, moved, boxes, sides, start, stop, n, links):
-    """Mark which of the first n links of `sides` from `start` to `stop` are stale."""
+def mark_side_links(scene, elements, points, key, moved, boxes, sides, start, stop, first, last, links):
+    """Mark which of links `first` to `last` of `sides` from `start` to `stop` are stale."""
     for i in range(start, stop):
         side = sides[i]
         links.changed[side] = links.changed[side] and links.split[side]
         on = scene.object[elements.triangle[elements.order[elements.start[side // 2]]]]
-        for k in range(n):
+        for k in range(first, last):
             if on == moved:
                 _mark(links, side, k)
                 links.changed[side] = True
@@ -109,14 +108,16 @@ def mark_side_links(scene, elements, points, key, moved, boxes, sides, start, st
             _, origin, direction = side_ray(scene, elements, points, key, side, k)
             for box in range(len(boxes)):
                 low, high = row(boxes[box], 0), row(boxes[box], 1)
-                if _crosses(low, high, origin, direction, abs(links.length[side, k])):
+                if crosses(low, high, origin, direction, abs(links.length[side, k])):
                     _mark(links, side, k)
-        _mark_followed(links, side, n)
 
 
-@part
-def _mark_followed(links, i, n):
-    """Of links that were followed only the first segment is known: they may be stale whatever moved."""
-    for k in range(n):
-        if links.length[i, k] == FOLLOWED:
-            _mark(links, i, k)
+@kernel
+def mark_followed(rows, start, stop, n, links):
+    """Mark those of the first n links of `rows` from `start` to `stop` that were followed: of these only the first
+    segment is known, so that they may be stale whatever moved.
+    """
+    for i in range(start, stop):
+        for k in range(n):
+            if links.length[rows[i], k] <= FOLLOWED:
+                _mark(links, rows[i], k)

@@ -24,6 +24,7 @@ class EstimateArrays(NamedTuple):
     value: np.ndarray
     weight: np.ndarray
     known: np.ndarray
+    fresh: np.ndarray
     known_sum: np.ndarray
     fresh_sum: np.ndarray
     touched: np.ndarray
@@ -38,9 +39,9 @@ class Estimates:
     ----------
     arrays : EstimateArrays
         value : (r, n, 3) float32, W/(m² sr), each estimate of E/π; weight : (r, n) or (r, 0) float32, of the estimates;
-        known : (r,) int32, how many count; known_sum : (r, 4) float32, of those, with the sum of weights; fresh_sum :
-        (r, 4) float32, of those made again; touched : (r,) bool, whether one of those differs from what it was;
-        mean : (r, 3) float32, the light.
+        known : (r,) int32, how many count; fresh : (r,) int32, how many were made since the last edit; known_sum :
+        (r, 4) float32, of those that count, with the sum of weights; fresh_sum : (r, 4) float32, of those made since;
+        touched : (r,) bool, whether one of these differs from what it was; mean : (r, 3) float32, the light.
     n_fresh : int
         How many of each row were made since the last edit.
     """
@@ -53,9 +54,10 @@ class Estimates:
         """Room for estimates, of which there is none yet."""
         f = np.float32
         value, weight = np.zeros((n_rows, n, 3), f), np.ones((n_rows, n if weighted else 0), f)
+        known, fresh = np.zeros((2, n_rows), np.int32)
         sums = np.zeros((n_rows, 4), f), np.zeros((n_rows, 4), f)
         touched, mean = np.ones(n_rows, np.bool_), np.zeros((n_rows, 3), f)
-        return Estimates(EstimateArrays(value, weight, np.zeros(n_rows, np.int32), *sums, touched, mean))
+        return Estimates(EstimateArrays(value, weight, known, fresh, *sums, touched, mean))
 
     @property
     def n_most(self) -> int:
@@ -71,6 +73,12 @@ class Estimates:
         """The light, (r, 3) float32."""
         return self.arrays.mean
 
+    @property
+    def coverage(self) -> np.ndarray:
+        """Mean weight of the estimates, (r,) float32; 1 where there is none."""
+        known = self.arrays.known
+        return np.where(known > 0, self.arrays.known_sum[:, 3] / np.maximum(known, 1), 1).astype(np.float32)
+
     def made_to(self, last: int) -> None:
         """Say how many of each row were made since the last edit."""
         self.n_fresh = last
@@ -78,13 +86,16 @@ class Estimates:
     def again(self) -> None:
         """After an edit: all are to be made again."""
         self.arrays.touched[:] = False
-        self.arrays.fresh_sum[:] = 0
+        self.arrays.fresh[:], self.arrays.fresh_sum[:] = 0, 0
         self.n_fresh = 0
 
 
 @part
 def put_estimate(of, i, k, light, weight):
-    """Take the k-th estimate of row i, made again after those before it."""
+    """Take the k-th estimate of row i, made again after those before it; one made since the edit counts once."""
+    if k < of.fresh[i]:
+        return
+    of.fresh[i] = k + 1
     was = row(of.value[i], k)
     if k < of.known[i] and not of.touched[i]:
         changed = abs(light[0] - was[0]) + abs(light[1] - was[1]) + abs(light[2] - was[2])

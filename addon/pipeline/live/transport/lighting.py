@@ -64,9 +64,9 @@ class Lighting:
         """Whether all is known that will be."""
         return all(one.finished for one in (self.vertices, self.sides, self.near_vertices, self.near_sides))
 
-    def again(self) -> None:
-        """After an edit: all is to be found again."""
-        for one in (self.vertices, self.sides, self.near_vertices, self.near_sides):
+    def again(self, near: bool) -> None:
+        """After an edit: all is to be found again, or what near points make of light alone."""
+        for one in (self.near_vertices, self.near_sides) if near else (self.vertices, self.sides):
             one.again()
 
     def light_vertices(self, n: int) -> Job:
@@ -89,16 +89,19 @@ class Lighting:
 
         return Job(len(sides), n, self._side_lighter(sides, first, last), partial(estimates.made_to, last))
 
-    def light_new(self, sides: np.ndarray) -> Job:
+    def light_new(self) -> Job:
         """Of sides that are reached for the first time, as many estimates as others have."""
-        last, near = self.sides.n_fresh, self.near_sides.n_fresh
+        sides, last, near = self.linking.unlit, self.sides.n_fresh, self.near_sides.n_fresh
         direct, reflected = self._side_lighter(sides, 0, last), self._near_side_lighter(sides, 0, near)
 
         def light(chunk: slice) -> None:
             direct(chunk)
             reflected(chunk)
 
-        return Job(len(sides), last + near, light)
+        def done() -> None:
+            self.linking.unlit = sides[:0]
+
+        return Job(len(sides), last + near, light, done)
 
     def light_near_vertices(self, n: int) -> Job:
         """N more estimates of what is near vertices, as far as these have links."""

@@ -17,7 +17,7 @@ from ....settings.live import LiveSettings
 from ....tracing import TransparencyTracer
 from ....tracing.embree import new_ray
 from ..jobs import Job, Plan
-from .crossings import mark_side_links, mark_vertex_links
+from .crossings import mark_followed, mark_side_links, mark_vertex_links
 from .links import BYTES, LinkLight, Links, trace_side_links, trace_vertex_links
 
 _OF_VERTICES, _OF_SIDES = 111, 112  # streams of random numbers
@@ -36,8 +36,12 @@ class Linking:
         Rows are vertices, and all sides of elements.
     reached : (k,) int64
         The sides that links end on, in the order in which they were found; others have no links.
-    on_reached : callable
-        Is told of sides that are new among them.
+    found : (f,) int64
+        Sides that links end on as well, and that have none of their own yet.
+    unlit : (u,) int64
+        Of those that are reached, those of which no direct light is known yet.
+    caustics : (s, 3) or (0, 3) float32, W/(m² sr)
+        See `LinkLight`.
     """
 
     scene: Scene
@@ -49,8 +53,10 @@ class Linking:
     plan: Plan
     vertices: Links
     sides: Links
-    on_reached: Callable[[np.ndarray], None]
     reached: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    found: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    unlit: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    caustics: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), np.float32))
 
     @staticmethod
     def of(
@@ -61,7 +67,6 @@ class Linking:
         direct: DirectLight,
         settings: LiveSettings,
         plan: Plan,
-        on_reached: Callable[[np.ndarray], None],
     ) -> "Linking":
         """No links yet.
 
@@ -81,7 +86,7 @@ class Linking:
             )
         n_links = int(min(settings.n_links, affordable))
         links = Links.none(n, n_links), Links.none(n_sides, settings.n_element_links)
-        return Linking(scene, tracer, receivers, pilot, direct, settings, plan, *links, on_reached)
+        return Linking(scene, tracer, receivers, pilot, direct, settings, plan, *links)
 
     @property
     def key_of_sides(self) -> np.uint64:
@@ -97,7 +102,8 @@ class Linking:
         """What rays meet, for one call of a kernel."""
         hidden, elements = self.pilot.hidden, self.pilot.elements.arrays
         of_object = hidden.of_object if hidden.any else np.zeros(0, bool)
-        return LinkLight(self.tracer.arrays, new_ray(), elements, of_object, self._reach, self.direct.arrays)
+        seen = self.tracer.arrays, new_ray(), elements, of_object, self._reach
+        return LinkLight(*seen, self.direct.arrays, self.caustics)
 
     @cached_property
     def _reach(self) -> np.ndarray:
@@ -136,21 +142,25 @@ class Linking:
         found[ends[ends >= 0]] = True
         if self.scene.materials.has(Lobe.TRANSLUCENT).any():
             found |= found.reshape(-1, 2)[:, ::-1].ravel()  # either side may shine through to the other
+        found[self.found] = True
         found[self.reached] = False
-        new, links = np.flatnonzero(found), self.sides
-        if len(new) == 0:
-            return
+        self.found = np.flatnonzero(found)
+        if len(self.found):
+            self.plan.next(self.trace_found)
+
+    def trace_found(self) -> Job:
+        """The links of sides that are found, as many as others have, and then those of sides that these end on."""
+        new, links = self.found, self.sides
         if links.n_traced == 0:
             links.n_traced = links.n_renewed = min(_SIDE_BLOCK, links.n_most)
         last = links.n_traced
-        self.reached = np.concatenate([self.reached, new])
 
         def done() -> None:
-            self.on_reached(new)
+            self.reached, self.unlit = (np.concatenate([of, new]) for of in (self.reached, self.unlit))
+            self.found = new[:0]
             self.reach(links.end[new, :last])
 
-        tracer = self._side_tracer(new, 0, last, False)
-        self.plan.next(lambda: Job(len(new), last, tracer, done))
+        return Job(len(new), last, self._side_tracer(new, 0, last, False), done)
 
     def _vertex_tracer(self, first: int, last: int, stale: bool) -> Callable[[slice], None]:
         links, at = self.vertices, self.receivers
@@ -172,39 +182,61 @@ class Linking:
 
         return trace
 
-    # --- what moves ---------------------------------------------------------------------------------------------
+    # --- what is stale -------------------------------------------------------------------------------------------
 
-    def moved(self, object_: int, objects: np.ndarray, boxes: np.ndarray) -> list[Callable[[], Job]]:
-        """Jobs that mark stale links after an object has moved, before which no link may be traced.
+    def marking(self, object_: int, objects: np.ndarray, boxes: np.ndarray, rest: bool) -> list[Callable[[], Job]]:
+        """Jobs that mark stale links after an object has moved, before which those may not be taken.
 
         Parameters
         ----------
         object_ : int
-            −1: none has, but surfaces that links were followed from reflect otherwise.
         objects : (n,) int32
             Object of each vertex.
         boxes : (b, 2, 3) float32, m
             Around the object, where it was and is.
+        rest : bool
+            Whether to mark those that the first light is not made of, or the others.
         """
-        sides, of_vertices, of_sides = self.reached, self.vertices, self.sides
-        of_vertices.n_renewed = of_sides.n_renewed = 0
+        sides, of_vertices, of_sides, at = self.reached, self.vertices, self.sides, self.receivers
         points = stratified_set(of_vertices.n_most), self.key_of_vertices
+        side_points = stratified_set(of_sides.n_most), self.key_of_sides
         scene, elements = self.tracer.arrays.scene, self.pilot.elements.arrays
-        side_points, at = (stratified_set(of_sides.n_most), self.key_of_sides), self.receivers
+
+        def part(links: Links, block: int) -> tuple[int, int]:
+            middle = min(max(links.n_first, block), links.n_traced)
+            return (middle, links.n_traced) if rest else (0, middle)
+
+        of_vertex, of_side = part(of_vertices, _BLOCK), part(of_sides, _SIDE_BLOCK)
 
         def mark_vertices(chunk: slice) -> None:
-            rows = chunk.start, chunk.stop, of_vertices.n_traced, of_vertices.arrays
+            rows = chunk.start, chunk.stop, *of_vertex, of_vertices.arrays
             mark_vertex_links(at.position, at.normal, objects, *points, object_, boxes, *rows)
 
         def mark_sides(chunk: slice) -> None:
-            rows = sides, chunk.start, chunk.stop, of_sides.n_traced, of_sides.arrays
+            rows = sides, chunk.start, chunk.stop, *of_side, of_sides.arrays
             mark_side_links(scene, elements, *side_points, object_, boxes, *rows)
 
-        n_rays = [1 + links.n_traced // _CHECKS for links in (of_vertices, of_sides)]
+        n_rays = [1 + (last - first) // _CHECKS for first, last in (of_vertex, of_side)]
         return [
             lambda: Job(len(objects), n_rays[0], mark_vertices),
             lambda: Job(len(sides), n_rays[1], mark_sides),
         ]
+
+    def mark_followed(self) -> Job:
+        """Mark links that were followed, which may be stale whatever has changed."""
+        vertices, sides = np.arange(len(self.receivers)), self.reached
+
+        def mark(chunk: slice) -> None:
+            for rows, links in ((vertices, self.vertices), (sides, self.sides)):
+                part = slice(min(chunk.start, len(rows)), min(chunk.stop, len(rows)))
+                mark_followed(rows, part.start, part.stop, links.n_traced, links.arrays)
+
+        n_rays = 1 + self.vertices.n_traced // _CHECKS**2
+        return Job(max(len(vertices), len(sides)), n_rays, mark)
+
+    def renew(self) -> None:
+        """Say that marked links are to be traced anew, from the first of each row on."""
+        self.vertices.n_renewed = self.sides.n_renewed = 0
 
     def renew_vertices(self) -> Job:
         """Trace anew those links of a block that are stale."""

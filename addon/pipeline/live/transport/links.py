@@ -38,11 +38,14 @@ from .packing import packed
 DARK, INSIDE = -1, -2
 """Ends of links that meet nothing that reflects, and of those that start inside of something: these do not count."""
 
-FOLLOWED = np.float32(-1)
-"""Length of a link that was followed over smooth gloss, through glass or from a point that is near."""
+FOLLOWED, NEAR = np.float32(-1), np.float32(-2)
+"""Lengths of a link that was followed over smooth gloss or through glass, and of one that went on from a near point."""
 
 BYTES = 13
 """That a link takes."""
+
+N_PARTS = 4
+"""Of a row's links: by their means its error is known, and the first alone makes the first light after an edit."""
 
 KEPT, STALE, RENEWED = np.uint8(0), np.uint8(1), np.uint8(2)
 """States of a link: as it is; crossed by what an edit moved; traced again since."""
@@ -68,6 +71,8 @@ class LinkLight(NamedTuple):
         Distance from which each element's mean is taken.
     direct : DirectArrays
         What gives light.
+    caustics : (s, 3) or (0, 3) float32, W/(m² sr)
+        E/π that mirrors and glass send onto sides, where there are any.
     """
 
     tracing: Tracing
@@ -76,6 +81,7 @@ class LinkLight(NamedTuple):
     hidden: np.ndarray
     reach: np.ndarray
     direct: DirectArrays
+    caustics: np.ndarray
 
 
 @by_reference
@@ -98,10 +104,10 @@ class Links:
     ----------
     arrays : LinkArrays
         end : (r, n) int32, side of an element (front 2k, back 2k + 1), `DARK` or `INSIDE`; length : (r, n) float32, m,
-        of the first segment, infinite where it meets nothing, or `FOLLOWED`; weight : (r, n) uint32, what surfaces on
-        the way leave of the light, over the probability of the way, `packed`; state : (r, n) uint8; split : (r,) bool,
-        whether some link of the row is not `KEPT`; changed : (r,) bool, whether one that was renewed since the edit is
-        not what it was.
+        of the first segment, infinite where it meets nothing, or `FOLLOWED` or `NEAR`; weight : (r, n) uint32, what
+        surfaces on the way leave of the light, over the probability of the way, `packed`; state : (r, n) uint8;
+        split : (r,) bool, whether some link of the row is not `KEPT`; changed : (r,) bool, whether one that was renewed
+        since the edit is not what it was.
     n_traced : int
         So many links of each row are there.
     n_renewed : int
@@ -120,6 +126,11 @@ class Links:
     @property
     def n_most(self) -> int:
         return self.arrays.end.shape[1]
+
+    @property
+    def n_first(self) -> int:
+        """How many of each row make the first light after an edit."""
+        return self.n_traced // N_PARTS
 
     @property
     def finished(self) -> bool:
@@ -168,7 +179,7 @@ def link_end(light, origin, direction, kind, key, path, lit):
     scene, weight, length, n_near, near = tracing.scene, WHITE, ZERO, 0, BLACK
     for step in range(_MOST_STEPS):
         triangle, distance, u, v, tint = closest_hit(tracing, room, origin, direction, kind)
-        weight, length = mul(weight, tint), distance if step == 0 else FOLLOWED
+        weight, length = mul(weight, tint), distance if step == 0 else NEAR if n_near > 0 else FOLLOWED
         if triangle < 0:
             return np.int32(DARK), length, weight, near
         hit = hit_at(scene, direction, triangle, distance, u, v)
@@ -198,11 +209,13 @@ def link_end(light, origin, direction, kind, key, path, lit):
             at = origin, lit_normal(scene, hit), scene.object[triangle]
             _, one, _, met = arriving(light.direct, tracing, room, *at, key, path, i + 2, True)
             near = plus(near, mul(weight, times(plus(one, met), _PER_PI)))
+            if len(light.caustics) > 0:
+                near = plus(near, mul(weight, row(light.caustics, 2 * element + np.int32(hit.back))))
         a, b = two_numbers(key, path, i + 1)
         direction, kind = to_world(cosine_hemisphere(a, b), lambertian_normal(scene, hit)), np.int64(_DIFFUSE)
         if dot(direction, hit.normal) <= ZERO or largest(weight) <= ZERO:
-            return np.int32(DARK), FOLLOWED, BLACK, near
-    return np.int32(DARK), FOLLOWED, BLACK, near
+            return np.int32(DARK), NEAR, BLACK, near
+    return np.int32(DARK), NEAR if n_near > 0 else FOLLOWED, BLACK, near
 
 
 @part
@@ -292,7 +305,7 @@ def light_near_vertices(light, positions, normals, points, key, start, stop, fir
     for vertex in range(start, stop):
         for k in range(first, last):
             near = BLACK
-            if links.length[vertex, k] == FOLLOWED:
+            if links.length[vertex, k] == NEAR:
                 direction, path = vertex_ray(points, row(normals, vertex), key, vertex, k), vertex * len(points) + k
                 _, _, _, near = link_end(light, row(positions, vertex), direction, _GATHER, key, path, True)
             put_estimate(of, vertex, k, near, ONE)
@@ -305,7 +318,7 @@ def light_near_sides(light, sides, points, key, start, stop, first, last, links,
         side = sides[i]
         for k in range(first, last):
             near, weight = BLACK, ZERO if links.end[side, k] == INSIDE else ONE
-            if links.length[side, k] == FOLLOWED:
+            if links.length[side, k] == NEAR:
                 hit, origin, direction = side_ray(light.tracing.scene, light.elements, points, key, side, k)
                 if dot(direction, hit.normal) > ZERO:
                     path = side * len(points) + k

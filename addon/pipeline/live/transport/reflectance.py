@@ -8,7 +8,7 @@ from ....bsdf.albedos import total_weight
 from ....bsdf.closure import bsdf_at
 from ....bsdf.mixture import TRANSLUCENT
 from ....core.compiling import kernel
-from ....core.vec3 import ONE, ZERO, add, put, row, times
+from ....core.vec3 import BLACK, ONE, ZERO, add, put, row, times
 from ....gather.radiance_cache.elements import SurfaceElements
 from ....gather.radiance_cache.lit_sides import point_of_side
 from ....scene import RayKind
@@ -37,24 +37,41 @@ class Reflectance:
     albedo: np.ndarray
     translucence: np.ndarray
 
+    @staticmethod
+    def none(n_sides: int) -> "Reflectance":
+        """Black sides."""
+        albedo, translucence = np.zeros((2, n_sides, 3), np.float32)
+        return Reflectance(albedo, translucence)
 
-def reflectance(tracer: TransparencyTracer, elements: SurfaceElements, key: np.uint64, crew: Crew) -> Reflectance:
-    """That of all sides, from the materials as they are now."""
-    albedo, translucence = np.zeros((2, 2 * len(elements), 3), np.float32)
-    scene, arrays = tracer.arrays.scene, elements.arrays
+    def find(
+        self,
+        tracer: TransparencyTracer,
+        elements: SurfaceElements,
+        key: np.uint64,
+        crew: Crew,
+        materials: np.ndarray,
+        gone: np.ndarray,
+    ) -> None:
+        """Find that of sides of some materials (m,) bool, as these are now; of objects that are `gone` (o,) nothing."""
+        scene, arrays = tracer.arrays.scene, elements.arrays
+        triangle = arrays.triangle[arrays.order[arrays.start]]
+        sides = np.flatnonzero(np.repeat(materials[scene.material[triangle]], 2))
 
-    def look(chunk: slice) -> None:
-        _reflectances(scene, arrays, key, chunk.start, chunk.stop, albedo, translucence)
+        def look(chunk: slice) -> None:
+            _reflectances(scene, arrays, key, sides, chunk.start, chunk.stop, self.albedo, self.translucence)
 
-    crew.run(Task(len(albedo)), _CHUNK, look)
-    return Reflectance(albedo, translucence)
+        crew.run(Task(len(sides)), _CHUNK, look)
+        without = np.repeat(gone[scene.object[triangle]], 2)
+        self.albedo[without] = self.translucence[without] = 0
 
 
 @kernel
-def _reflectances(scene, elements, key, start, stop, albedo, translucence):
+def _reflectances(scene, elements, key, sides, start, stop, albedo, translucence):
     """Means over points of sides, each with the weight of its coverage: where there is a hole no ray ends."""
-    for side in range(start, stop):
-        total = ZERO
+    for i in range(start, stop):
+        side, total = sides[i], ZERO
+        put(albedo, side, BLACK)
+        put(translucence, side, BLACK)
         for k in range(_N_POINTS):
             hit = point_of_side(scene, elements, side, key, side * _N_POINTS + k, _POINT)
             bsdf = bsdf_at(scene, hit, _DIFFUSE)
