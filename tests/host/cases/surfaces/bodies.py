@@ -36,21 +36,14 @@ def body_ball():
     baked_ball(principled(Base_Color=(0.8, 0.6, 0.4), **WAX))
 
 
-@case("Lens of wax, on itself", GROUP, changed=(5, 2), effort=4)
-def body_lens():
-    # So thin that what falls on one side comes out of the other; without hard edges, where a corner is on two faces.
-    lit_from_one_side()
-    baked_ball(principled(Base_Color=(0.8, 0.5, 0.3), **WAX)).scale.x = 0.15
-
-
-@case("Ball half of wax under a coat and sheen, on itself", GROUP, changed=(5, 2), effort=4)
+@case("Ball half of wax under a coat and sheen, on itself", GROUP, changed=(5, 2), effort=6)
 def body_layered():
     lit_from_one_side()
     layers = {"Coat_Weight": 1.0, "Coat_Roughness": 0.4, "Sheen_Weight": 0.5, "Sheen_Roughness": 0.5}
     baked_ball(principled(Base_Color=(0.8, 0.6, 0.5), **layers, **WAX | {"Subsurface_Weight": 0.5}))
 
 
-@case("Skin, on itself", GROUP, changed=(5, 2), effort=4)
+@case("Skin, on itself", GROUP, changed=(5, 2), effort=6)
 def body_skin():
     lit_from_one_side()
     tree = nodes()
@@ -61,7 +54,7 @@ def body_skin():
     baked_ball(tree.done(skin))
 
 
-@case("Wax on one half of a ball and paint on the other, on itself", GROUP, changed=(5, 2), effort=4)
+@case("Wax on one half of a ball and paint on the other, on itself", GROUP, changed=(5, 2), effort=6)
 def body_two_materials():
     lit_from_one_side()
     ball = baked_ball(principled(Base_Color=(0.8, 0.6, 0.4), **WAX))
