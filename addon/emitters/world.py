@@ -70,36 +70,36 @@ def world_row(world: World, discs: Discs) -> SourceRow:
 @routine
 def emit_world(emitters, source, u):
     """A direction by radiance, a place by the nested discs."""
-    towards = sample_world(emitters.world, u[0], u[1])
+    towards, radiance, pdf = sample_world(emitters.world, u[0], u[1])
     direction = negative(towards)
     origin, area = through_discs(emitters, source, direction, u)
-    share = area / max(world_pdf(emitters.world, towards), _TINY)
-    return origin, direction, times(world_radiance(emitters.world, towards), share)
+    return origin, direction, times(radiance, area / max(pdf, _TINY))
 
 
 @routine
-def world_radiance(world, direction):
-    """Radiance from a direction."""
+def world_towards(world, direction):
+    """Radiance from a direction, and the density of `sample_world` there by solid angle."""
     if world.height == 0:
-        return world.color
-    return mul(world.color, row(world.picture.values, pixel_towards(world.picture, 0, direction)))
+        return world.color, _EVEN_PDF
+    return _of_pixel(world, pixel_towards(world.picture, 0, direction))
 
 
 @part
 def world_seen(world, direction, kind):
     """Radiance that a ray of a `RayKind` sees in a direction."""
-    return world_radiance(world, direction) if world.seen[kind] else BLACK
+    return world_towards(world, direction)[0] if world.seen[kind] else BLACK
 
 
 @routine
 def sample_world(world, u, v):
-    """A direction, more where the world is bright; see `world_pdf`."""
+    """A direction, more where the world is bright, the radiance from there, and the density by solid angle."""
     if world.height == 0:
-        return uniform_sphere(u, v)
-    return drawn_direction(world.picture, 0, u, v)
+        return uniform_sphere(u, v), world.color, _EVEN_PDF
+    direction, pixel = drawn_direction(world.picture, 0, u, v)
+    radiance, pdf = _of_pixel(world, pixel)
+    return direction, radiance, pdf
 
 
-@routine
-def world_pdf(world, direction):
-    """Density of `sample_world` by solid angle."""
-    return _EVEN_PDF if world.height == 0 else world.picture.density[pixel_towards(world.picture, 0, direction)]
+@part
+def _of_pixel(world, pixel):
+    return mul(world.color, row(world.picture.values, pixel)), world.picture.density[pixel]

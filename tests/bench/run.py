@@ -8,8 +8,8 @@
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
 direct, lamps, window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed,
-light_groups, camera, estimates, refine, vertex, live, live_caustics, view_transform, shares or eevee (in the Blender
-that BLENDER names); versions where it is asked for.
+light_groups, camera, estimates, refine, vertex, live, live_rival, live_caustics, view_transform, shares or eevee (in
+the Blender that BLENDER names); versions where it is asked for.
 """
 
 import json
@@ -36,6 +36,7 @@ import lightmap_rival
 import lightmaps
 import live
 import live_caustics
+import live_rival
 import make_truth
 import many_lamps
 import multi_image
@@ -138,6 +139,7 @@ PARTS = {
     "refine": lambda scenes, _: refinement.tables(scenes),
     "vertex": vertex_error.tables,
     "live": live.tables,
+    "live_rival": live_rival.tables,
     "live_caustics": live_caustics.tables,
     "view_transform": view_transform.tables,
     "shares": kernel_shares.tables,

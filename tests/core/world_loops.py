@@ -3,31 +3,31 @@
 import numpy as np
 from photon_bake.addon.core.compiling import kernel, kernel_array
 from photon_bake.addon.core.vec3 import put, row
-from photon_bake.addon.emitters.world import sample_world, world_arrays, world_pdf, world_radiance
+from photon_bake.addon.emitters.world import sample_world, world_arrays, world_towards
 from photon_bake.addon.scene import World
 
 
 @kernel
 def _look_along(world, directions, radiance, density):
     for k in range(len(directions)):
-        direction = row(directions, k)
-        put(radiance, k, world_radiance(world, direction))
-        density[k] = world_pdf(world, direction)
+        seen, density[k] = world_towards(world, row(directions, k))
+        put(radiance, k, seen)
 
 
 @kernel
 def _sample(world, u, directions):
     for k in range(len(u)):
-        put(directions, k, sample_world(world, u[k, 0], u[k, 1]))
+        direction, _, _ = sample_world(world, u[k, 0], u[k, 1])
+        put(directions, k, direction)
 
 
 def radiance_along(world: World, directions: np.ndarray) -> np.ndarray:
-    """`world_radiance` of directions (n, 3), (n, 3) float32."""
+    """Radiance from directions (n, 3), (n, 3) float32."""
     return _along(world, directions)[0]
 
 
 def density_along(world: World, directions: np.ndarray) -> np.ndarray:
-    """`world_pdf` of directions (n, 3), (n,) float32, 1/sr."""
+    """Density of `sample_world` in directions (n, 3), (n,) float32, 1/sr."""
     return _along(world, directions)[1]
 
 

@@ -86,14 +86,15 @@ def pixel_tables(values: np.ndarray, weights: np.ndarray, angles: np.ndarray) ->
 
 @part
 def drawn_direction(tables, t, u, v):
-    """A direction of the frame of table t, with its pixel's density by solid angle."""
+    """A direction of the frame of table t, drawn with its pixel's density by solid angle, and the pixel's number."""
     line, within_line = drawn_place(tables.rows, t, u)
     column, within_column = drawn_place(tables.columns, t * tables.height + line, v)
     edge = t * (tables.height + 1) + line
     z = np.float32(tables.z[edge] + within_line * (tables.z[edge + 1] - tables.z[edge]))
     azimuth = PI - TWO_PI * np.float32((column + within_column) / tables.width)
     r = np.sqrt(max(ONE - z * z, ZERO))
-    return r * np.cos(azimuth), r * np.sin(azimuth), z
+    pixel = (t * tables.height + line) * tables.width + column
+    return (r * np.cos(azimuth), r * np.sin(azimuth), z), pixel
 
 
 @part

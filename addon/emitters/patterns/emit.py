@@ -76,7 +76,7 @@ def _drawn_place(lamps, lamp, u, v):
         place, normal = plus(centre, across(lamps, lamp, (x - _HALF) * width, (y - _HALF) * height)), axis
         share = width * height if contains(lamps, lamp, place) else ZERO
     else:
-        local = drawn_direction(patterns.tables, patterns.table[lamp], u, v)
+        local, _ = drawn_direction(patterns.tables, patterns.table[lamp], u, v)
         normal = of_frame(lamps, lamp, (local[0], local[1], -local[2]))
         place, share = along(centre, lamps.radius[lamp], normal), ONE
     return place, normal, share / _density(lamps, lamp, place, normal)
@@ -90,7 +90,7 @@ def _drawn_direction(emitters, source, place, reach, normal, u, v):
         versine, to_scene = cone_to_ball(emitters.discs.whole, emitters.discs.whole_radius, place, reach)
         return to_world(at_versine(u * versine, v), to_scene), np.float32(TWO_PI * versine)
     if lamps.patterns.domain[lamp] == _DIRECTIONS:
-        local = drawn_direction(lamps.patterns.tables, lamps.patterns.table[lamp], u, v)
+        local, _ = drawn_direction(lamps.patterns.tables, lamps.patterns.table[lamp], u, v)
         direction = of_frame(lamps, lamp, (local[0], local[1], -local[2]))
         return direction, ONE / _density(lamps, lamp, place, direction)
     local = cosine_hemisphere(u, v)

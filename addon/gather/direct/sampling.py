@@ -19,7 +19,7 @@ from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, ZERO, along, dot, mean, row, times
 from ...emitters.lamps import LampArrays, lights_object, sample_lamp
 from ...emitters.mesh import MeshArrays, lights_up, mesh_density, sample_mesh
-from ...emitters.world import WorldArrays, sample_world, world_pdf, world_seen
+from ...emitters.world import WorldArrays, sample_world, world_towards
 from ...scene import RayKind
 from ...scene.hit import emitted, is_back
 from .lamp_choice import LampGrid, cell_of, choose_lamp
@@ -128,9 +128,9 @@ def _candidate(direct, scene, cell, position, normal, object_, ray_kind, rays_ow
         if has_own_blockers(direct, scene, emitter):
             of, rays_own = n_lamps + 2 + scene.link_group[emitter], False
     else:
-        of, chance, way = n_lamps + 1, direct.world_chance, sample_world(direct.world, u, v)
-        density, target = world_pdf(direct.world, way), along(position, direct.far, way)
-        light = times(world_seen(direct.world, way, ray_kind), ONE / max(density, _TINY))
+        way, radiance, density = sample_world(direct.world, u, v)
+        of, chance, target = n_lamps + 1, direct.world_chance, along(position, direct.far, way)
+        light = times(radiance, ONE / max(density, _TINY)) if direct.world.seen[ray_kind] else BLACK
     cosine = dot(way, normal)
     if cosine <= ZERO or (rays_own and cosine * _PER_PI > chance * density):
         return target, BLACK, of
@@ -154,9 +154,9 @@ def met_radiance(direct, scene, triangle, distance, u, v, direction, normal, obj
     """
     cosine = dot(direction, normal)
     if triangle < 0:
-        if direct.world.height > 0 and cosine * _PER_PI <= direct.world_chance * world_pdf(direct.world, direction):
-            return BLACK
-        return world_seen(direct.world, direction, DIFFUSE_RAY)
+        radiance, density = world_towards(direct.world, direction)
+        sampled = direct.world.height > 0 and cosine * _PER_PI <= direct.world_chance * density
+        return BLACK if sampled or not direct.world.seen[DIFFUSE_RAY] else radiance
     if direct.mesh_chance == ZERO or direct.mesh.density[triangle] <= ZERO:
         return BLACK
     emitter = scene.object[triangle]

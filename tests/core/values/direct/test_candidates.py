@@ -11,7 +11,7 @@ from photon_bake.addon.core.sampling.warps import sample_cosine_hemisphere
 from photon_bake.addon.emitters import Sphere, light_sources
 from photon_bake.addon.emitters.lamps import sample_lamp
 from photon_bake.addon.emitters.mesh import sample_mesh
-from photon_bake.addon.emitters.world import sample_world, world_pdf, world_seen
+from photon_bake.addon.emitters.world import sample_world, world_seen, world_towards
 from photon_bake.addon.gather import DirectLight
 from photon_bake.addon.gather.direct import direct_irradiance as passes
 from photon_bake.addon.gather.direct import direct_light, sampling, visible
@@ -142,9 +142,9 @@ def test_a_candidate_is_a_point_over_its_chance(place, path):
             chance = by_mesh
             assert of == 2
         else:
-            way = sample_world(arrays.world, u, v)
-            density, chance = world_pdf(arrays.world, way), float(arrays.world_chance)
-            given = np.float64(world_seen(arrays.world, way, DIFFUSE)) / density
+            way, radiance, density = sample_world(arrays.world, u, v)
+            chance, given = float(arrays.world_chance), np.float64(radiance) / density
+            assert (radiance, density) == world_towards(arrays.world, way)
             point = np.float64(AT) + float(arrays.far) * np.float64(way)
             assert of == 3
             hidden = candidate(everything(), place, path, kind=GLOSSY)[1]
@@ -269,7 +269,7 @@ def test_rays_have_what_they_find_more_often():
     arrays, n_own = everything()[0].arrays, 0
     for direction in np.float32([*sample_cosine_hemisphere(fixed_points(32)), unit(0.9, 0, 0.1), unit(0.1, 0.2, 0.9)]):
         way = triple(direction)
-        own = way[2] / np.pi > float(arrays.world_chance) * float(world_pdf(arrays.world, way))
+        own = way[2] / np.pi > float(arrays.world_chance) * float(world_towards(arrays.world, way)[1])
         n_own += own
         assert met(everything(), -1, way) == pytest.approx(world_seen(arrays.world, way, DIFFUSE) if own else [0] * 3)
     assert 3 < n_own < 31

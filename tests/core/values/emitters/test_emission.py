@@ -207,8 +207,8 @@ def test_photons_of_worlds(image):
             radiance = of_world.color * image[line, column]
             whole = (weights * of_world.solid_angles[:, None]).sum()
             density = weights[line, column] / whole
-        assert world.world_radiance(arrays, triple(towards)) == pytest.approx(radiance, rel=1e-5)
-        assert world.world_pdf(arrays, triple(towards)) == pytest.approx(density, rel=1e-4)
+        seen, pdf = world.world_towards(arrays, triple(towards))
+        assert seen == pytest.approx(radiance, rel=1e-5) and pdf == pytest.approx(density, rel=1e-4)
         assert flux == pytest.approx(radiance / density * area_by_discs(discs, origin, direction), rel=1e-3)
         assert world.world_seen(arrays, triple(towards), int(RayKind.GLOSSY)) == (0, 0, 0)
         assert world.world_seen(arrays, triple(towards), int(RayKind.DIFFUSE)) == pytest.approx(radiance, rel=1e-5)
