@@ -239,6 +239,7 @@ class Solver:
         finished = linking.vertices.finished and linking.sides.finished and lighting.finished
         if self._caustics:
             self._indirect += self._caustics.light()
+            self._variance += self._caustics.variance().astype(np.float32)
             finished = finished and self._caustics.finished
         self.converged = self._lit and finished and change < _STILL
         self._lit, self._whole = True, self._whole or whole
