@@ -1,7 +1,7 @@
 """What the closures of a point weigh, and scatter in all of what comes from everywhere, inside kernels."""
 
 from ..core.compiling import part, routine
-from ..core.vec3 import BLACK, ONE, ZERO, mul, plus, times, to_local
+from ..core.vec3 import BLACK, ONE, ZERO, mean, mul, plus, times, to_local
 from ..scene.closures import Lobe
 from ..scene.hit import channel_at, weight_of_kind
 from . import glossy
@@ -46,6 +46,19 @@ def weight_received(scene, bsdf, kind, towards):
             weight = channel_at(scene, closures.weight, k, bsdf.triangle, bsdf.u, bsdf.v)
             total = plus(total, times(weight, received(scene, bsdf, k, light)))
     return total
+
+
+@routine
+def received_by_body(scene, bsdf, towards):
+    """What subsurface closures take of light from a direction of the world: the mean of `received` by their weights."""
+    if not bsdf.perturbed:
+        return ONE
+    total, whole, closures, light = ZERO, ZERO, scene.materials.closures, to_local(towards, bsdf.normal)
+    for k in range(bsdf.first, bsdf.last):
+        if closures.kind[k] == SUBSURFACE:
+            weight = mean(channel_at(scene, closures.weight, k, bsdf.triangle, bsdf.u, bsdf.v))
+            total, whole = total + weight * received(scene, bsdf, k, light), whole + weight
+    return total / whole if whole > ZERO else ONE
 
 
 @routine

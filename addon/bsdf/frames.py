@@ -16,8 +16,8 @@ from ..core.vec3 import ONE, ZERO, dot, minus, negative, normalized, plus, times
 from ..scene.closures import NARROW, Lobe, NormalSpace
 from ..scene.hit import between_corners, channel_at, corners, shading_normal_at
 
-_TRANSLUCENT = int(Lobe.TRANSLUCENT)
-_MIRRORING = sum(1 << lobe for lobe in (Lobe.TRANSLUCENT, *NARROW))
+_TRANSLUCENT, _SUBSURFACE = int(Lobe.TRANSLUCENT), int(Lobe.SUBSURFACE)
+_MIRRORING = sum(1 << lobe for lobe in (Lobe.TRANSLUCENT, Lobe.SUBSURFACE, *NARROW))
 _TANGENT, _OBJECT, _HEIGHT = int(NormalSpace.TANGENT), int(NormalSpace.OBJECT), int(NormalSpace.HEIGHT)
 _TINY, _LEAST_COS, _NEAR = np.float32(1e-20), np.float32(1e-6), np.float32(1e-12)
 _TWO, _FOUR, _QUARTER, _EIGHTH = np.float32(2), np.float32(4), np.float32(0.25), np.float32(0.125)
@@ -101,7 +101,8 @@ def out_of(frame, w):
 def own_normal(scene, bsdf, k, view):
     """Unit normal of the k-th closure in the world, as it is seen from a direction of the world.
 
-    Glossy, glass and, as in Cycles, translucent ones that would mirror the view into the surface are turned.
+    Glossy, glass and, as in Cycles, translucent and subsurface ones that would mirror the view into the surface are
+    turned. Where light leaves a body on a walk's way out, that is the view.
     Of a photon in gloss, whose view is not known before it is scattered, that is by where it comes from.
     """
     closures = scene.materials.closures
@@ -228,8 +229,9 @@ def received(scene, bsdf, k, light):
     """
     if not bsdf.perturbed:
         return ONE
-    if scene.materials.closures.kind[k] == _TRANSLUCENT:
-        cos = _mean_cosine_through(scene, bsdf, k, light)
+    kind = scene.materials.closures.kind[k]
+    if kind in (_TRANSLUCENT, _SUBSURFACE):
+        cos = _mean_cosine_through(scene, bsdf, k, light, kind == _SUBSURFACE)
         return min(cos / max(abs(light[2]), _LEAST_COS), _MOST)
     frame = frame_of(scene, bsdf, k, UP)
     cos = dot(frame.axis, light)
@@ -240,15 +242,17 @@ def received(scene, bsdf, k, light):
 
 
 @routine
-def _mean_cosine_through(scene, bsdf, k, light):
-    """The mean (N·ω)⁺ of a translucent closure over its views, by which its normal is turned (`own_normal`).
+def _mean_cosine_through(scene, bsdf, k, light, shadowed):
+    """The mean (N·ω)⁺ of a closure over its views, by which its normal is turned (`own_normal`), with bumps' shadows.
 
     A cache keeps one radiance for all of them. They are four at 45°, where half of the light leaves on either side.
     """
     total = ZERO
+    shading = to_local(shading_normal_at(scene, bsdf.triangle, bsdf.u, bsdf.v, bsdf.normal, bsdf.back), bsdf.normal)
     for x, y in ((_AT_45, ZERO), (-_AT_45, ZERO), (ZERO, _AT_45), (ZERO, -_AT_45)):
-        normal = own_normal(scene, bsdf, k, to_world((x, y, _AT_45), bsdf.normal))
-        total += max(dot(to_local(normal, bsdf.normal), light), ZERO)
+        normal = to_local(own_normal(scene, bsdf, k, to_world((x, y, _AT_45), bsdf.normal)), bsdf.normal)
+        cos = max(dot(normal, light), ZERO)
+        total += cos * bump_shadowing(shading, normal, light) if shadowed else cos
     return total * _QUARTER
 
 

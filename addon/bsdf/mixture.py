@@ -73,8 +73,8 @@ def sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light):
     wi = out_of(frame, own_wi)
     if from_light and is_cosine_lobe(closure.kind):  # photons' is with the geometric normal, see `scatter`
         wi = own_wi
-        if bsdf.perturbed and closure.kind == TRANSLUCENT:
-            frame = frame_of(scene, bsdf, chosen, negative(wi))
+        if bsdf.perturbed and closure.kind in (TRANSLUCENT, SUBSURFACE):
+            frame = frame_of(scene, bsdf, chosen, negative(wi) if closure.kind == TRANSLUCENT else wi)
     view, light = (own_wi, own_wo) if from_light else (own_wo, own_wi)
     weight = times(mul(weight, transmittance_to(scene, bsdf, chosen, wi if from_light else wo)), inverse)
     return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), _is_rough(closure), frame)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..core.compiling import part
+from ..core.compiling import part, routine
 from ..core.vec3 import BLACK, ONE, ZERO, dot, mean, mul, negative, normalized, plus, times, to_local, to_world
 from ..scene import RayKind
 from ..scene.hit import channel_at, off_surface, shading_normal
@@ -17,7 +17,6 @@ from .mixture import (
     DIFFUSE,
     FIBRE,
     GLASS,
-    GLOSSY,
     GLOSSY_LOBES,
     NARROW_LOBES,
     PANE,
@@ -116,13 +115,13 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light, seen):
 def _own_normal_correction(scene, bsdf, sample, wo, from_light):
     """What a sample's weight is multiplied by for its closure's own normal: what bumps shadow, and photons' cosines."""
     wi, frame, correction = sample.wi, sample.frame, ONE
-    if sample.lobe in (SUBSURFACE, FIBRE):  # which take light as it comes to the facet
+    if sample.lobe == FIBRE or (sample.lobe == SUBSURFACE and not from_light):  # bodies' views have ways of their own
         return correction
-    if (1 << DIFFUSE | BUMPED_LOBES) >> sample.lobe & 1:
+    if (1 << DIFFUSE | 1 << SUBSURFACE | BUMPED_LOBES) >> sample.lobe & 1:
         correction = bump_shadowing_in(scene, bsdf, frame, wo if from_light else wi)
     if not from_light:
         return correction
-    if sample.lobe < GLOSSY:  # they leave by the cosine with the geometric normal already
+    if is_cosine_lobe(sample.lobe):  # they leave by the cosine with the geometric normal already
         return correction * min(max(dot(wo, frame.axis), ZERO) / max(wo[2], _LEAST_COS), _MAX_CORRECTION)
     return correction * adjoint(wo, wi, into(frame, wo), into(frame, wi))
 
@@ -209,14 +208,26 @@ def lit_normal(scene, hit):
 @part
 def lambertian_normal(scene, hit):
     """The mean of the normals of a point's Lambertian and broad closures by their weights, a unit vector."""
-    bsdf, shading = bsdf_at(scene, hit, _DIFFUSE_RAY), shading_normal(scene, hit)
-    if not bsdf.perturbed:
+    return mean_normal(scene, hit, _DIFFUSE_RAY, _COSINE_LOBES | BROAD_LOBES, hit.normal)
+
+
+@part
+def mean_normal(scene, hit, kind, lobes, view):
+    """The same of the closures of some lobes, as rays of a `RayKind` see them from a direction of the world."""
+    shading = shading_normal(scene, hit)
+    if not scene.materials.perturbed[scene.material[hit.triangle]]:
         return shading
+    return _mean_own_normal(scene, hit, bsdf_at(scene, hit, kind), shading, lobes, view)
+
+
+@routine
+def _mean_own_normal(scene, hit, bsdf, shading, lobes, view):
+    """`mean_normal` where closures have normals of their own."""
     total, closures = BLACK, scene.materials.closures
     for k in range(bsdf.first, bsdf.last):
-        if (_COSINE_LOBES | BROAD_LOBES) >> closures.kind[k] & 1:
+        if lobes >> closures.kind[k] & 1:
             weight = mean(channel_at(scene, closures.weight, k, hit.triangle, hit.u, hit.v))
-            total = plus(total, times(own_normal(scene, bsdf, k, hit.normal), weight))
+            total = plus(total, times(own_normal(scene, bsdf, k, view), weight))
     return normalized(total) if dot(total, total) > _NOTHING else shading
 
 

@@ -108,7 +108,7 @@ def _by_density(solution: Solution) -> tuple[Estimate, dict[str, int]]:
 def caustics_of(solution: Solution, gather: FinalGather | None = None) -> tuple[Estimate, int]:
     """What lamps send over mirrors and glass, which photons find far better than rays do; and their number.
 
-    With a gather, most receivers take it from the records.
+    With a gather, most receivers take it from the records; those have it already to which it walks through bodies.
     """
     focused = solution.photons.where(solution.photons.kind == PathKind.CAUSTIC)
     n_nearest = solution.settings.n_nearest // _CAUSTIC_SHARE
@@ -124,6 +124,9 @@ def caustics_of(solution: Solution, gather: FinalGather | None = None) -> tuple[
             caustics = thinned_density(density, at, gather, solution.workers)
         else:
             caustics = density.at(at, solution.workers)[0]
+    if gather is not None:
+        brought = gather.takes_caustics_through_bodies
+        caustics.put(brought, Estimate.dark(len(brought), at.directional))
     return _with_mid_air(solution, caustics, n_nearest, PathKind.CAUSTIC), len(focused)
 
 

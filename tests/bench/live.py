@@ -175,6 +175,7 @@ def rows(name, scene):
         before, (since, then, *_) = live.light, edited(live, edit(1.0))
         every = until_converged(live, since)
         lights = [then, *(last_of(every, since + later) for later in (1, 10))]
+        flickers = *flicker(before, every), still(live)
         live.edit(edit(0.0))
         truth = bake(changed(1.0), at, settings_for("high", interpolate=False), EmbreeTracer(changed(1.0)))
         off = [relative_rmse(light.indirect[some], truth.passes["indirect"] / np.pi) for light in lights]
@@ -182,7 +183,7 @@ def rows(name, scene):
         quantiles = [f"{1000 * value:.0f} ms" for value in late]
         errors = [f"{value:.1%}" for value in off]
         converged = f"{every[-1][0] - since:.1f} s"
-        yield [name, f"{len(surfaces):,}", kind, *quantiles, *errors, converged, *flicker(before, every), still(live)]
+        yield [name, f"{len(surfaces):,}", kind, *quantiles, *errors, converged, *flickers]
     times = np.array(
         [edited(live, SceneReplaced(scene, live_surfaces(scene, settings)))[2:] for _ in range(N_REBUILDS)]
     )

@@ -5,7 +5,7 @@ import pytest
 from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.pipeline.live import LampsChanged, ObjectMoved
 from photon_bake.addon.pipeline.live.photons.paths import KEPT, differing, no_paths
-from photon_bake.addon.scene import Channel, LightKind, Materials
+from photon_bake.addon.scene import Channel, LightKind, Lights, Materials
 from photon_bake.addon.settings.bake import BakeSettings
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import ball, lamp, merge, of_objects, plane, scene_of
@@ -60,6 +60,9 @@ def test_a_mirror_shows_a_lamp_s_image():
     assert light[inside].mean() == pytest.approx(expected[inside].mean(), rel=0.01)
     assert np.sqrt(np.mean((light[inside] / expected[inside] - 1) ** 2)) < 0.04
     assert light[~inside].mean() == pytest.approx(expected[~inside].mean(), rel=0.02)
+    floor = live.light.surfaces.meshes[0].vertices
+    said = np.sqrt(live._solver._caustics.variance()[floor][inside].mean()) * np.pi
+    assert 0.4 < said / np.sqrt(np.mean((light - expected)[inside] ** 2)) < 2.5
 
 
 @pytest.mark.parametrize("height", [1.0, 2.0])
@@ -127,6 +130,18 @@ def test_a_brighter_lamp_traces_no_photon_again():
     after, _ = on_floor(live)
     assert not live._solver._caustics.touched.any()
     assert after == pytest.approx(2 * before, rel=1e-4, abs=1e-6)
+
+
+def test_lamps_go_and_come_back():
+    live = live_of(mirror_room(), n_photons=20_000, n_links=16)
+    converged(live)
+    before, _ = on_floor(live)
+    live.edit(LampsChanged(Lights.none()))
+    converged(live)
+    assert not on_floor(live)[0].any()
+    live.edit(LampsChanged(LAMP))
+    converged(live)
+    assert np.array_equal(on_floor(live)[0], before)
 
 
 def test_first_light_after_an_edit_is_all_the_light():

@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.scene import Lobe
+from photon_bake.addon.scene import Lobe, RayKind
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.shader_trees import read, shader, tree_of
 
@@ -45,11 +45,25 @@ def test_older_random_walks(method, spread, scale):
         assert closures.f90.value[1, 0] / 0.5 < closures.f90.value[1, 1] / 0.25 < 2
 
 
-@pytest.mark.parametrize("method", ["BURLEY", "RANDOM_WALK"])
-def test_what_is_diffuse(method):
-    if method == "RANDOM_WALK" and bpy.app.version >= (5, 0, 0):
-        pytest.skip("light walks")
-    materials, warnings = body(method)
+@pytest.mark.skipif(bpy.app.version >= (5, 0, 0), reason="diffuse rays see it, too")
+def test_cameras_alone_see_walks():
+    materials, warnings = body("RANDOM_WALK")
+    closures, seen = materials.closures, materials.seen_as[0].reshape(-1, 2)[:, 0]
+    assert not warnings and len(materials) == 2
+    assert [kind for kind in RayKind if seen[kind] != seen[RayKind.DIFFUSE]] == [RayKind.CAMERA]
+    assert closures.kind.tolist() == [Lobe.DIFFUSE, Lobe.DIFFUSE, Lobe.SUBSURFACE]
+    np.testing.assert_allclose(closures.weight.value[0], [0.8, 0.5, 0.2], atol=1e-6)
+    np.testing.assert_allclose(closures.f90.value[2], np.multiply([0.5, 0.25, 0], 0.25 / np.pi), rtol=1e-5)
+
+
+def test_a_principled_shader_without_it_looks_the_same_to_all():
+    material, _ = scenes.add_material("Plain")
+    materials = read(material)
+    assert len(materials) == 1 and not materials.subsurface.any()
+
+
+def test_what_is_diffuse():
+    materials, warnings = body("BURLEY")
     assert materials.closures.kind.tolist() == [Lobe.DIFFUSE] and not warnings
     np.testing.assert_allclose(scenes.weight_of(materials, Lobe.DIFFUSE)[0], [0.8, 0.5, 0.2], atol=1e-6)
 

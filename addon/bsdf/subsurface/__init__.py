@@ -16,5 +16,11 @@ of E(y). What leaves at x is light on its way to other surfaces. So nothing coun
 **Gather rays** that end on a body walk from there, and take E(y)/π of the side of the surface element that the walk
 comes out of: its direct light by lamps, and the rest by photons or by what it gathered (`RadianceCache.arriving`).
 
-**Receivers** are lit from outside: the light that comes to a receiver through its own body is not among theirs.
+**Receivers** on a body are viewed along their normal, and what they receive is E[W E(y)] over the colour A: each of
+their gather rays starts where a walk from below the receiver leaves the body (`gather.on_bodies`).
+
+**Normals** of a closure's own bend the way of views in, and with a diffuse closure's cosine and shadowing the light at
+y, as Cycles has it: turned as those of gloss are, there by the direction ω₁ in which the walk comes out. Photons take
+both backwards: what comes to y counts by the normal there, and at x p(ω₀ | ωo) is around the normal of x, with the
+cosines to the geometric one. What a cache keeps of E(y) is the mean over four ω₁.
 """

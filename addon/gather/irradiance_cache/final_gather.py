@@ -96,6 +96,12 @@ class FinalGather:
         blends, fair = budget.interpolate or maker.short, maker.short or all_gather
         self._around = Around.of(around, records, blends, fair)
 
+    @property
+    def takes_caustics_through_bodies(self) -> np.ndarray:
+        """Receivers (k,) whose rays bring caustics as well, since these walk to them."""
+        on = self._maker.on_bodies
+        return np.zeros(0, np.int64) if on is None else np.flatnonzero(on.there & on.takes_caustics)
+
     def finish(self) -> Gathered:
         """What the receivers gathered, after rays were added as the budget says."""
         records = self._with_rays()

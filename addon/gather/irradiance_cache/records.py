@@ -123,12 +123,18 @@ class RecordMaker:
     most_rays : float
         That all records should send together. Where half of what is left of them is too little for records that are
         wanted, these and all later ones send fewer, down to one a batch.
+
+    Attributes
+    ----------
+    on_bodies : OnBodies or None
+        Which receivers get light through the bodies that they are on.
     """
 
     def __init__(
         self, rays: GatherRays, receivers: Receivers, n_rays: int, turns: Turns, most_rays: float = np.inf
     ) -> None:
         self._rays, self._receivers, self._turns, self._most = rays, receivers, turns, most_rays
+        self.on_bodies = rays.on_bodies(receivers)
         self.rays_a_batch = self._wanted_a_batch = max(1, n_rays // N_BATCHES)
         self._n_calls = 0
         self._n_sent, self._seconds = 0, 0.0
@@ -184,7 +190,9 @@ class RecordMaker:
         def gather(chunk: slice, _: np.random.Generator) -> RaySums:
             k = chosen[order[chunk]]
             bases = np.zeros((0, 3), np.float32) if at.base_normal is None else rows(at.base_normal, k)
-            return gather_at(self._rays, rows(at.position, k), rows(at.normal, k), bases, *rays, numbers, chunk.start)
+            on = self.on_bodies and self.on_bodies.where(k)
+            here = rows(at.position, k), rows(at.normal, k), bases
+            return gather_at(self._rays, *here, *rays, numbers, chunk.start, on)
 
         for chunk, sums in workers.chunks(STAGE, n, size, gather, key, row_bytes=bytes_):
             k = order[chunk]

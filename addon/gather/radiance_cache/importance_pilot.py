@@ -21,6 +21,7 @@ from ...tracing import TransparencyTracer
 from ...tracing.bodies.through import entered, outside_of, walk_key
 from ...tracing.embree import new_ray
 from ...tracing.transparency import closest_hit
+from ..on_bodies import OnBodies, arrivals
 from .elements import SurfaceCells, SurfaceElements
 from .hidden_sides import HiddenSides
 from .photon_radiance import photon_importance
@@ -124,8 +125,15 @@ def _pilot_hits(
     triangle, back = np.full((n_rays, 2), -1, np.int32), np.zeros((n_rays, 2), bool)
     u, v = np.zeros((2, n_rays, 2), np.float32)
 
+    on = OnBodies.of(scene, tracer.surfaces, receivers)
+
     def fly(chunk: slice, _: np.random.Generator) -> None:
         at = receivers.position, receivers.normal, start[chunk]
+        if on is not None:
+            k = start[chunk]
+            normals = receivers.normal[k]
+            came = arrivals(tracer, on.where(k), receivers.position[k], normals, normals, 1, key, chunk.start)
+            at = came.position, came.normal, np.arange(len(k))
         met = triangle[chunk], u[chunk], v[chunk], back[chunk]
         _fly(tracer.arrays, new_ray(), *at, key, chunk.start, *met)
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...bsdf.albedos import total_weight, weight_received
+from ...bsdf.albedos import received_by_body, total_weight, weight_received
 from ...bsdf.closure import bsdf_at, seen_from_behind
 from ...bsdf.mixture import DIFFUSE, SUBSURFACE, TRANSLUCENT
 from ...bsdf.scatter import lit_normal
@@ -171,7 +171,7 @@ def _light_points(tracing, direct, elements, hidden, room, key, start, end, firs
             _add_columns(sums, side, 9, times(through, coverage))
             sums[side, 12] += coverage
             if sums.shape[1] > _N_COLUMNS:
-                light = times(plus(arrived[1], arrived[3]), _PER_PI * coverage)
+                light = _entering(scene, bsdf, arrived, _PER_PI * coverage)
                 _add_columns(sums, side, _N_COLUMNS, light)
                 reflected = plus(reflected, mul(total_weight(scene, bsdf, SUBSURFACE), light))
             total = reflected[0] + reflected[1] + reflected[2]
@@ -187,6 +187,14 @@ def _taken(scene, bsdf, kind, arrived, factor):
     first = mul(weight_received(scene, bsdf, kind, towards), light)
     second = mul(weight_received(scene, bsdf, kind, direction), met)
     return times(plus(first, second), factor)
+
+
+@part
+def _entering(scene, bsdf, arrived, factor):
+    """What of light from two directions, as `arriving` has it, enters a body."""
+    towards, light, direction, met = arrived
+    first = times(light, received_by_body(scene, bsdf, towards))
+    return times(plus(first, times(met, received_by_body(scene, bsdf, direction))), factor)
 
 
 @part

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...bsdf.albedos import broad_albedo, total_weight, weight_received
+from ...bsdf.albedos import broad_albedo, received_by_body, total_weight, weight_received
 from ...bsdf.closure import bsdf_of, seen_from_behind
 from ...bsdf.mixture import BROAD_LOBES, DIFFUSE, SUBSURFACE, TRANSLUCENT
 from ...bsdf.scatter import shading_normal_correction
@@ -97,7 +97,11 @@ def _add_incident(scene, elements, triangle, position, normal, direction, power,
         u, v = barycentrics(scene, t, row(position, k))
         side = _side_at(elements, t, u, v, row(scene.normals, t), row(normal, k))
         bsdf = bsdf_of(scene, t, u, v, side % 2 == 1)
-        add(caustic if kind[k] == _CAUSTIC else others, side, _arriving(scene, bsdf, row(power, k), row(direction, k)))
+        flown = row(direction, k)
+        arriving = _arriving(scene, bsdf, row(power, k), flown)
+        if scene.materials.subsurface[scene.material[t]]:
+            arriving = times(arriving, received_by_body(scene, bsdf, negative(flown)))
+        add(caustic if kind[k] == _CAUSTIC else others, side, arriving)
 
 
 @kernel

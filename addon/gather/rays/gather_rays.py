@@ -8,11 +8,13 @@ import numpy as np
 
 from ...core.compiling import kernel, kernel_array
 from ...core.vec3 import add, put, row
+from ...receivers import Receivers
 from ...scene import RayKind, Scene
 from ...tracing import Hits, TransparencyTracer
 from ...tracing.embree import new_ray
 from ..direct.direct_light import DirectLight
-from ..radiance_cache.radiance_cache import RadianceCache
+from ..on_bodies import OnBodies
+from ..radiance_cache.radiance_cache import CacheArrays, RadianceCache
 from .radiance_along import MAX_STEPS, RayLight, radiance_along
 
 
@@ -41,6 +43,10 @@ class GatherRays:
         For where the cache is not asked.
     beyond : GatherRays, optional
         For what lies behind the first surfaces that rays meet, where light is cut off after some bounces.
+
+    Attributes
+    ----------
+    tracer : TransparencyTracer
     """
 
     def __init__(
@@ -51,7 +57,7 @@ class GatherRays:
         cache: RadianceCache,
         beyond: "GatherRays | None" = None,
     ) -> None:
-        self._tracer = tracer
+        self._scene, self.tracer = scene, tracer
         light = RayLight(cache.arrays, direct.arrays)
         # Of each light, what is asked in which steps of a ray
         self._lights = [[(light, 0, MAX_STEPS)]]
@@ -70,6 +76,15 @@ class GatherRays:
     def n_lights(self) -> int:
         """How many lights lie side by side."""
         return len(self._lights)
+
+    @property
+    def caches(self) -> list[CacheArrays]:
+        """Of each light, what is asked where rays end first."""
+        return [steps[0][0].cache for steps in self._lights]
+
+    def on_bodies(self, receivers: Receivers) -> OnBodies | None:
+        """Where receivers lie on bodies, None where light walks to none of them."""
+        return OnBodies.of(self._scene, self.tracer.surfaces, receivers)
 
     def radiance_along(self, origins: np.ndarray, directions: np.ndarray, random: np.random.Generator) -> Incoming:
         """What gather rays with unit directions (n, 3) meet; see `radiance_of_paths`."""
@@ -96,7 +111,7 @@ class GatherRays:
         specular : bool
             Bring also what mirrors, glass and narrow gloss show of lamps, emission and worlds.
         """
-        hits = self._tracer.closest_hit(origins, directions, kind)
+        hits = self.tracer.closest_hit(origins, directions, kind)
         radiance = np.zeros((self.n_lights, len(origins), 3), np.float32)
         left = np.ones((len(origins), 3), np.float32) if hits.tint is None else hits.tint
         kinds = np.full(len(origins), kind, np.uint8)
@@ -105,7 +120,7 @@ class GatherRays:
             rays = tuple(of.copy() for of in met) if len(steps) > 1 else met
             for light, first_step, last_step in steps:
                 numbers = key, first, first_step, last_step
-                _follow(self._tracer.arrays, new_ray(), light, *numbers, rays, specular, of_light)
+                _follow(self.tracer.arrays, new_ray(), light, *numbers, rays, specular, of_light)
         joined = radiance[0] if self.n_lights == 1 else np.concatenate(radiance, axis=1)
         return Incoming(joined, hits)
 

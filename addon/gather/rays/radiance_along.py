@@ -38,6 +38,7 @@ from ...bsdf.mixture import (
     DIRECTED_LOBES,
     GLOSSY,
     NARROW_LOBES,
+    SUBSURFACE,
     TRANSLUCENT,
     evaluate_direct,
 )
@@ -69,6 +70,7 @@ _CACHED_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT | BROAD_LOBES
 _FOLLOWED_LOBES = NARROW_LOBES | DIRECTED_LOBES
 _NUMBERS_A_STEP = 40  # pairs of a path's numbers
 _DIFFUSE_LIGHT, _GLOSSY_LIGHT = 3, 20  # the first of those that draw lights
+
 _PER_PI, _INFINITY = np.float32(1 / np.pi), np.float32(np.inf)
 _GATHER_RAY = int(RayKind.GATHER)
 
@@ -181,7 +183,7 @@ def _only_reflects(scene, bsdf):
     its body, and only the cache knows both.
     """
     materials, material = scene.materials, scene.material[bsdf.triangle]
-    if materials.subsurface[material]:
+    if materials.subsurface[material] and has_lobes(scene, bsdf, 1 << SUBSURFACE):
         return False
     reflects = largest(total_weight(scene, bsdf, DIFFUSE)) > ZERO or materials.broad[material]
     return reflects and (materials.matte[material] or largest(total_weight(scene, bsdf, TRANSLUCENT)) <= ZERO)

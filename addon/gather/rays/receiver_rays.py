@@ -8,10 +8,12 @@ from ...bsdf.frames import bump_shadowing
 from ...core.compiling import by_reference, kernel
 from ...core.sampling.path_numbers import two_numbers
 from ...core.sampling.warps import cosine_hemisphere, cosine_uniform_mixture
-from ...core.vec3 import ONE, TWO, dot, put, row, times, to_world
+from ...core.vec3 import BLACK, ONE, TWO, ZERO, dot, mul, plus, put, row, times, to_world
 from ...scene import RayKind
 from ..direct.ray_directions import shifted, stratified_set
 from ..normal_gradient import gradient_of_light
+from ..on_bodies import OnBodies, arrivals, turned_to
+from ..radiance_cache.elements import element_at
 from .gather_rays import GatherRays
 
 _LEAST_DISTANCE = np.float32(1e-6)  # m
@@ -46,6 +48,7 @@ def gather_at(
     directional: bool,
     key: np.uint64,
     first: int,
+    on: OnBodies | None = None,
 ) -> RaySums:
     """Send `n_rays` a batch from receivers (r, 3); cosine-weighted, or between that and uniform if `directional`.
 
@@ -58,13 +61,24 @@ def gather_at(
         Their `base_normal`, if they have any.
     key, first
         Of the random numbers, `path_key`, and the number of the first receiver.
+    on : OnBodies, optional
+        Where they lie on bodies through which the light walks to them; caustics that walk are among what they meet.
     """
     n, n_lights, first = len(positions), rays.n_lights, first * n_batches * n_rays
     origins, directions = np.empty((2, n * n_batches * n_rays, 3), np.float32)
     weights = np.empty(n * n_batches * n_rays if directional else 0, np.float32)
     points = stratified_set(n_rays)
     _start(positions, normals, n_batches, points, key, first, origins, directions, weights)
-    met = rays.radiance_of_paths(origins, directions, key, first, RayKind.GATHER)
+    if on is None:
+        met = rays.radiance_of_paths(origins, directions, key, first, RayKind.GATHER)
+    else:
+        came = arrivals(rays.tracer, on, positions, normals, bases, n_batches * n_rays, key, first)
+        turned, bases = np.empty_like(directions), bases[:0]
+        _turn(rays.tracer.arrays.scene, came, normals, directions, origins, turned)
+        met = rays.radiance_of_paths(origins, turned, key, first, RayKind.GATHER)
+        for i, cache in enumerate(rays.caches):
+            of_light = met.reflected[:, 3 * i : 3 * i + 3]
+            _weigh(cache.elements, cache.incident_caustic, came, on.takes_caustics, of_light)
     total, nearness = np.zeros((n, n_batches, 3 * n_lights)), np.zeros(n)
     gradient = np.zeros((n, 3 if directional else 0, 3 * n_lights))
     _sum(normals, bases, directions, weights, met.reflected, met.hits.distance, total, nearness, gradient)
@@ -89,6 +103,34 @@ def _start(positions, normals, n_batches, points, key, first, origins, direction
                 put(origins, ray, position)
                 put(directions, ray, to_world((x, y, z), normal))
                 ray += 1
+
+
+@kernel
+def _turn(scene, came, normals, directions, origins, turned):
+    """Start rays of receivers, around whose normals they lie, where their light arrives; bumps there take of it."""
+    n = len(directions) // len(normals)
+    for ray in range(len(directions)):
+        normal, weight = row(came.normal, ray), row(came.weight, ray)
+        direction = turned_to(row(directions, ray), row(normals, ray // n), normal)
+        weight = times(weight, bump_shadowing(row(came.base, ray), normal, direction))
+        triangle = came.triangle[ray]
+        if triangle >= 0 and (dot(row(scene.normals, triangle), direction) < ZERO) != came.back[ray]:
+            weight = BLACK
+        put(came.weight, ray, weight)
+        put(origins, ray, row(came.position, ray))
+        put(turned, ray, direction)
+
+
+@kernel
+def _weigh(elements, caustic, came, takes_caustics, radiance):
+    """Weigh what rays met, with the caustics added that come to bodies where the rays start."""
+    n = len(radiance) // len(takes_caustics)
+    for ray in range(len(radiance)):
+        light, triangle = row(radiance, ray), came.triangle[ray]
+        if triangle >= 0 and takes_caustics[ray // n]:
+            side = 2 * element_at(elements, triangle, came.u[ray], came.v[ray]) + np.int32(came.back[ray])
+            light = plus(light, row(caustic, side))
+        put(radiance, ray, mul(row(came.weight, ray), light))
 
 
 @kernel

@@ -239,6 +239,7 @@ class Solver:
         finished = linking.vertices.finished and linking.sides.finished and lighting.finished
         if self._caustics:
             self._indirect += self._caustics.light()
+            self._variance += self._caustics.variance().astype(np.float32)
             finished = finished and self._caustics.finished
         self.converged = self._lit and finished and change < _STILL
         self._lit, self._whole = True, self._whole or whole
@@ -250,7 +251,8 @@ class Solver:
         if self._empty:
             dark = np.zeros((len(self._surfaces), 3), np.float32)
             return LiveLight(version, self._surfaces, dark, dark, 0.0, since, True)
-        mean = float(self._indirect.mean(dtype=np.float64))
-        error = float(np.sqrt(self._variance.mean(dtype=np.float64))) / mean if mean > 0 else 0.0
+        there = ~self._moving.gone[self._objects]
+        mean = float(self._indirect[there].mean(dtype=np.float64)) if there.any() else 0.0
+        error = float(np.sqrt(self._variance[there].mean(dtype=np.float64))) / mean if mean > 0 else 0.0
         direct, indirect = (self._thinned.spread(of) for of in (self._lighting.vertices.mean, self._indirect))
         return LiveLight(version, self._surfaces, direct, indirect, error, since, self.converged)

@@ -50,6 +50,12 @@ class Exit(NamedTuple):
     weight: tuple
 
 
+@part
+def no_exit():
+    """That of a walk that ends inside."""
+    return Exit(False, np.int32(-1), ZERO, ZERO, BLACK, BLACK)
+
+
 class Coefficients(NamedTuple):
     """σt, σs and g of a step."""
 
@@ -92,7 +98,7 @@ def walk(scene, tree, room, hit, direction, medium, key, path):
             if fate >= survival:
                 break
             weight = times(weight, ONE / survival)
-    return Exit(False, np.int32(-1), ZERO, ZERO, direction, BLACK)
+    return no_exit()
 
 
 @part

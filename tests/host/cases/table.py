@@ -25,8 +25,8 @@ The scenes stand in [tests/host/cases](../tests/host/cases/__init__.py), Cycles'
 and with `--table` this page, which was measured with Blender {version}: {passed} of {count} cases pass.
 
 Cycles' values are from Blender 5.2. Cycles 4.5 was measured to agree within 1 % and the noise in every case below that
-runs there, but IES and Voronoi Textures of lamps and low suns, which have values of 4.5 beside them; cases with
-features of Blender 5 are skipped in 4.5.
+runs there, but IES and Voronoi Textures of lamps, low suns and what comes to bodies through themselves, which have
+values of 4.5 beside them; cases with features of Blender 5 are skipped in 4.5.
 """
 
 HEAD = """

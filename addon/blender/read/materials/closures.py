@@ -89,7 +89,8 @@ class Leaf:
 
     `over` names the lowest of the layers that lie over all it adds. `layer` is the Fresnel factor by which a glossy
     closure lies over a diffuse one, or shares its light with a refractive one where `in_glass`; it is not part of
-    `weight`. `reflected` is the colour of the glossy closures that share a refractive one's light.
+    `weight`. `reflected` is the colour of the glossy closures that share a refractive one's light. `walks` says whether
+    light is seen that walked through bodies.
     """
 
     closure: Closure
@@ -100,6 +101,7 @@ class Leaf:
     normal_of: NormalOf
     reflected: np.ndarray | None = None
     over: Hashable = None
+    walks: bool = True
 
     def __getitem__(self, identifier: str) -> np.ndarray:
         return self.value(self.closure.shader.input(identifier))
@@ -179,7 +181,11 @@ class Leaf:
 
 
 def combine(
-    closures: list[Closure], value: Value, normal_of: NormalOf = interpolated, value_at: ValueAt = lambda *_: None
+    closures: list[Closure],
+    value: Value,
+    normal_of: NormalOf = interpolated,
+    value_at: ValueAt = lambda *_: None,
+    walks: bool = True,
 ) -> ShaderSum:
     """The sum of closures.
 
@@ -200,7 +206,8 @@ def combine(
         weight = closure.weight(value, layers | set(turned))
         if (weight > 0).any():
             curves.append(curve)
-            leaves.append(Leaf(closure, value, weight, layer, layer is not None and layer.place in glass, normal_of))
+            in_glass = layer is not None and layer.place in glass
+            leaves.append(Leaf(closure, value, weight, layer, in_glass, normal_of, walks=walks))
     reflected: dict[Place, np.ndarray] = {}
     for leaf in leaves:
         if leaf.layer and leaf.in_glass and leaf.closure.kind == "BSDF_GLOSSY":
@@ -297,7 +304,7 @@ def _add_principled(leaf: Leaf, total: ShaderSum) -> None:
         if leaf.is_thin:
             add_pane(part, total, base, left)
         else:
-            _add_principled_glass(part, total, base)
+            part.add_glass(total, part.weight, white(), np.sqrt(base))
     weight = weight * (1 - transmission)
     if weight.any():
         under, ior = _add_dielectric(replace(leaf, weight=weight), total)
@@ -306,10 +313,6 @@ def _add_principled(leaf: Leaf, total: ShaderSum) -> None:
         else:
             weight = add_principled_body(leaf, total, weight, base, ior, under)
         add_base(leaf, total, weight * base, base, "Diffuse Roughness", under)
-
-
-def _add_principled_glass(leaf: Leaf, total: ShaderSum, base: np.ndarray) -> None:
-    leaf.add_glass(total, leaf.weight, white(), np.sqrt(base))
 
 
 def _add_dielectric(leaf: Leaf, total: ShaderSum) -> tuple[Hashable, float]:

@@ -24,6 +24,7 @@ from .pictures.images import ImageTable
 from .pictures.strands import picture_of_strands
 from .pictures.texture_grid import Coordinates, Grid, Picture, coordinates_of
 from .shaders.hair import HAIR, on_fibres, on_surfaces
+from .shaders.subsurface import is_body
 from .stretches import TangentSource, tangent_sources
 from .sums import ShaderSum, matte
 
@@ -79,11 +80,12 @@ class MaterialReader:
             self.closures = read_closures(material)
             for what in shortcomings(material, self.closures, on_fibres):
                 self.warn(what)
-            self.views, self.as_seen = differing_views(material.node_tree, for_camera)
+            has_bodies = any(is_body(closure.node) for closure in self.closures)
+            self.views, self.as_seen = differing_views(material.node_tree, for_camera, has_bodies)
             for view in self.views:
                 probe = partial(self.probe, view)
                 normal = partial(self.probe_normal, probe)
-                combine(self.closures, probe, normal, seen_at(view, self.stand_in))
+                combine(self.closures, probe, normal, seen_at(view, self.stand_in), view.walks)
             sources = tangent_sources(closure.shader for closure in self.closures)
             self.stretched = (sources[0] or TangentSource()) if sources else None
             if on_fibres and any(closure.kind in HAIR for closure in self.closures):
@@ -171,13 +173,15 @@ class MaterialReader:
             def normal(place: Place) -> OwnNormal | None:
                 return self.normals.read(place, guess, True)
 
-            return self.made_of(combine(self.closures, guess, normal, seen_at(view, read.get)))
+            return self.made_of(combine(self.closures, guess, normal, seen_at(view, read.get), view.walks))
         evaluator = Evaluator(lambda image: grid.look_up(self.pictures[_key(image)]), read.get, view)
         coordinates = grid.place(next(iter(self.pictures.values())).coordinates)
         value, extends = evaluator.value, grid.extends
-        total = combine(
-            self.closures, value, lambda place: self.normals.read(place, value, extends), seen_at(view, read.get)
-        )
+
+        def normal_of(place: Place) -> OwnNormal | None:
+            return self.normals.read(place, value, extends)
+
+        total = combine(self.closures, value, normal_of, seen_at(view, read.get), view.walks)
         return self.made_of(total, coordinates, extends)
 
     def made_of(self, total: ShaderSum, coordinates: Coordinates | None = None, extends: bool = False) -> Surface:
@@ -251,7 +255,8 @@ class MaterialReader:
         def normal(place: Place) -> OwnNormal | None:
             return self.normals.baked(place, values, value, request.matrix)
 
-        total = combine(self.closures, value, normal, seen_at(request.view, request.values.get))
+        view = request.view
+        total = combine(self.closures, value, normal, seen_at(view, request.values.get), view.walks)
         return self.made_of(total, Coordinates(atlas=request.atlas), extends=True)
 
 

@@ -230,6 +230,11 @@ class View:
     back: bool = False
     cosine: float | None = None
 
+    @property
+    def walks(self) -> bool:
+        """Whether these rays see light that walked through bodies, as diffuse ones do from Blender 5.0 on."""
+        return self.kind == RayKind.CAMERA or bpy.app.version >= (5, 0, 0)
+
     def value(self, output: "bpy.types.NodeSocket") -> float | None:
         """The value of a node's output that differs from ray to ray; None of others."""
         if output.node.type == "NEW_GEOMETRY" and output.identifier == "Backfacing":
@@ -244,10 +249,12 @@ VIEWS = [View(kind, back) for kind in RayKind for back in (False, True)]
 """All of them, in the order of `Materials.seen_as`."""
 
 
-def differing_views(tree: "bpy.types.NodeTree", for_camera: bool) -> tuple[list[View], tuple[int, ...]]:
+def differing_views(
+    tree: "bpy.types.NodeTree", for_camera: bool, has_bodies: bool
+) -> tuple[list[View], tuple[int, ...]]:
     """Views in which a tree may differ, that of diffuse rays from the front first; and which one each of `VIEWS` is.
 
-    Unless it is `for_camera`, cameras' rays are taken to see what gather rays do.
+    Unless it is `for_camera`, cameras' rays are taken to see what gather rays do, but that light walks through bodies.
     """
     linked = [output for node in all_nodes(tree) for output in node.outputs if output.is_linked]
     used = [output for output in linked if FROM_FRONT.value(output) is not None]
@@ -257,7 +264,8 @@ def differing_views(tree: "bpy.types.NodeTree", for_camera: bool) -> tuple[list[
     which: list[int] = []
     for view in VIEWS:
         by = RayKind.GATHER if view.kind == RayKind.CAMERA and not for_camera else view.kind
-        seen = (*(View(by, view.back).value(output) for output in used), by_fresnel and view.back)
+        seen = *(View(by, view.back).value(output) for output in used), by_fresnel and view.back
+        seen += (has_bodies and view.walks,)
         if seen not in found:
             found[seen] = len(views)
             views.append(view)

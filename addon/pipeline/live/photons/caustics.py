@@ -1,11 +1,11 @@
 """Caustics kept alive: which photons an edit may have changed, and what is known of their light meanwhile."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 
-from ....emitters import Source, Sphere, light_sources
+from ....emitters import Sphere, light_sources
 from ....gather.radiance_cache.elements import SurfaceElements
 from ....receivers import Receivers
 from ....scene import Scene
@@ -13,7 +13,7 @@ from ....settings.live import LiveSettings
 from ....tracing import TransparencyTracer
 from ..jobs import A_CHUNK, Job, no_job, of_blocks
 from .groups import Groups
-from .path_tracing import N_IN_ROUND, PathTracing
+from .path_tracing import N_IN_ROUND, PathTracing, watts_of
 from .paths import (
     KEPT,
     RENEWED,
@@ -26,7 +26,7 @@ from .paths import (
     no_paths,
     scale_paths,
 )
-from .photon_map import PhotonMap
+from .photon_map import N_LEVELS, PhotonMap, level_of_round
 
 _BLOCK, _LARGE_BLOCK = 1 << 11, 1 << 14  # photons that are traced, or looked at, between two looks for a halt
 _A_STEP = 1 << 14  # photons that are traced in a step
@@ -75,7 +75,7 @@ class Caustics:
         self._dark = not sources
         self._boxes: list[np.ndarray] = []
         self._moved: set[int] = set()
-        self._relit = False
+        self._edited = self._relit = False
         self._queue: list[int] = []
         self._turn = self._n_turns = 0
         if self._dark:
@@ -88,7 +88,8 @@ class Caustics:
         self.paths.level[:] = self._tracing.level
         self._marked, self._scaled = np.zeros(n, bool), np.zeros(n, bool)
         self._has_round = np.zeros(n_rounds, bool)
-        self._watts = max(_watts(sources), 1e-30)
+        self._watts = max(watts_of(sources), 1e-30)
+        self._variance = np.full(len(self._receivers), np.inf)
         self._groups = Groups(sources, self._tracing.emission)
         self.touched, self.n_touched = np.zeros(self._groups.n, bool), 0
         self._scratch = no_paths(self._groups.n)
@@ -98,12 +99,16 @@ class Caustics:
 
     def edited(self, scene: Scene, tracer: TransparencyTracer) -> None:
         """The scene is otherwise: its lamps, its world, or an object of `moved`."""
+        self._scene, self._tracer, self._edited = scene, tracer, True
+
+    def _aim(self) -> None:
+        """Photons set out as the edited scene's sources are; anew where these are others."""
+        scene, tracer = self._scene, self._tracer
         sources = light_sources(scene, self._region)
         fits = not self._dark and bool(sources) and self._tracing.is_of(sources)
-        if not fits or not 1 / _BRIGHTER < _watts(sources) / self._watts < _BRIGHTER:
-            self._start(scene, tracer)
-            return
-        self._scene, self._tracer, self._relit = scene, tracer, True
+        if not fits or not 1 / _BRIGHTER < watts_of(sources) / self._watts < _BRIGHTER:
+            return self._start(scene, tracer)
+        self._edited, self._relit = False, True
         self.touched[:], self.n_touched, self._n_turns = False, 0, _N_TURNS
         self._tracing.aim(scene, tracer, sources)
 
@@ -122,8 +127,8 @@ class Caustics:
     @property
     def finished(self) -> bool:
         """Whether all is known that will be."""
-        if self._dark:
-            return True
+        if self._dark or self._edited:
+            return not self._edited
         settled = not (self._boxes or self._relit or self._moved or self._queue or self._n_turns)
         return settled and bool(self._has_round.all()) and bool((self.paths.state == KEPT).all()) and self._measured
 
@@ -133,10 +138,14 @@ class Caustics:
 
     def jobs(self) -> list[Callable[[], Job]]:
         """The next step's; each is made when its turn comes."""
+        if self._edited:
+            self._aim()
         if self._dark:
             return []
-        of_edits = [self._mark, self._compare, self._take_out, self._place, self._enter]
-        return [*of_edits, self._trace, self._take_turns, self._trace_groups, self._measure]
+        first = [self._mark, self._compare, self._take_out, self._place, self._enter, self._trace]
+        if self._boxes or self._relit or self._moved:  # light that knows of an edit comes first
+            return first
+        return [*first, self._take_turns, self._trace_groups, self._measure]
 
     def _mark(self) -> Job:
         """Mark the photons whose paths cross what has moved."""
@@ -322,6 +331,16 @@ class Caustics:
         whole, renewed = self._shares()
         return (self._map.irradiance(renewed) * (whole / np.pi)).astype(np.float32)
 
+    def variance(self) -> np.ndarray:
+        """Of that, the mean over colours, (n,) float64; where photons are missing, by what it was with all of them."""
+        if self._dark:
+            return np.zeros(len(self._receivers))
+        (whole, renewed), state = self._shares(), self.paths.state
+        if (state[self._tracing.of_round(0)] == KEPT).all() and not (state == RENEWED).any():
+            n_rounds = np.bincount(level_of_round(np.flatnonzero(self._has_round)), minlength=N_LEVELS)
+            self._variance = self._map.variance(n_rounds) * (whole / np.pi) ** 2
+        return self._variance * max(renewed, 1.0)
+
     def of_sides(self, coverage: np.ndarray) -> np.ndarray:
         """Mean of E/π over the sides of elements, (s, 3) float32, of which a share (s,) takes light."""
         if self._dark:
@@ -329,8 +348,3 @@ class Caustics:
         whole, renewed = self._shares()
         area = np.pi * np.repeat(self._elements.areas, 2) * np.maximum(coverage, 0.01)
         return (self._map.of_sides(renewed) * whole / area[:, None]).astype(np.float32)
-
-
-def _watts(sources: Sequence[Source]) -> float:
-    """Power of all sources together, the mean over colours."""
-    return float(sum(np.abs(source.power).mean() for source in sources))

@@ -86,3 +86,8 @@ class PathTracing:
 
 def _kinds(sources: Sequence[Source]) -> list[tuple[int, int, int]]:
     return [(source.kind, source.lamp, source.max_bounces) for source in sources]
+
+
+def watts_of(sources: Sequence[Source]) -> float:
+    """Power of all sources together, the mean over colours."""
+    return float(sum(np.abs(source.power).mean() for source in sources))

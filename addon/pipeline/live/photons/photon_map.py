@@ -172,11 +172,34 @@ class PhotonMap:
 
     def irradiance(self, share_of_renewed: float) -> np.ndarray:
         """Of receivers, (n, 3) float64, W/m²; those traced again stand for so many times as many."""
-        total, levels = np.zeros((len(self._receivers), 3)), np.flatnonzero(self._sums.any(axis=(0, 2, 3)))
-        for level in levels:
-            sums = self._sums[0, level] + share_of_renewed * self._sums[1, level]
-            total += sums / np.where(np.isnan(self.share[level]), 1, self.share[level])[:, None]
-        return total / self._per_watt
+        total = np.zeros((len(self._receivers), 3))
+        for level in self._levels():
+            total += self._of_level(level, share_of_renewed)
+        return total
+
+    def variance(self, n_rounds: np.ndarray) -> np.ndarray:
+        """Of that, the mean over colours, (n,) float64: by how much levels differ, of (l,) rounds each.
+
+        Rounds are independent and each has the variance σ². The means eₗ of L levels with a share wₗ of the R rounds
+        differ from the mean of all by Σ wₗ (eₗ − e)², (L − 1) σ²/R on the average; in it is by how much they blur.
+        """
+        levels = np.flatnonzero(n_rounds)
+        if len(levels) < 2:
+            return np.full(len(self._receivers), np.inf)
+        share = n_rounds[levels] / n_rounds.sum()
+        parts = [self._of_level(k, 1.0).mean(axis=1) for k in levels]
+        mean = np.sum(parts, axis=0)
+        squares = sum(w * (part / w - mean) ** 2 for w, part in zip(share, parts, strict=True))
+        return np.asarray(squares) / (len(levels) - 1)
+
+    def _levels(self) -> np.ndarray:
+        return np.flatnonzero(self._sums.any(axis=(0, 2, 3)))
+
+    def _of_level(self, level: int, share_of_renewed: float) -> np.ndarray:
+        """What photons of one level bring, (n, 3) float64, W/m²."""
+        sums = self._sums[0, level] + share_of_renewed * self._sums[1, level]
+        share = np.where(np.isnan(self.share[level]), 1, self.share[level]) * self._per_watt
+        return np.asarray(sums / share[:, None])
 
     def of_sides(self, share_of_renewed: float) -> np.ndarray:
         """Power that comes to sides, (s, 3) float64, W."""

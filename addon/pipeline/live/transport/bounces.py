@@ -14,9 +14,9 @@ becomes brighter or darker as a whole is as well known as before.
 import numpy as np
 
 from ....core.compiling import kernel, part
-from ....core.vec3 import BLACK, ONE, ZERO, mean, mul, plus, put, row, times
+from ....core.vec3 import BLACK, ONE, ZERO, mean, minus, mul, plus, put, row, times
 from ..crew import Crew, Task
-from .links import INSIDE, N_PARTS, RENEWED, STALE, Links
+from .links import INSIDE, N_PARTS, RENEWED, Links, is_stale
 from .packing import unpacked
 from .reflectance import Reflectance
 
@@ -35,12 +35,11 @@ def _radiate(albedo, translucence, direct, gathered, start, stop, radiance):
 
 
 @part
-def _light_of_link(links, radiance, i, k):
-    """What comes over a link."""
-    side = links.end[i, k]
+def _light_over(radiance, side, weight):
+    """What comes over a link from where it ends."""
     if side < 0:
         return BLACK
-    return mul(row(radiance, side), unpacked(links.weight[i, k]))
+    return mul(row(radiance, side), unpacked(weight))
 
 
 @part
@@ -48,7 +47,7 @@ def _sum_of_links(links, radiance, i, first, last):
     """Sum over links `first` to `last` of a row, and the number that counts."""
     total, n = BLACK, 0
     for k in range(first, last):
-        total = plus(total, _light_of_link(links, radiance, i, k))
+        total = plus(total, _light_over(radiance, links.end[i, k], links.weight[i, k]))
         n += links.end[i, k] != INSIDE
     return total, n
 
@@ -60,26 +59,33 @@ def _over(total, n):
 
 @part
 def _mean_of_strata(links, radiance, i, n_links):
-    """Mean over the first N links of a row of which S are stale, or were.
+    """Mean over the first N links of a row of which S are stale, or were; k of these are renewed.
 
-    The k of those that are renewed stand for all of them, (Σ_kept L + S/k Σ_renewed L) / N; until one of these is not
-    what it was, they stand as they were.
+    These stand for all of them. If few of the k are not what they were before, they say how far the S are off,
+    (Σ_kept L + Σ_S L_before + S/k Σ_renewed (L − L_before)) / N: dragged slowly, an object leaves most of what it
+    crosses as it is. Otherwise, (Σ_kept L + S/k Σ_renewed L) / N. Until one is not what it was, all stand as they were.
     """
-    kept = stale = renewed = BLACK
-    n_kept = n_stale = n_renewed = 0
+    kept = stale = renewed = before = BLACK
+    n_kept = n_stale = n_renewed = n_known = n_other = 0
     for k in range(n_links):
-        light, counts = _light_of_link(links, radiance, i, k), links.end[i, k] != INSIDE
-        if links.state[i, k] == STALE:
+        light, counts = _light_over(radiance, links.end[i, k], links.weight[i, k]), links.end[i, k] != INSIDE
+        if is_stale(links, i, k):
             stale, n_stale = plus(stale, light), n_stale + counts
         elif links.state[i, k] == RENEWED:
             renewed, n_renewed = plus(renewed, light), n_renewed + counts
+            if k < links.end_before.shape[1] and counts and links.end_before[i, k] != INSIDE:
+                before = plus(before, _light_over(radiance, links.end_before[i, k], links.weight_before[i, k]))
+                n_known, n_other = n_known + 1, n_other + (links.end_before[i, k] != links.end[i, k])
         else:
             kept, n_kept = plus(kept, light), n_kept + counts
     n = n_kept + n_stale + n_renewed
     if n_renewed == 0 or not links.changed[i]:
         return _over(plus(plus(kept, stale), renewed), n)
     share = np.float32(n_stale + n_renewed) / np.float32(n_renewed)
-    return _over(plus(kept, times(renewed, share)), n)
+    if n_known < n_renewed or 2 * n_other > n_renewed:
+        return _over(plus(kept, times(renewed, share)), n)
+    of_all = plus(plus(plus(kept, stale), before), times(minus(renewed, before), share))
+    return _over((max(of_all[0], ZERO), max(of_all[1], ZERO), max(of_all[2], ZERO)), n)
 
 
 @part

@@ -11,7 +11,7 @@ from ....core.compiling import kernel, part
 from ....core.sampling.path_numbers import two_numbers
 from ....core.vec3 import ONE, ZERO, length, minus, row, times, to_local
 from ....gather.direct.ray_directions import shifted
-from .links import FOLLOWED, SHIFT, STALE, side_ray, vertex_ray
+from .links import AGAIN, FOLLOWED, RENEWED, SHIFT, STALE, is_stale, side_ray, vertex_ray
 
 _EVERY = (ZERO, ONE, ZERO, ONE)
 _HALF, _PER_TURN, _TINY = np.float32(0.5), np.float32(0.5 / np.pi), np.float32(1e-12)
@@ -61,7 +61,7 @@ def crosses(low, high, origin, direction, far):
 
 @part
 def _mark(links, i, k):
-    links.state[i, k] = STALE
+    links.state[i, k] = AGAIN if links.state[i, k] == RENEWED or links.state[i, k] == AGAIN else STALE
     links.split[i] = True
 
 
@@ -86,7 +86,7 @@ def mark_vertex_links(positions, normals, objects, points, key, moved, boxes, st
                 u, v = shifted(points, k, a, b)
                 away = v - around
                 away -= np.rint(away)
-                if u < lowest or u > highest or abs(away) > width or links.state[vertex, k] == STALE:
+                if u < lowest or u > highest or abs(away) > width or is_stale(links, vertex, k):
                     continue
                 far = links.length[vertex, k]
                 if crosses(low, high, origin, vertex_ray(points, normal, key, vertex, k), abs(far)):

@@ -47,8 +47,11 @@ BYTES = 13
 N_PARTS = 4
 """Of a row's links: by their means its error is known, and the first alone makes the first light after an edit."""
 
-KEPT, STALE, RENEWED = np.uint8(0), np.uint8(1), np.uint8(2)
-"""States of a link: as it is; crossed by what an edit moved; traced again since."""
+KEPT, STALE, RENEWED, AGAIN = (np.uint8(state) for state in range(4))
+"""States of a link: as it is; crossed by what an edit moved; traced again since; and crossed again after that."""
+
+N_BEFORE = 64
+"""Of a row's first links it is kept what they were before they were traced again."""
 
 SHIFT, POINT, _FOLLOW = 1 << 15, (1 << 15) + 1, (1 << 15) + 3  # of a path's pairs of numbers
 _MOST_STEPS, _MOST_NEAR, _NUMBERS_A_STEP = 8, 3, 32
@@ -94,6 +97,8 @@ class LinkArrays(NamedTuple):
     state: np.ndarray
     split: np.ndarray
     changed: np.ndarray
+    end_before: np.ndarray
+    weight_before: np.ndarray
 
 
 @dataclass
@@ -107,7 +112,8 @@ class Links:
         of the first segment, infinite where it meets nothing, or `FOLLOWED` or `NEAR`; weight : (r, n) uint32, what
         surfaces on the way leave of the light, over the probability of the way, `packed`; state : (r, n) uint8;
         split : (r,) bool, whether some link of the row is not `KEPT`; changed : (r,) bool, whether one that was renewed
-        since the edit is not what it was.
+        since the edit is not what it was; end_before, weight_before : (r, m), what links that were traced again were
+        before they were stale, of the first m.
     n_traced : int
         So many links of each row are there.
     n_renewed : int
@@ -147,7 +153,8 @@ class Links:
         """Room for links, of which none is there yet."""
         end, length, weight = (np.zeros((n_rows, n), of) for of in (np.int32, np.float32, np.uint32))
         state, (split, changed) = np.zeros((n_rows, n), np.uint8), np.zeros((2, n_rows), np.bool_)
-        return Links(LinkArrays(end, length, weight, state, split, changed))
+        before = (np.zeros((n_rows, min(n, N_BEFORE)), of) for of in (np.int32, np.uint32))
+        return Links(LinkArrays(end, length, weight, state, split, changed, *before))
 
     def renewed_to(self, last: int) -> None:
         """Say how many of each row are not stale."""
@@ -271,7 +278,7 @@ def trace_vertex_links(light, positions, normals, points, key, start, stop, firs
         if stale and not links.split[vertex]:
             continue
         for k in range(first, last):
-            if stale and links.state[vertex, k] != STALE:
+            if stale and not is_stale(links, vertex, k):
                 continue
             direction, path = vertex_ray(points, row(normals, vertex), key, vertex, k), vertex * len(points) + k
             end, far, weight, _ = link_end(light, row(positions, vertex), direction, _GATHER, key, path, False)
@@ -289,7 +296,7 @@ def trace_side_links(light, sides, points, key, start, stop, first, last, stale,
         if stale and not links.split[side]:
             continue
         for k in range(first, last):
-            if stale and links.state[side, k] != STALE:
+            if stale and not is_stale(links, side, k):
                 continue
             hit, origin, direction = side_ray(light.tracing.scene, light.elements, points, key, side, k)
             path = side * len(points) + k
@@ -327,10 +334,18 @@ def light_near_sides(light, sides, points, key, start, stop, first, last, links,
 
 
 @part
+def is_stale(links, i, k):
+    """Whether a link is to be traced again."""
+    return links.state[i, k] == STALE or links.state[i, k] == AGAIN
+
+
+@part
 def _put_link(links, i, k, end, far, weight, stale):
     """Write a link; of one that was stale see whether it is what it was."""
     if stale:
         same = end == links.end[i, k] and far == links.length[i, k] and packed(weight) == links.weight[i, k]
         links.changed[i] = links.changed[i] or not same
+        if k < links.end_before.shape[1] and links.state[i, k] == STALE:
+            links.end_before[i, k], links.weight_before[i, k] = links.end[i, k], links.weight[i, k]
         links.state[i, k] = RENEWED
     links.end[i, k], links.length[i, k], links.weight[i, k] = end, far, packed(weight)

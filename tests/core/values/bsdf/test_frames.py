@@ -108,7 +108,8 @@ def test_mirroring_normals_turn_until_the_view_is_mirrored_over_the_surface():
         steep, view = unit(-0.7, 0.1, 0.6), unit(0.8, 0.1, 0.35)
         found = normal_of(leaning({"kind": kind, "roughness": 0.5}, steep), view=view)
         mirrored = 2 * (found @ view) * found - view
-        if kind in (Lobe.TRANSLUCENT, Lobe.GLOSSY, Lobe.GLASS, Lobe.GLOSSY_TOON, Lobe.PANE, Lobe.FIBRE):
+        glossy = Lobe.GLOSSY, Lobe.GLASS, Lobe.GLOSSY_TOON, Lobe.PANE, Lobe.FIBRE
+        if kind in (Lobe.TRANSLUCENT, Lobe.SUBSURFACE, *glossy):
             assert mirrored[2] == pytest.approx(0.01, abs=1e-5) and np.linalg.norm(found) == pytest.approx(1, abs=1e-5)
             assert np.cross(found, [0, 0, 1]) @ np.array(steep) == pytest.approx(0, abs=1e-6)
             assert np.array(steep)[:2] @ found[:2] > 0
@@ -180,9 +181,11 @@ def test_what_closures_take_of_light():
     assert frames.received(plain, bsdf_of(plain, 0, U, V, False), 0, LIGHTS[0]) == 1
 
 
-def test_translucent_normals_are_turned_by_four_views():
+@pytest.mark.parametrize("kind", [Lobe.TRANSLUCENT, Lobe.SUBSURFACE])
+def test_normals_of_what_shines_through_are_turned_by_four_views(kind):
+    """And light that enters a body is shadowed by bumps."""
     steep = np.array(unit(-0.8, 0.5, 0.3))
-    scene = floor(leaning({**THROUGH, "weight": 1}, steep))
+    scene = floor(leaning({**THROUGH, "kind": kind, "weight": 1}, steep))
     bsdf = bsdf_of(scene, 0, U, V, False)
     around = np.sqrt(0.5) * np.array([(1, 0), (-1, 0), (0, 1), (0, -1)])
     views = [to_world(triple((x, y, np.sqrt(0.5))), bsdf.normal) for x, y in around]
@@ -190,8 +193,10 @@ def test_translucent_normals_are_turned_by_four_views():
     assert len({tuple(n.round(4)) for n in normals}) > 1
     for light in (unit(-0.5, 0.5, 0.6), unit(0.5, 0.4, 0.3)):
         w = np.float64(to_world(light, bsdf.normal))
-        expected = np.mean([max(n @ w, 0) for n in normals])
-        assert frames._mean_cosine_through(scene, bsdf, 0, light) == pytest.approx(expected, rel=1e-4)
+        shares = [shadowed(np.array([0, 0, 1]), n, w) if kind == Lobe.SUBSURFACE else 1 for n in normals]
+        expected = np.mean([max(n @ w, 0) * share for n, share in zip(normals, shares, strict=True)])
+        found = frames.received(scene, bsdf, 0, light)
+        assert found == pytest.approx(min(expected / abs(light[2]), 16), rel=1e-4)
 
 
 def test_photons_cosines_at_leaning_closures():

@@ -108,12 +108,13 @@ def test_rays_at_closures_that_lean(one, from_light):
     sample, wo, _ = sampled(scene, hit, up, INTO, from_light)
     wi, kind, axis = np.float64(sample.wi), one["kind"], np.float64(sample.frame.axis)
     expected = 1.0
-    if kind in (Lobe.DIFFUSE, Lobe.ROUGH_DIFFUSE, Lobe.SHEEN, Lobe.TOON):
+    enters = from_light and kind == Lobe.SUBSURFACE
+    if enters or kind in (Lobe.DIFFUSE, Lobe.ROUGH_DIFFUSE, Lobe.SHEEN, Lobe.TOON):
         local = np.float64(to_local(triple(up), up))
         expected = shadowed(local, axis, np.float64(wo) if from_light else wi)
-    if from_light and kind in (Lobe.DIFFUSE, Lobe.TRANSLUCENT):
+    if from_light and kind in (Lobe.DIFFUSE, Lobe.TRANSLUCENT, Lobe.SUBSURFACE):
         expected *= min(max(axis @ np.float64(wo), 0) / wo[2], 16)
-    elif from_light and kind not in (Lobe.SUBSURFACE, Lobe.FIBRE):
+    elif from_light and kind != Lobe.FIBRE:
         own_wo, own_wi = (np.float64(frames.into(sample.frame, w)) for w in (wo, sample.wi))
         expected *= min(own_wo[2] / wo[2] * abs(wi[2] / own_wi[2]), 16)
     weight = np.float64(sample.weight) * expected

@@ -7,6 +7,7 @@ screen, the lamp on the left and probes on the right; and a painted floor under 
 from . import (
     angles,
     anisotropy,
+    bodies,
     broad,
     displaced,
     facets,
@@ -24,6 +25,7 @@ from . import (
 __all__ = [
     "angles",
     "anisotropy",
+    "bodies",
     "broad",
     "displaced",
     "facets",

@@ -4,6 +4,7 @@ import bpy
 
 from ..registry import case
 from ..stage import box, lamp, nodes, probes, room, shader
+from .normals import mapped, tiles
 from .stage import GROUP, divided, painted_floor, principled
 
 
@@ -82,3 +83,19 @@ def subsurface_burley():
     # Diffuse rays see it as diffuse.
     inputs = {"Color": (0.8, 0.4, 0.3), "Scale": 0.5, "Radius": (1, 0.5, 0.2)}
     painted_floor(shader("SubsurfaceScattering", inputs, falloff="BURLEY"))
+
+
+TURNED = "seen from elsewhere, the mean of normals that turn with the ways out"
+
+
+@case("Subsurface scattering in a ball with a normal map", GROUP, since=(5, 2), differs=TURNED)
+def subsurface_normal_map():
+    # Both ends of each walk are bent.
+    room(dim=0.5)
+    probes(n=40, where=lambda p: p[0] > 0.3)
+    tree = nodes()
+    inputs = {"Base Color": (0.3, 0.8, 0.5), "Roughness": 0.3, "Normal": mapped(tree, tiles(0.8))}
+    jade = {"Subsurface Weight": 1.0, "Subsurface Radius": (0.6, 1.0, 0.8), "Subsurface Scale": 0.2}
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=0.8)
+    bpy.context.object.data.materials.append(tree.done(tree.add("BsdfPrincipled", inputs | jade)))
+    lamp("AREA", (-1.7, 0, 0), (0, 0, 0), size=0.5, energy=300)

@@ -1,7 +1,8 @@
 """Subsurface scattering, of Principled and of its own shader, as the Blender that bakes has it.
 
-What diffuse rays see of it is a walk through the body from Blender 5.0 on; before, and by Christensen's and Burley's
-method, it is diffuse reflection.
+What diffuse rays see of it is a walk through the body from Blender 5.0 on. Before, they see diffuse reflection, and
+cameras alone the walk (`View.walks`), as bakes of the body itself do. By Christensen's and Burley's method all see
+diffuse reflection.
 """
 
 from collections.abc import Hashable
@@ -25,7 +26,7 @@ _PER_4_PI = np.float32(0.25 / np.pi)
 def add_subsurface_shader(leaf: "Leaf", total: ShaderSum) -> None:
     """A Subsurface Scattering shader."""
     under, color = leaf.layer and leaf.layer.place, np.maximum(leaf["Color"], 0)
-    if not _walks(leaf.closure.node.falloff):
+    if not (leaf.walks and is_body(leaf.closure.node)):
         total.add(Lobe.DIFFUSE, leaf.weighted, under=under, **leaf.normal())
         return
     path = np.maximum(leaf["Radius"] * leaf["Scale"], 0)
@@ -37,10 +38,9 @@ def add_principled_body(
 ) -> np.ndarray:
     """What of a Principled shader's base is a body, with the index of refraction of its layer; the weight left."""
     share = saturate(leaf["Subsurface Weight"])
-    method = leaf.closure.node.subsurface_method
-    if not share.any() or not _walks(method):
+    if not share.any() or not (leaf.walks and is_body(leaf.closure.node)):
         return weight
-    if method == "RANDOM_WALK_SKIN":
+    if _method(leaf.closure.node) == "RANDOM_WALK_SKIN":
         ior = float(leaf["Subsurface IOR"].mean())
     path = np.maximum(leaf["Subsurface Radius"] * leaf["Subsurface Scale"], 0)
     add_body(leaf, total, weight * share, base, path, leaf.roughness, ior, under)
@@ -72,7 +72,7 @@ def add_body(
     if not walks.any():
         return
     node, ior = leaf.closure.node, float(np.clip(ior, _LEAST_IOR, _MOST_IOR))
-    method = node.falloff if node.type == "SUBSURFACE_SCATTERING" else node.subsurface_method
+    method = _method(node)
     skin, plain = method == "RANDOM_WALK_SKIN", method == "RANDOM_WALK" and bpy.app.version >= (5, 2, 0)
     anisotropy = leaf["Anisotropy" if node.type == "SUBSURFACE_SCATTERING" else "Subsurface Anisotropy"].mean()
     g = float(np.clip(anisotropy, -0.99 if bpy.app.version >= (5, 2, 0) else 0, 0.99 if plain else 0.9))
@@ -85,9 +85,16 @@ def add_body(
     total.add(Lobe.SUBSURFACE, weight * color * walks, f0=color, f90=path.astype(np.float32), **facets)
 
 
-def _walks(method: str) -> bool:
-    """Whether diffuse rays see light that walked, by one of Blender's methods."""
-    return method != "BURLEY" and bpy.app.version >= (5, 0, 0)
+def is_body(node: "bpy.types.Node") -> bool:
+    """Whether light may walk through what a shader node is on."""
+    weight = next((one for one in node.inputs if one.identifier == "Subsurface Weight"), None)
+    there = weight is None or weight.is_linked or weight.default_value > 0
+    return there and _method(node) not in (None, "BURLEY")
+
+
+def _method(node: "bpy.types.Node") -> str | None:
+    """The method of subsurface scattering of a shader node; None of those that have none."""
+    return getattr(node, "falloff" if node.type == "SUBSURFACE_SCATTERING" else "subsurface_method", None)
 
 
 def _skin_scale(color: np.ndarray, ior: float) -> np.ndarray:
