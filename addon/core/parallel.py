@@ -5,7 +5,8 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field, replace
-from threading import Thread
+from functools import wraps
+from threading import RLock, Thread
 from typing import TypeVar
 
 import numpy as np
@@ -176,6 +177,20 @@ def join_cancelled() -> None:
     """Wait for work of cancelled bakes to end: Blender's data must not be built up or freed beside Python's threads."""
     while _cancelled:
         _cancelled.pop().join()
+
+
+def once(function: Callable[[], B]) -> Callable[[], B]:
+    """Decorate a function whose result threads share: it runs once, where `functools.cache` lets several begin it."""
+    lock, results = RLock(), list[B]()
+
+    @wraps(function)
+    def shared() -> B:
+        with lock:
+            if not results:
+                results.append(function())
+            return results[0]
+
+    return shared
 
 
 def slices(n: int, size: int) -> Iterator[slice]:

@@ -6,7 +6,6 @@ are this extension's own, as Blender has an Embree of its own loaded beside this
 
 import ctypes
 import weakref
-from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ import numpy as np
 
 from ..core.compiling import jit
 from ..core.errors import BakeError
+from ..core.parallel import once
 from ..core.zips import unusable_library
 
 _P, _U, _SIZE = ctypes.c_void_p, ctypes.c_uint, ctypes.c_size_t
@@ -33,7 +33,7 @@ def find_library(package: Path) -> Path | None:
     return next((path for folder in folders for path in sorted(folder.glob("*embree4*"))), None)
 
 
-@cache
+@once
 def _library() -> Any:
     """The library, its functions made known to LLVM.
 
@@ -158,9 +158,9 @@ def _commit(tree: int) -> None:
         raise BakeError("Embree could not build its tree over the scene; it may be short of memory.")
 
 
-@cache
+@once
 def _device() -> ctypes.c_void_p:
-    """Embree's device, one for all trees."""
+    """Embree's device, one for all trees: it takes no geometry of another one's into a tree."""
     return _P(_call("rtcNewDevice", _P, _P(None)))
 
 

@@ -2,11 +2,13 @@
 
 import gc
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache
+from threading import Barrier
+from time import sleep
 
 import numpy as np
 import pytest
 from photon_bake.addon.core.errors import BakeError
+from photon_bake.addon.core.parallel import once
 from photon_bake.addon.core.sampling.streams import stream
 from photon_bake.addon.tracing import embree_library
 from photon_bake.addon.tracing.embree import EmbreeTracer, new_ray
@@ -35,9 +37,31 @@ def test_an_absent_library_is_said_in_one_sentence(tmp_path, monkeypatch):
     assert embree_library.find_library(tmp_path / "embreex") is None
     monkeypatch.setattr(embree_library, "find_library", lambda _: None)
     for cached in (embree_library._device, embree_library._library):
-        monkeypatch.setattr(embree_library, cached.__name__, cache(cached.__wrapped__))
+        monkeypatch.setattr(embree_library, cached.__name__, once(cached.__wrapped__))
     with pytest.raises(BakeError, match=r"embreex, which every bake needs, .* no Embree in it that can be loaded"):
         EmbreeTracer(scene_of(*plane()))
+
+
+def test_threads_that_begin_at_once_share_a_device(monkeypatch):
+    """Embree leaves geometry of another device out of a tree, and no ray would meet it."""
+    devices, call, together = [], embree_library._call, Barrier(4)
+
+    def slow(name, result, *arguments):
+        if name == "rtcNewDevice":
+            devices.append(name)
+            sleep(0.05)
+        return call(name, result, *arguments)
+
+    def hits(_):
+        together.wait()
+        tracer = EmbreeTracer(scene_of(*plane(z=0)))
+        return tracer.closest_hit(np.float32([[0.1, 0.2, 1]]), np.float32([[0, 0, -1]])).triangle[0] >= 0
+
+    monkeypatch.setattr(embree_library, "_call", slow)
+    monkeypatch.setattr(embree_library, "_device", once(embree_library._device.__wrapped__))
+    with ThreadPoolExecutor(4) as pool:
+        assert all(pool.map(hits, range(4)))
+    assert len(devices) == 1
 
 
 def test_a_ray_has_aligned_memory_of_its_own():
