@@ -22,6 +22,9 @@ class NoLight:
 
     n_lights = 1
 
+    def on_bodies(self, receivers):
+        return None
+
     def radiance_of_paths(self, origins, directions, key, first, kind):
         return Incoming(np.zeros_like(origins), Hits.none(len(origins)))
 
