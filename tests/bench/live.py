@@ -25,7 +25,7 @@ from photon_bake.addon.pipeline.live import (
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.live import LiveSettings
 from photon_bake.addon.tracing.embree import EmbreeTracer
-from scene_parts import ball, box, bpy, column, lamp, matte
+from scene_parts import ball, box, bpy, column, lamp, matte, room
 from scene_parts import table as table_of_wood
 
 N_VERTICES, N_SAMPLE, N_EDITS, N_REBUILDS, LONGEST = 20_000, 1000, 20, 5, 120.0
@@ -46,15 +46,7 @@ def fifty():
     bpy.ops.wm.read_factory_settings(use_empty=True)
     white, red, blue = matte("White", 0.75, 0.74, 0.7), matte("Red", 0.6, 0.12, 0.08), matte("Blue", 0.1, 0.2, 0.55)
     oak = matte("Oak", 0.5, 0.33, 0.18)
-    for name, low, high, paint in [
-        ("Floor", (-0.2, -0.2, -0.2), (6.2, 5.2, 0), oak),
-        ("Ceiling", (-0.2, -0.2, 3), (6.2, 5.2, 3.2), white),
-        ("West", (-0.2, -0.2, 0), (0, 5.2, 3), red),
-        ("East", (6, -0.2, 0), (6.2, 5.2, 3), blue),
-        ("South", (0, -0.2, 0), (6, 0, 3), white),
-        ("North", (0, 5, 0), (6, 5.2, 3), white),
-    ]:
-        box(name, low, high, paint)
+    room((6, 5, 3), floor=oak, walls=white, west=red, east=blue)
     table_of_wood("Table", (2.2, 1.8), (1.6, 0.9, 0.75), oak)
     table_of_wood("Desk", (4.2, 3.9), (1.5, 0.8, 0.75), oak)
     for i in range(6):

@@ -17,7 +17,7 @@ from light_volume import material
 from photon_bake.addon.pipeline.live import LampsChanged, Live, ObjectMoved, live_surfaces
 from photon_bake.addon.pipeline.live.transport.links import KEPT as LINK_KEPT
 from photon_bake.addon.settings.live import LiveSettings
-from scene_parts import ball, box, bpy, lamp, matte, wall_with_hole
+from scene_parts import ball, box, bpy, lamp, matte, room, wall_with_hole
 
 WALL = 4.0  # m, x of the wall between the rooms
 HEAD = ["Rooms", "Edit in the west room", "Groups of photons: west", "east", "Photons", "Links: west", "east"]
@@ -31,28 +31,20 @@ def rooms(connected, lit=(True, True)):
     white, red, blue = matte("White", 0.75, 0.75, 0.72), matte("Red", 0.6, 0.12, 0.08), matte("Blue", 0.1, 0.2, 0.55)
     glass = material("Glass", Roughness=0, IOR=1.5)
     mirror = material("Anisotropic", Color=(0.9, 0.9, 0.9, 1), Roughness=0)
-    for name, low, high, paint in [
-        ("Floor", (-0.2, -0.2, -0.2), (8.2, 4.2, 0), white),
-        ("Ceiling", (-0.2, -0.2, 3), (8.2, 4.2, 3.2), white),
-        ("West", (-0.2, -0.2, 0), (0, 4.2, 3), red),
-        ("East", (8, -0.2, 0), (8.2, 4.2, 3), blue),
-        ("South", (0, -0.2, 0), (8, 0, 3), white),
-        ("North", (0, 4, 0), (8, 4.2, 3), white),
-    ]:
-        box(name, low, high, paint)
+    room((8, 4, 3), floor=white, walls=white, west=red, east=blue)
     if connected:
         wall_with_hole("Between", 0, (WALL - 0.05, WALL + 0.05), (0, 4), (0, 3), (1.5, 2.5, 0, 2.1), white)
     else:
         box("Between", (WALL - 0.05, 0, 0), (WALL + 0.05, 4, 3), white)
-    for k, (room, is_lit) in enumerate(zip(("West", "East"), lit, strict=True)):
+    for k, (name, is_lit) in enumerate(zip(("West", "East"), lit, strict=True)):
         x = k * WALL
-        ball(f"{room} Ball", (x + 1.3, 1.2, 0.9), 0.25, glass, 64, 31)
-        box(f"{room} Foot", (x + 1.15, 1.05, 0), (x + 1.45, 1.35, 0.62), white)
-        box(f"{room} Mirror", (x + 0.8, 3.9, 0.5), (x + 2.8, 3.95, 2.3), mirror)
-        box(f"{room} Box", (x + 2.6, 0.8, 0), (x + 3.1, 1.3, 0.8), red)
+        ball(f"{name} Ball", (x + 1.3, 1.2, 0.9), 0.25, glass, 64, 31)
+        box(f"{name} Foot", (x + 1.15, 1.05, 0), (x + 1.45, 1.35, 0.62), white)
+        box(f"{name} Mirror", (x + 0.8, 3.9, 0.5), (x + 2.8, 3.95, 2.3), mirror)
+        box(f"{name} Box", (x + 2.6, 0.8, 0), (x + 3.1, 1.3, 0.8), red)
         if is_lit:
-            lamp(f"{room} Lamp 1", "POINT", (x + 1.2, 1.0, 2.6), 60, (1, 0.9, 0.8), shadow_soft_size=0.05)
-            lamp(f"{room} Lamp 2", "POINT", (x + 2.8, 2.8, 2.6), 60, (0.8, 0.9, 1), shadow_soft_size=0.05)
+            lamp(f"{name} Lamp 1", "POINT", (x + 1.2, 1.0, 2.6), 60, (1, 0.9, 0.8), shadow_soft_size=0.05)
+            lamp(f"{name} Lamp 2", "POINT", (x + 2.8, 2.8, 2.6), 60, (0.8, 0.9, 1), shadow_soft_size=0.05)
     return rendered_scene()
 
 
@@ -86,7 +78,8 @@ def rows_of_rooms(name, scene):
     photons, west = solver._caustics, solver._receivers.position[:, 0] < WALL
     for edit, what in edits_in_the_west(scene):
         left = np.array([scene.lights.position[lamp, 0] < WALL for _, lamp, _ in photons._tracing._kinds])
-        groups = left[photons._tracing.source_of(photons._groups.turn(0))]
+        firsts = photons._groups.turn(0)  # a photon of each group
+        groups = left[np.searchsorted(photons._tracing._first, firsts, side="right") - 1]
         state.edit(what)
         state.step()
         links = (solver._linking.vertices.arrays.state != LINK_KEPT).mean(axis=1)

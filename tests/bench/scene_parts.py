@@ -31,6 +31,20 @@ def table(name, corner, size, material):
         box(f"{name} Leg {i + 1}", (across, along, 0), (across + leg, along + leg, height - 0.04), material)
 
 
+def room(size, floor, walls, west, east):
+    """A closed room from the origin to x, y, z = `size`, of boxes 20 cm thick; `walls` paints the ceiling, too."""
+    (x, y, z), t = size, 0.2
+    for name, low, high, paint in [
+        ("Floor", (-t, -t, -t), (x + t, y + t, 0), floor),
+        ("Ceiling", (-t, -t, z), (x + t, y + t, z + t), walls),
+        ("West", (-t, -t, 0), (0, y + t, z), west),
+        ("East", (x, -t, 0), (x + t, y + t, z), east),
+        ("South", (0, -t, 0), (x, 0, z), walls),
+        ("North", (0, y, 0), (x, y + t, z), walls),
+    ]:
+        box(name, low, high, paint)
+
+
 def wall_with_hole(name, axis, thick, length, up, hole, material):
     """Four boxes, or three where the hole reaches the floor; axis 0: the wall runs along y, 1: along x."""
     start, end, bottom, top = hole

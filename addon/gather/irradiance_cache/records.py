@@ -17,7 +17,7 @@ N_BATCHES = 4
 STAGE = "Gathering light"
 _GATHER = 21  # stream of random numbers
 _CHUNK = 1 << 14  # rays
-_RAY_BYTES, _LIGHT_BYTES = 150, 24  # a ray takes, and it takes for each light more
+_RAY_BYTES, _LIGHT_BYTES, _ARRIVAL_BYTES = 150, 24, 75  # a ray takes; for each light more; where it walks to bodies
 
 
 @dataclass(frozen=True)
@@ -184,7 +184,8 @@ class RecordMaker:
         bend = _no_bend(n, at.directional, n_lights)
         # Neighbours are gathered together, whose rays meet the same surfaces: that is faster
         order = np.argsort(z_curve(at.position[chosen]), kind="stable") if n else np.zeros(0, int)
-        workers, bytes_ = self._turns.next(), self.n_rays * (_RAY_BYTES + (n_lights - 1) * _LIGHT_BYTES)
+        of_ray = _RAY_BYTES + (n_lights - 1) * _LIGHT_BYTES + (self.on_bodies is not None) * _ARRIVAL_BYTES
+        workers, bytes_ = self._turns.next(), self.n_rays * of_ray
         numbers, rays = path_key(workers.seed, *key), (N_BATCHES, self.rays_a_batch, at.directional)
 
         def gather(chunk: slice, _: np.random.Generator) -> RaySums:

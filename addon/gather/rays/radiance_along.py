@@ -70,7 +70,6 @@ _CACHED_LOBES = 1 << DIFFUSE | 1 << TRANSLUCENT | BROAD_LOBES
 _FOLLOWED_LOBES = NARROW_LOBES | DIRECTED_LOBES
 _NUMBERS_A_STEP = 40  # pairs of a path's numbers
 _DIFFUSE_LIGHT, _GLOSSY_LIGHT = 3, 20  # the first of those that draw lights
-
 _PER_PI, _INFINITY = np.float32(1 / np.pi), np.float32(np.inf)
 _GATHER_RAY = int(RayKind.GATHER)
 

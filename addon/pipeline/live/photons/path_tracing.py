@@ -65,10 +65,6 @@ class PathTracing:
         starts = self._first[:-1] + i * self.n_of_source
         return np.concatenate([np.arange(a, a + n) for a, n in zip(starts, self.n_of_source, strict=True)])
 
-    def source_of(self, numbers: np.ndarray) -> np.ndarray:
-        """Which of the sources emit photons, (m,) int64."""
-        return np.searchsorted(self._first, numbers, side="right") - 1
-
     def trace(self, numbers: np.ndarray, rows: np.ndarray, out: PathArrays) -> None:
         """Trace photons of numbers that rise, (m,) int64, each into its row."""
         front, elements = new_front(len(numbers)), self._elements.arrays

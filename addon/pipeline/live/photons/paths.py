@@ -115,6 +115,8 @@ def mark_crossing(boxes, start, stop, paths, marked):
             continue
         origin = row(paths.origin, i)
         for k in range(paths.n_surfaces[i]):
+            if marked[i]:
+                break
             end = row(paths.position[i], k)
             way = minus(end, origin)
             far = length(way)

@@ -107,7 +107,7 @@ class PhotonMap:
     Parameters
     ----------
     receivers : Receivers
-        n of them, whose places are read anew by `place`.
+        n of them, which may move; `moved` is told so.
     n_sides : int
     watts : float, W
         That a photon is emitted with, about.
@@ -125,11 +125,7 @@ class PhotonMap:
         self._per_watt = 2.0**_BITS / (watts * 2 / (np.pi * smallest**2))
         self._per_watt_of_sides = 2.0**_BITS / watts
         self.share = np.full((N_LEVELS, n), np.nan, np.float32)
-        self.place()
-
-    def place(self) -> None:
-        """Take the receivers' places as they are now."""
-        self._around = self._rows_of(np.arange(len(self._receivers)))
+        self._around = self._rows_of(np.arange(n))
 
     def add(self, paths: PathArrays, chosen: np.ndarray, renewed: bool = False) -> None:
         """Photons, (m,) int64, enter the map."""
@@ -161,7 +157,7 @@ class PhotonMap:
         """Nothing is known of some receivers any more, which are elsewhere: what `add_to` takes of them."""
         self._sums[:, :, rows] = 0
         self.share[:, rows] = np.nan
-        self.place()
+        self._around = self._rows_of(np.arange(len(self._receivers)))
         return self._rows_of(rows)
 
     def merge(self) -> None:

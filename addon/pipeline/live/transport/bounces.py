@@ -2,7 +2,7 @@
 
 With D the direct and G the gathered light of sides (E/π), ρ what they reflect and τ what they let through of their
 other side's, L = ρ (D + G) + τ (D' + G') is the radiance of a side, and G = F L + N what it gathers: the mean over its
-links, and what near points make of direct light. Five products, and the tail of a geometric series, give what an edit
+links, and what near points make of direct light. A few products, and the tail of a geometric series, give what an edit
 makes of it; more follow while nothing moves, until G stays as it is.
 
 The products of the first light after an edit go on from the G of before, and over the first links of each row alone.
