@@ -35,10 +35,10 @@ _FLAT = np.float32(1 - 1e-6)
 class CoincidentSurfaces:
     """Finds where surfaces of a scene lie in one place.
 
-    Triangles are paired by short rays through their middles and, the larger they are, more of their points: of two walls
-    that overlap in part neither's middle may lie on the other, and of two surfaces a ray finds one, maybe that which it
-    is sent through. Where they meet anything, more points follow: of two faces that are cut along different diagonals
-    each triangle lies on two. Whether a point of one lies on another is then exact.
+    Triangles are paired by short rays through their middles and, the larger they are, more of their points: of two
+    walls that overlap in part neither's middle may lie on the other, and of two surfaces a ray finds one, maybe that
+    which it is sent through. Where they meet anything, more points follow: of two faces that are cut along different
+    diagonals each triangle lies on two. Whether a point of one lies on another is then exact.
 
     Attributes
     ----------
