@@ -5,8 +5,8 @@
 
 Both versions bake in one run, each in a process of its own, in turns, so that whatever else the machine does falls on
 both. A first bake of each is not counted, since it compiles what there is to compile. Seconds and errors are means over
-the rounds, each of which has a seed of its own. The cold start, which `--warm` leaves out, is a draft of the demo scene by the command line with
-an empty folder of kernels, and once more.
+the rounds, each of which has a seed of its own. The cold start, which `--warm` leaves out, is a draft of the demo scene
+by the command line with an empty folder of kernels, and once more.
 """
 
 import json
