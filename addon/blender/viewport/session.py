@@ -328,6 +328,7 @@ class LiveSession:
         stage = self._stages[0]
         return Scenery(
             scene=self._scene_uid,
+            layer=self._layer,
             light=light,
             looks=stage.looks,
             transforms=stage.transforms,

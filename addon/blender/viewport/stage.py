@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from ...pipeline.live import LiveSurfaces
 
 
+_FILTERED = ("mesh", "curve", "surf", "meta", "font", "curves", "pointcloud")
+"""Types of objects that a 3D view may leave out, as its settings name them."""
+
+
 @dataclass
 class Stage:
     """Surfaces, and what else is known of the scene that they are of.
@@ -38,7 +42,8 @@ class Stage:
     def shown_in(self, space: Any) -> np.ndarray:
         """Which objects a 3D view shows, (o,) bool."""
         hidden = set(self.gone)
-        if space.local_view is not None or space.use_local_collections:
+        narrowed = space.local_view is not None or space.use_local_collections
+        if narrowed or not all(getattr(space, f"show_object_viewport_{kind}") for kind in _FILTERED):
             for obj in objects_of(bpy.context.view_layer):
                 if not obj.visible_in_viewport_get(space):
                     hidden.add(obj.session_uid)
