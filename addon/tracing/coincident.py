@@ -27,7 +27,7 @@ from .flush_emitters import flush_emitters
 _STAGE = "Looking for surfaces in one place"
 _CHUNK = 1 << 16
 _MAX_TRIANGLES = 1 << 20  # looked at, the largest first
-_N_LOOKS = 1 << 17
+_N_LOOKS = 1 << 19
 _FEW, _MOST_POINTS = 16, 256  # of a triangle
 _FLAT = np.float32(1 - 1e-6)
 
@@ -35,9 +35,10 @@ _FLAT = np.float32(1 - 1e-6)
 class CoincidentSurfaces:
     """Finds where surfaces of a scene lie in one place.
 
-    Triangles are paired by short rays through their middles and, in small scenes, more of their points. Where they meet
-    anything, more points follow: of two faces that are cut along different diagonals each triangle lies on two.
-    Whether a point of one lies on another is then exact.
+    Triangles are paired by short rays through their middles and, the larger they are, more of their points: of two
+    walls that overlap in part neither's middle may lie on the other, and of two surfaces a ray finds one, maybe that
+    which it is sent through. Where they meet anything, more points follow: of two faces that are cut along different
+    diagonals each triangle lies on two. Whether a point of one lies on another is then exact.
 
     Attributes
     ----------
@@ -82,16 +83,17 @@ class CoincidentSurfaces:
         looked_at = np.arange(scene.n_triangles)
         if len(looked_at) > _MAX_TRIANGLES:
             looked_at = np.argpartition(-scene.areas, _MAX_TRIANGLES)[:_MAX_TRIANGLES]
-        few = min(_places(len(looked_at)), _FEW)
-        near, met = _met_beside(scene, tracer, looked_at, _points_within()[:few], progress.part(0.0, 0.4))
+        by_area = _looks(looked_at, _n_by_area(scene.areas[looked_at]), _points_within())
+        near, met = _met_beside(scene, tracer, *by_area, progress.part(0.0, 0.4))
         near = np.unique(near)
-        _, more = _met_beside(scene, tracer, near, _points_within()[: _places(len(near))], progress.part(0.4, 0.7))
+        _, more = _met_beside(scene, tracer, *_looks(near, _even(near), _points_within()), progress.part(0.4, 0.7))
 
-        # Of two surfaces a ray finds one, maybe that which it is sent through. Then the other's rays find it, unless
-        # that is so large that they miss it: rays past the small one find the large one. What emits must be found.
+        # Rays through a small surface may all find itself, and those of a large one miss it: rays past the small one
+        # find the large one. What emits must be found.
         places = _points_around()
         shining = np.flatnonzero(scene.shines)[: _N_LOOKS // len(places)]
-        _, around = _met_beside(scene, tracer, shining, places, progress.part(0.7, 0.8))
+        past = _looks(shining, np.full(len(shining), len(places)), places)
+        _, around = _met_beside(scene, tracer, *past, progress.part(0.7, 0.8))
         parts = [
             _overlapping(scene, np.concatenate([met, more]), progress.part(0.8, 0.9)),
             _overlapping(scene, around, progress.part(0.9, 1.0)),
@@ -101,9 +103,22 @@ class CoincidentSurfaces:
         return both[:, 0], both[:, 1]
 
 
-def _places(n: int) -> int:
-    """At how many points each of n triangles may be looked at."""
-    return int(np.clip(_N_LOOKS // max(n, 1), 1, _MOST_POINTS))
+def _n_by_area(areas: np.ndarray) -> np.ndarray:
+    """At how many points each of n triangles is looked at, (n,) int64: about `_N_LOOKS` in all, as their areas are."""
+    share = areas / max(areas.sum(dtype=np.float64), 1e-30)
+    return np.clip(np.ceil(share * _N_LOOKS), 1, _MOST_POINTS).astype(np.int64)
+
+
+def _even(items: np.ndarray) -> np.ndarray:
+    """At how many points each of n triangles, or pairs of them, is looked at if all are at as many, (n,) int64."""
+    return np.full(len(items), np.clip(_N_LOOKS // max(len(items), 1), 1, _MOST_POINTS))
+
+
+def _looks(triangles: np.ndarray, n_looks: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles, each as often as it is looked at, and the first of some places (k, 2) for each, (l,) and (l, 2)."""
+    first = np.cumsum(n_looks) - n_looks
+    number = np.arange(n_looks.sum()) - np.repeat(first, n_looks)
+    return np.repeat(triangles, n_looks), places[number]
 
 
 @cache
@@ -123,39 +138,39 @@ def _points_around() -> np.ndarray:
 def _met_beside(
     scene: Scene, tracer: EmbreeTracer, triangles: np.ndarray, places: np.ndarray, progress: Progress
 ) -> tuple[np.ndarray, np.ndarray]:
-    """By short rays through some places (k, 2) of triangles: those that meet others, and pairs (p, 2) in one plane."""
+    """By short rays through places (l, 2) of triangles (l,): those that meet others, and pairs (p, 2) in one plane."""
     near, pairs = [np.zeros(0, np.int64)], [np.zeros((0, 2), np.int64)]
-    for chunk in slices(len(triangles), _CHUNK // len(places)):
+    for chunk in slices(len(triangles), _CHUNK):
         progress.update(_STAGE, chunk.start / len(triangles))
         looked_at = triangles[chunk].astype(np.int64)
-        others, meets = np.empty((len(looked_at), len(places), 2), np.int32), np.zeros(len(looked_at), bool)
-        _look_beside(scene.arrays, tracer.handles[RayKind.DIFFUSE], new_ray(), looked_at, places, others, meets)
+        others, meets = np.empty((len(looked_at), 2), np.int32), np.zeros(len(looked_at), bool)
+        tree = tracer.handles[RayKind.DIFFUSE]
+        _look_beside(scene.arrays, tree, new_ray(), looked_at, np.ascontiguousarray(places[chunk]), others, meets)
         near.append(looked_at[meets])
-        k, place, side = np.nonzero(others >= 0)
-        pairs.append(np.stack([looked_at[k], others[k, place, side]], axis=1))
+        k, side = np.nonzero(others >= 0)
+        pairs.append(np.stack([looked_at[k], others[k, side]], axis=1))
     return np.concatenate(near), np.concatenate(pairs)
 
 
 @kernel
 def _look_beside(scene, tree, room, triangles, places, others, meets):
-    """Short rays through places (k, 2) of triangles (n,), from both sides: the others (n, k, 2) in one plane that they
-    meet, −1 for none, and which triangles meet any (n,).
+    """Short rays through places (l, 2) of triangles (l,), from both sides: the others (l, 2) in one plane that they
+    meet, −1 for none, and whether they meet any (l,).
     """
     for i in range(len(triangles)):
         triangle = triangles[i]
         normal = row(scene.normals, triangle)
-        for j in range(len(places)):
-            x = point_at(scene, triangle, places[j, 0], places[j, 1])
-            gap = np.float32(4) * ray_offset(scene, triangle, x)
-            for side in range(2):
-                outwards = times(normal, np.float32(1 - 2 * side))
-                start, inwards = along(x, gap, outwards), times(outwards, np.float32(-1))
-                met = intersect(tree, room, start, inwards, np.float32(2) * gap)[0]
-                others[i, j, side] = -1
-                if met >= 0 and met != triangle:
-                    meets[i] = True
-                    if abs(dot(row(scene.normals, met), normal)) > _FLAT:
-                        others[i, j, side] = met
+        x = point_at(scene, triangle, places[i, 0], places[i, 1])
+        gap = np.float32(4) * ray_offset(scene, triangle, x)
+        for side in range(2):
+            outwards = times(normal, np.float32(1 - 2 * side))
+            start, inwards = along(x, gap, outwards), times(outwards, np.float32(-1))
+            met = intersect(tree, room, start, inwards, np.float32(2) * gap)[0]
+            others[i, side] = -1
+            if met >= 0 and met != triangle:
+                meets[i] = True
+                if abs(dot(row(scene.normals, met), normal)) > _FLAT:
+                    others[i, side] = met
 
 
 def _overlapping(scene: Scene, pairs: np.ndarray, progress: Progress) -> np.ndarray:
@@ -163,7 +178,7 @@ def _overlapping(scene: Scene, pairs: np.ndarray, progress: Progress) -> np.ndar
     swapped = scene.areas[pairs[:, 0]] > scene.areas[pairs[:, 1]]
     pairs = np.unique(np.where(swapped[:, None], pairs[:, ::-1], pairs), axis=0)
     overlap = np.zeros(len(pairs), bool)
-    places = _points_within()[: max(_places(len(pairs)), _FEW)]
+    places = _points_within()[: max(_even(pairs).max(initial=0), _FEW)]
     for chunk in slices(len(pairs), _CHUNK // len(places)):
         progress.update(_STAGE, chunk.start / len(pairs))
         _overlap(scene.arrays, pairs[chunk], places, overlap[chunk])

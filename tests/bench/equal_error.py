@@ -1,12 +1,13 @@
 """Measures the speed at equal error: ours and Cycles' vertex bake of the same receivers, against converged truth.
 
-    python tests/bench/run.py --only speed [--scene NAME] [--receivers N] [--quality Q] [--cycles-anew] [--pictures DIR]
+    python tests/bench/run.py --only speed [--scene NAME] [--receivers N] [--quality Q] [--seeds N] [--cycles-anew]
+                              [--pictures DIR]
 
 Receivers are the vertices of a dense mesh over all surfaces round the probes; errors are those of the probes' single
 vertices, which are baked together with it. Both are seen by camera rays alone and change nothing.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import bpy
@@ -59,6 +60,12 @@ class Case:
     def bake(self, settings):
         return bake(self.scene, self.receivers, settings, EmbreeTracer(self.scene))
 
+    def timed(self, settings):
+        """What `bake` returns, the memory that it took, and seconds."""
+        start = perf_counter()
+        irradiance, memory = extra_memory(lambda: self.bake(settings))
+        return irradiance, memory, perf_counter() - start
+
     def at_probes(self, values):
         """Those of the receivers' values that are the probes' vertices', (3n, …)."""
         return values[self.receivers.targets[1].receiver_of_element]
@@ -66,7 +73,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Point:
-    """One bake of ours: its time and errors, and the rival's time to the same error."""
+    """Bakes of ours with several seeds: their mean time and errors, and the rival's time to the same error."""
 
     case: Case
     quality: str
@@ -80,14 +87,15 @@ class Point:
     rival: rivals.Rival
 
     @staticmethod
-    def measure(case, quality, rival):
-        start = perf_counter()
-        irradiance, memory = extra_memory(lambda: case.bake(settings_for(quality)))
-        seconds = perf_counter() - start
-        value, truth = case.at_probes(irradiance.value) / np.pi, case.truth
-        errors = truth.relative_rmse(value), truth.bias(value), truth.median(value)
-        calibrated = calibration(truth, value, case.at_probes(irradiance.stderr) / np.pi)
-        return Point(case, quality, seconds, *errors, irradiance.relative_noise, calibrated, memory, rival)
+    def measure(case, quality, rival, n_seeds):
+        baked = [case.timed(replace(settings_for(quality), seed=seed)) for seed in range(n_seeds)]
+        lights, memory, seconds = zip(*baked, strict=True)
+        values, truth = [case.at_probes(light.value) / np.pi for light in lights], case.truth
+        rmse = np.sqrt(np.mean([truth.relative_rmse(value) ** 2 for value in values]))
+        errors = rmse, np.mean([truth.bias(value) for value in values]), np.median([truth.median(v) for v in values])
+        said = np.mean([light.relative_noise for light in lights])
+        calibrated = calibration(truth, values, [case.at_probes(light.stderr) / np.pi for light in lights])
+        return Point(case, quality, np.mean(seconds), *errors, said, calibrated, memory[0], rival)
 
     @property
     def row(self):
@@ -115,16 +123,17 @@ HEAD += ["Error / said, RMS", "68% within", "MB more", "Cycles to the same error
 CYCLES_HEAD = ["Scene", "Receivers", "Start, s", "A sample a vertex, s", "M samples/s", "Cores it had"]
 
 
-def calibration(truth, value, stderr, darkest=1e-3):
-    """How errors compare with the standard errors that a bake said: RMS of their ratio, and its 68% quantile.
+def calibration(truth, values, stderrs, darkest=1e-3):
+    """How errors of several bakes compare with the standard errors that they said: RMS of their ratio, and its 68%
+    quantile.
 
     Both should be 1. The truth's own standard error is added in quadrature to what was said. Vertices whose light is
     under a thousandth of the mean are left out: float32's rounding is the error there.
     """
     lit = truth.mean[truth.keep].mean(axis=1) > darkest * truth.kept_mean
-    off = truth.off(value).mean(axis=2)[lit]
-    said = np.hypot(stderr.reshape(-1, 3)[truth.keep], truth.stderr[truth.keep].mean(axis=1)[:, None])[lit]
-    ratio = np.abs(off) / said
+    off = np.array([truth.off(value).mean(axis=2)[lit] for value in values])
+    said = np.array([stderr.reshape(-1, 3)[truth.keep][lit] for stderr in stderrs])
+    ratio = np.abs(off) / np.hypot(said, truth.stderr[truth.keep].mean(axis=1)[lit, None])
     return float(np.sqrt(np.mean(ratio**2))), float(np.quantile(ratio, 0.683))
 
 
@@ -134,6 +143,7 @@ def add_options(parser):
     of_speed.add_argument("--scene", nargs="+", help=f"scenes, the shared ones or {', '.join(OWN_SCENES)}")
     of_speed.add_argument("--receivers", nargs="+", type=int, help="numbers of receivers")
     of_speed.add_argument("--quality", nargs="+", choices=QUALITIES)
+    of_speed.add_argument("--seeds", type=int, default=1, help="how many bakes errors and seconds are means of")
     of_speed.add_argument("--cycles-anew", action="store_true", help="measure Cycles' errors again, not only its times")
 
 
@@ -161,7 +171,7 @@ def measure(scenes, options):
         rival, row = measure_cycles(case, options.cycles_anew and n == min(options.receivers or NUMBERS))
         rows.append(row)
         for quality in qualities:
-            points.append(Point.measure(case, quality, rival))
+            points.append(Point.measure(case, quality, rival, options.seeds))
             print(" ".join(points[-1].row), flush=True)
     return points, rows
 

@@ -5,8 +5,8 @@
 
 Both versions bake in one run, each in a process of its own, in turns, so that whatever else the machine does falls on
 both. A first bake of each is not counted, since it compiles what there is to compile. Seconds and errors are means over
-the rounds. The cold start, which `--warm` leaves out, is a draft of the demo scene by the command line with
-an empty folder of kernels, and once more.
+the rounds, each of which has a seed of its own. The cold start, which `--warm` leaves out, is a draft of the demo scene
+by the command line with an empty folder of kernels, and once more.
 """
 
 import json
@@ -52,7 +52,7 @@ class Version:
 
     @contextmanager
     def worker(self, name, path, n):
-        """A process with a scene open; a call of it bakes at a quality, and returns what it measured."""
+        """A process with a scene open; a call of it bakes at a quality with a seed, and returns what it measured."""
         command = [sys.executable, str(WORKER), str(self.folder), name, str(path or ""), str(n)]
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
         with subprocess.Popen(command, env=self.environment, stderr=subprocess.DEVNULL, **pipes) as process:
@@ -63,8 +63,8 @@ class Version:
                         return line
                 raise SystemExit(f"The version in {self.folder} could not bake {name}.")
 
-            def bake(quality):
-                process.stdin.write(f"{quality}\n")
+            def bake(quality, seed):
+                process.stdin.write(f"{quality} {seed}\n")
                 process.stdin.flush()
                 return json.loads(answer("{"))
 
@@ -109,8 +109,8 @@ def row(versions, name, path, n, quality, rounds):
     """Cells of `HEAD`."""
     old, new = versions
     with old.worker(name, path, n) as bake_old, new.worker(name, path, n) as bake_new:
-        bake_old(quality), bake_new(quality)
-        bakes = [(bake_old(quality), bake_new(quality)) for _ in range(rounds)]
+        bake_old(quality, 0), bake_new(quality, 0)
+        bakes = [(bake_old(quality, seed), bake_new(quality, seed)) for seed in range(rounds)]
     seconds, errors = ([[of[key] for of in pair] for pair in bakes] for key in ("seconds", "rmse"))
     memory = [max((pair[i]["memory"] or 0) for pair in bakes) for i in (0, 1)]
     (old_s, new_s), (old_error, new_error) = np.mean(seconds, axis=0), np.sqrt(np.mean(np.square(errors), axis=0))

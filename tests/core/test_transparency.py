@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.core.sampling.path_numbers import PathNumbers
 from photon_bake.addon.emitters import bounding_sphere, light_sources
 from photon_bake.addon.photons.emission import Emission, Pass
@@ -11,6 +12,7 @@ from photon_bake.addon.photons.emission_segment import LightLinking, emission_se
 from photon_bake.addon.photons.front import new_front
 from photon_bake.addon.scene import Channel, LightKind, Materials, RayKind, SceneObjects
 from photon_bake.addon.tracing import Hits, TransparencyTracer
+from photon_bake.addon.tracing.coincident import CoincidentSurfaces
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, lamp, merge, of_objects, plane, scene_of
 
@@ -129,6 +131,16 @@ def layers(*sheets, coverage=(0.5, 0.5), shift=(0, 0, 0)):
     scene = scene_of(vertices + np.float32(shift), triangles, albedo=[0.5] * len(sheets), material=material)
     object.__setattr__(scene, "materials", Materials.of(len(sheets), coverage=Channel.constant(coverage)))
     return scene
+
+
+def test_walls_that_overlap_in_part_are_found_among_many_triangles():
+    """Neither's middles lie on the other, and Embree's rounding decides which of the two a ray finds."""
+    wall = plane(1.0)
+    vertices, triangles = merge(wall, (wall[0] + np.float32([1.5, 0, 0]), wall[1]), sheet(270, half=3, z=-2))
+    turn = np.linalg.qr([[1, 2, 3], [2, 1, 1], [0, 1, 3]])[0]
+    scene = scene_of((vertices @ turn).astype(np.float32), triangles)
+    shares = CoincidentSurfaces(scene, EmbreeTracer(scene), Progress()).arrays.shares
+    assert shares[:4].all() and not shares[4:].any()
 
 
 def at_grazing(angle, n, shift=(0, 0, 0), reach=0.4):
