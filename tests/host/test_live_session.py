@@ -229,12 +229,35 @@ def test_a_mesh_that_is_edited_holds_still(session):
     bpy.context.view_layer.objects.active = box
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.mesh.select_all(action="SELECT")
+    assert told(session) == [] and session.scenery().shown_in(Space()).all()
     bpy.ops.transform.translate(value=(0.5, 0, 0))
     assert told(session) == [] and session.changes.held
+    assert not session.scenery().shown_in(Space()).all() and not session.scenery().complete
     next(obj for obj in bpy.data.objects if obj.type == "LIGHT").location.x = 3
     assert told(session) == ["LampsChanged"]
     bpy.ops.object.mode_set(mode="OBJECT")
     assert told(session) == ["ObjectReshaped"] and not session.changes.held
+    assert session.scenery().shown_in(Space()).all() and session.scenery().complete
+
+
+def test_a_mesh_that_edit_mode_leaves_as_it_was_is_drawn_again(session):
+    box = bpy.data.objects["Box"]
+    bpy.context.view_layer.objects.active = box
+    bpy.ops.object.mode_set(mode="EDIT")
+    for x in (0.5, -0.5):
+        bpy.ops.mesh.select_all(action="SELECT")
+        bpy.ops.transform.translate(value=(x, 0, 0))
+        told(session)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert told(session) == [] and session.scenery().shown_in(Space()).all()
+
+
+def test_what_solid_shading_draws_no_surfaces_of_is_not_drawn(session):
+    box, space = bpy.data.objects["Box"], Space()
+    for display in ("WIRE", "BOUNDS", "SOLID"):
+        box.display_type = display
+        told(session)
+        assert session.scenery().shown_in(space).sum() == (2 if display == "SOLID" else 1)
 
 
 def test_frames_are_followed(session):
