@@ -47,7 +47,7 @@ class LiveSwitch:
         self._on = False
         self._rendering = self._paused = False
         self._failure: Exception | None = None
-        self._drawn_at = 0.0
+        self._said, self._said_at = "", 0.0  # by the panels, and when they were drawn
 
     @property
     def on(self) -> bool:
@@ -127,8 +127,8 @@ class LiveSwitch:
         light = session.light
         if session.tick():
             redraw_view3d(bpy.context, "WINDOW")
-        if perf_counter() > self._drawn_at + _PANEL and (session.light is not light or session.behind is not None):
-            self._drawn_at = perf_counter()
+        if self.words != self._said and perf_counter() > self._said_at + _PANEL:
+            self._said, self._said_at = self.words, perf_counter()
             redraw_panels(bpy.context)
         settled = light is not None and light.converged and session.light is light and session.behind is None
         return _ASLEEP if settled and not session.changes else _AWAKE

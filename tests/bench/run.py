@@ -36,6 +36,7 @@ import lightmap_rival
 import lightmaps
 import live
 import live_caustics
+import live_flicker
 import live_rival
 import make_truth
 import many_lamps
@@ -138,7 +139,7 @@ PARTS = {
     "estimates": estimates.tables,
     "refine": lambda scenes, _: refinement.tables(scenes),
     "vertex": vertex_error.tables,
-    "live": live.tables,
+    "live": lambda *given: [*live.tables(*given), *live_flicker.tables()],
     "live_rival": live_rival.tables,
     "live_caustics": live_caustics.tables,
     "view_transform": view_transform.tables,

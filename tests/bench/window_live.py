@@ -3,16 +3,20 @@
     blender --factory-startup --window-geometry 0 0 500 400 --python tests/bench/window_live.py -- [MINUTES [SEED]]
 
 Moves, colors, adding, deleting, renaming, hiding, edit mode, undo and redo, frames, files and the switch itself, as
-they come. Prints how many there were, how late Blender's timer came, and the memory after each tenth; then how far the
-light is from that of live light that is turned on anew. Ends with status 1 where something went wrong. Needs the
-extension's libraries in Blender's Python, as `python tools/install_zip.py --tests BLENDER` lays them out, and a
-display.
+they come. After each tenth the first file is opened again, so that the memory printed then is of one and the same
+scene. Prints how many edits of each kind there were, exceptions, and how late Blender's timer came; then how far the
+light is from that of live light that is turned on anew, and of both from a bake at High. Ends with status 1 where
+something went wrong. Needs the extension's libraries in Blender's Python, as `python tools/install_zip.py --tests
+BLENDER` lays them out, and a display.
 """
 
+import gc
 import os
 import random
 import sys
 import tempfile
+import threading
+import traceback
 from collections import Counter
 from pathlib import Path
 from time import perf_counter
@@ -25,17 +29,21 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / ".venv" / "src"), str(ROOT)]
 
 import photon_bake  # noqa: E402
+from photon_bake.addon.pipeline.bake import bake  # noqa: E402
 from photon_bake.addon.pipeline.warm_up import compiler  # noqa: E402
+from photon_bake.addon.settings.bake import settings_for  # noqa: E402
+from photon_bake.addon.tracing.embree import EmbreeTracer  # noqa: E402
 from photon_bake.addon.ui.live import live_switch  # noqa: E402
 from photon_bake.tests.bench.window_steps import play  # noqa: E402
 
 ARGUMENTS = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
 MINUTES, SEED = float(ARGUMENTS[0]) if ARGUMENTS else 60.0, int(ARGUMENTS[1]) if len(ARGUMENTS) > 1 else 0
-TICK, MOST_OBJECTS = 0.05, 12
+TICK, MOST_OBJECTS, MOST_VERTICES = 0.05, 12, 1000
 SAME_PLACE = 1e-3
 """Meters between vertices, and a tenth of the sine between their normals, that are one and the same."""
-MOST_APART = 0.05
-"""Of means of light, as a share of it."""
+MOST_APART, MOST_GROWN = 0.05, 0.05
+"""Of means of light, as a share of it; and of memory since two fifths of the time."""
+N_SAMPLE = 1000
 
 chance = random.Random(SEED)
 folder = tempfile.TemporaryDirectory()
@@ -130,12 +138,20 @@ def edit_mesh():
     call(bpy.ops.object.mode_set, mode="EDIT")
     call(bpy.ops.mesh.select_all, action="SELECT")
     call(bpy.ops.transform.resize, value=(1.05, 0.95, 1.0))
-    yield
+    for _ in range(chance.choice([1, 1, 5])):
+        yield
+    if chance.random() < 0.3 and len(obj.data.vertices) < MOST_VERTICES:
+        call(bpy.ops.mesh.subdivide)  # other faces than before
+        yield
     call(bpy.ops.object.mode_set, mode="OBJECT")
 
 
 def undo():
-    call(chance.choice([bpy.ops.ed.undo, bpy.ops.ed.undo, bpy.ops.ed.redo]))
+    call(bpy.ops.ed.undo)
+
+
+def redo():
+    call(bpy.ops.ed.redo)
 
 
 def frame():
@@ -158,12 +174,16 @@ def switch():
         call(bpy.ops.photon_bake.live)
 
 
-EDITS = [move_lamp] * 8 + [move_object] * 8 + [change_lamp] * 4 + [color] * 4 + [undo] * 6 + [frame] * 3
-EDITS += [world, add, add, delete, rename, hide, edit_mesh, animate, load, switch]
+EDITS = [move_lamp] * 8 + [move_object] * 8 + [change_lamp] * 4 + [color] * 4 + [undo] * 4 + [redo] * 2 + [frame] * 3
+EDITS += [world, add, add, delete, rename, hide, edit_mesh, animate]
+EDITS = EDITS * 4 + [load, switch] * 2
+NO_STEP = (undo, redo, frame, load, switch)
+"""Edits that are no steps of undo."""
 
 
 def steps():
     """The steps; each yield lets Blender run on."""
+    sys.excepthook = sys.unraisablehook = threading.excepthook = note
     compiler._tried = True  # the thread compiles what it needs
     photon_bake.register()
     yield
@@ -173,15 +193,15 @@ def steps():
     bpy.ops.wm.save_as_mainfile(filepath=str(Path(folder.name) / "start.blend"))
     push("Start")
     call(bpy.ops.photon_bake.live)
-    yield from until(lambda: live_switch.session and live_switch.session.light, 600)
-    begun, counts, late, tenth = perf_counter(), Counter(), [], 0
+    yield from until(lambda: live_switch.session and live_switch.session.light, 3600)
+    begun, counts, late, tenths = perf_counter(), Counter(), [], []
     while perf_counter() < begun + 60 * MINUTES:
         edit = chance.choice(EDITS)
         counts[edit.__name__] += 1
         waiting = edit()
         if waiting is not None:
             yield from waiting
-        if edit not in (undo, load, switch, frame):
+        if edit not in NO_STEP:
             push(edit.__name__)
         for _ in range(chance.choice([1, 1, 2, 5, 20])):
             due = perf_counter() + TICK
@@ -191,16 +211,38 @@ def steps():
         if not live_switch.on:
             load()
             call(bpy.ops.photon_bake.live)
-        done = int(10 * (perf_counter() - begun) / (60 * MINUTES))
-        if done > tenth:
-            tenth = done
-            print(f"{10 * done} %: {sum(counts.values())} edits, {memory():.0f} MB", flush=True)
+        if perf_counter() > begun + 6 * MINUTES * (len(tenths) + 1):
+            yield from converged_anew()
+            tenths.append(memory())
+            print(f"{10 * len(tenths)} %: {sum(counts.values())} edits, {tenths[-1]:.0f} MB", flush=True)
     print(dict(counts), f"late: {np.median(late):.3f} s, at most {max(late):.2f} s", flush=True)
     yield from compare()
+    yield from converged_anew()
+    grown = memory() / tenths[3] - 1 if len(tenths) > 3 else 0.0
+    print(f"100 %: {memory():.0f} MB, {grown:+.1%} since 40 %; {len(raised)} exceptions", flush=True)
+    assert not raised and grown < MOST_GROWN
+
+
+raised = []
+
+
+def note(*unhandled):
+    """Count an exception that nobody handles."""
+    raised.append(unhandled)
+    traceback.print_exception(getattr(unhandled[0], "exc_value", None) or unhandled[1])
+
+
+def converged_anew():
+    """Open the first file and let its light converge."""
+    load()
+    yield
+    yield from until(lambda: live_switch.session and live_switch.session.light, 60)
+    yield from until(lambda: live_switch.session.light.converged, 300)
+    gc.collect()
 
 
 def compare():
-    """How far the light is from that of a fresh start."""
+    """How far the light is from that of a fresh start, and both from that of a bake."""
     if bpy.context.mode != "OBJECT":  # an undo may have led there; what is edited holds still
         call(bpy.ops.object.mode_set, mode="OBJECT")
     lights = []
@@ -215,15 +257,31 @@ def compare():
         call(bpy.ops.photon_bake.live)
     (at, shown, light), (others_at, _, other) = lights
     distance, nearest = cKDTree(others_at).query(at)
-    same = shown & (distance < SAME_PLACE)
+    same = np.flatnonzero(shown & (distance < SAME_PLACE))
     errors = ", ".join(f"{one.error:.1%}" for *_, one in lights)
-    found = same.sum() / shown.sum()
+    found = len(same) / shown.sum()
     print(f"of {shown.sum()} vertices {found:.1%} are where a fresh start, of {len(others_at)}, has some", flush=True)
     for name in ("direct", "indirect"):
         one, two = getattr(light, name)[same].astype(float), getattr(other, name)[nearest[same]].astype(float)
         apart, ratio = np.sqrt(((one - two) ** 2).mean()) / two.mean(), one.mean() / two.mean()
         print(f"{name}: {apart:.1%} from that of a fresh start, {ratio:.4f} of it; errors {errors}", flush=True)
         assert abs(ratio - 1) < MOST_APART, "the light is another one"
+    sample = np.random.default_rng(1).choice(same, min(N_SAMPLE, len(same)), replace=False)
+    baked = light_of_bake(session, nearest[sample])
+    for name, truth in baked.items():
+        ways = getattr(light, name)[sample], getattr(other, name)[nearest[sample]]
+        off = (f"{np.sqrt(((one - truth) ** 2).mean()) / truth.mean():.1%}" for one in ways)
+        means = (f"{one.mean() / truth.mean():.4f}" for one in ways)
+        print(f"{name}, edited and fresh: {', '.join(off)} from a bake, {', '.join(means)} of it", flush=True)
+
+
+def light_of_bake(session, rows):
+    """Direct and indirect E/π of a bake at some vertices of a fresh session."""
+    scene_read = session._reading.scene
+    receivers = session.light.surfaces.receivers().where(rows)
+    settings = settings_for("high", interpolate=False, add_direct=True)
+    passes = bake(scene_read, receivers, settings, EmbreeTracer(scene_read)).passes
+    return {name: passes[name] / np.pi for name in ("direct", "indirect")}
 
 
 def space():

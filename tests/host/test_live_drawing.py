@@ -45,6 +45,7 @@ def scenery(surfaces=None, materials=None, world=0.0, shown_as=None, mode="color
     n = len(surfaces.meshes)
     return Scenery(
         scene=0,
+        layer="",
         light=light_on(surfaces, **light),
         looks=Looks.of(materials),
         transforms=np.tile(np.eye(4, dtype=np.float32), (n, 1, 1)),

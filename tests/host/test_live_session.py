@@ -174,9 +174,9 @@ def test_an_object_that_is_hidden_removed_or_brought_back(session, monkeypatch):
     monkeypatch.setattr(session, "_read", pytest.fail)
     box = bpy.data.objects["Box"]
     box.hide_set(True)
-    assert told(session) == ["ObjectShown"] and not session.scenery().shown_in(Space).all()
+    assert told(session) == ["ObjectShown"] and not session.scenery().shown_in(Space()).all()
     box.hide_set(False)
-    assert told(session) == ["ObjectShown"] and session.scenery().shown_in(Space).all()
+    assert told(session) == ["ObjectShown"] and session.scenery().shown_in(Space()).all()
     box.hide_set(True)
     told(session)
     box.location.x = 3
@@ -229,12 +229,35 @@ def test_a_mesh_that_is_edited_holds_still(session):
     bpy.context.view_layer.objects.active = box
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.ops.mesh.select_all(action="SELECT")
+    assert told(session) == [] and session.scenery().shown_in(Space()).all()
     bpy.ops.transform.translate(value=(0.5, 0, 0))
     assert told(session) == [] and session.changes.held
+    assert not session.scenery().shown_in(Space()).all() and not session.scenery().complete
     next(obj for obj in bpy.data.objects if obj.type == "LIGHT").location.x = 3
     assert told(session) == ["LampsChanged"]
     bpy.ops.object.mode_set(mode="OBJECT")
     assert told(session) == ["ObjectReshaped"] and not session.changes.held
+    assert session.scenery().shown_in(Space()).all() and session.scenery().complete
+
+
+def test_a_mesh_that_edit_mode_leaves_as_it_was_is_drawn_again(session):
+    box = bpy.data.objects["Box"]
+    bpy.context.view_layer.objects.active = box
+    bpy.ops.object.mode_set(mode="EDIT")
+    for x in (0.5, -0.5):
+        bpy.ops.mesh.select_all(action="SELECT")
+        bpy.ops.transform.translate(value=(x, 0, 0))
+        told(session)
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert told(session) == [] and session.scenery().shown_in(Space()).all()
+
+
+def test_what_solid_shading_draws_no_surfaces_of_is_not_drawn(session):
+    box, space = bpy.data.objects["Box"], Space()
+    for display in ("WIRE", "BOUNDS", "SOLID"):
+        box.display_type = display
+        told(session)
+        assert session.scenery().shown_in(space).sum() == (2 if display == "SOLID" else 1)
 
 
 def test_frames_are_followed(session):
@@ -264,6 +287,9 @@ class Space:
     """A view that shows all that the scene does."""
 
     local_view, use_local_collections = None, False
+
+    def __getattr__(self, name):
+        return name.startswith("show_object_viewport_")
 
 
 def test_light_is_behind_as_long_as_a_change_is_not_read(session):

@@ -161,6 +161,18 @@ def test_a_line_says_how_far_light_is(scene):
     assert live_switch.words.endswith(" behind")
 
 
+def test_panels_are_drawn_again_when_the_line_is_another(scene, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(module, "redraw_panels", lambda context: drawn.append(live_switch.words))
+    monkeypatch.setattr(module, "_PANEL", 0.0)
+    session = turn_on()
+    live_switch.tick()
+    for version, error in ((8, 0.1), (9, 0.1), (10, 0.05)):
+        session.live.light = light_on(session.live.light.surfaces, version=version, error=error)
+        live_switch.tick()
+    assert drawn[-2:] == ["Indirect light within 10.0%", "Indirect light within 5.0%"]
+
+
 def test_the_mode_is_nothing_that_a_file_keeps(scene, tmp_path):
     manager = bpy.context.window_manager
     manager.photon_bake_live_mode = "light"

@@ -63,6 +63,8 @@ class Scenery:
     ----------
     scene : int
         Session id of Blender's scene, in whose views it is drawn.
+    layer : str
+        The view layer, the same.
     light : LiveLight
     looks : Looks
         Of the materials that the light's surfaces have.
@@ -80,6 +82,7 @@ class Scenery:
     """
 
     scene: int
+    layer: str
     light: "LiveLight"
     looks: Looks
     transforms: np.ndarray
@@ -133,7 +136,10 @@ class Drawing:
             return
         try:
             scenery = self._scenery()
-            if scenery is None or scenery.scene != context.scene.session_uid:
+            if scenery is None or (scenery.scene, scenery.layer) != (
+                context.scene.session_uid,
+                context.view_layer.name,
+            ):
                 return
             with (target or gpu.state.active_framebuffer_get()).bind():
                 view = View(np.array(region.view_matrix), np.array(region.window_matrix), region.is_perspective)

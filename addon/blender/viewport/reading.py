@@ -89,6 +89,12 @@ class LiveReading:
         faces = list(compress(layout.topology, whole))
         return LiveReading(read, objects, owners, matrices, faces, n_suns, reading.materials)
 
+    @property
+    def gives_light(self) -> bool:
+        """Whether a lamp, a surface or the world emits light."""
+        scene = self.scene
+        return bool(scene.lights.emission.any() or scene.shines.any() or not scene.world.black)
+
     def lamps(self, depsgraph: "bpy.types.Depsgraph", scene: "bpy.types.Scene") -> Lights | None:
         """All lamps as they are now; None where light linking has a say, for which objects have to be known."""
         warn, found, nodes, originals = Warnings(), [Lights.none()], [], []

@@ -9,7 +9,6 @@ import bpy
 import numpy as np
 
 from ...core.errors import BakeError
-from ...scene import Scene
 from ...settings.live import LiveSettings
 from .drawing import Drawing, Scenery
 from .looks import Looks
@@ -68,7 +67,7 @@ class LiveSession:
         self._stages: list[Stage] = []
         self._ever: set[int] = set()  # what was shown since it was turned on
         reading = self._read(scene, view_layer)
-        if not gives_light(reading.scene):
+        if not reading.gives_light:
             raise BakeError(NO_LIGHT)
         self._take(reading)
         self._live: Live = self._started()
@@ -143,6 +142,8 @@ class LiveSession:
         """Take updates of a dependency graph in; they are read by the next `tick`."""
         if scene.session_uid == self._scene_uid and depsgraph.mode == "VIEWPORT":
             self.changes.note(depsgraph.updates)
+            for stage in self._stages:
+                stage.edited |= self.changes.edited
             self._noted = (self._noted or perf_counter()) if self.changes else None
 
     def forget(self) -> None:
@@ -198,7 +199,7 @@ class LiveSession:
             if perf_counter() < self._ready:
                 return True
             edits = self._replaced(scene, layer)
-        self.changes, noted, self._noted = Changes(held=changes.held), self._noted, None
+        self.changes, noted, self._noted = Changes(held=changes.held, edited=changes.edited), self._noted, None
         if edits:
             now = perf_counter()
             self._edited = (self._edited[0] if self._edited else noted or now), now
@@ -241,14 +242,16 @@ class LiveSession:
         stage, surfaces = self._stages[-1], self._stages[-1].surfaces
         still = (stage.transforms == np.eye(4)).all(axis=(1, 2))
         shapes = {k: shape for k, shape in shapes.items() if not (still[k] and self._reading.has(k, shape))}
+        edited = stage.edited - there
         if not shapes:
+            stage.edited = edited
             return []
         transforms = stage.transforms.copy()
         for number, shape in shapes.items():
             transforms[number] = np.eye(4)
             surfaces = surfaces.reshaped(number, shape.corners, shape.corner_normals)
         self._reading.reshape(shapes)
-        self._stages.append(replace(stage, surfaces=surfaces, transforms=transforms))
+        self._stages.append(replace(stage, surfaces=surfaces, transforms=transforms, edited=edited))
         return [
             ObjectReshaped(number, of.corners, of.corner_normals, of.corner_tangents, surfaces)
             for number, of in shapes.items()
@@ -306,7 +309,7 @@ class LiveSession:
         if not same_surfaces(before.scene, reading.scene) or before.objects != reading.objects:
             self._take(reading)
             return [SceneReplaced(reading.scene, self._stages[-1].surfaces)]
-        self._reading, self._gone = reading, set()
+        self._reading, self._gone, self._stages[-1].edited = reading, set(), set()
         edits: list[Edit] = [ObjectShown(number, True) for number in sorted(gone)]
         if not equal(before.scene.lights, reading.scene.lights):
             edits.append(LampsChanged(reading.scene.lights))
@@ -328,6 +331,7 @@ class LiveSession:
         stage = self._stages[0]
         return Scenery(
             scene=self._scene_uid,
+            layer=self._layer,
             light=light,
             looks=stage.looks,
             transforms=stage.transforms,
@@ -335,13 +339,8 @@ class LiveSession:
             shown_as=self._shown_as,
             mode=self._mode(),
             shown_in=stage.shown_in,
-            complete=not self.changes.everything and stage is self._stages[-1],
+            complete=not self.changes.everything and stage is self._stages[-1] and not stage.edited,
         )
-
-
-def gives_light(scene: Scene) -> bool:
-    """Whether a lamp, a surface or the world of a scene emits light."""
-    return bool(scene.lights.emission.any() or scene.shines.any() or not scene.world.black)
 
 
 def _graph(scene: Any, layer: Any) -> Any:

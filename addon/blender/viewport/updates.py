@@ -33,6 +33,8 @@ class Changes:
         Whether more has changed than can be read by itself.
     held : set of int
         Objects whose mesh is edited: what changes of it counts when that ends.
+    edited : set of int
+        Of them, those that have changed since they were first heard of.
     """
 
     lamps: bool = False
@@ -43,6 +45,7 @@ class Changes:
     contents: bool = False
     everything: bool = False
     held: set[int] = field(default_factory=set)
+    edited: set[int] = field(default_factory=set)
 
     def __bool__(self) -> bool:
         """Whether there is something to read, besides what is held."""
@@ -76,6 +79,8 @@ class Changes:
             self.lamps |= update.is_updated_geometry or update.is_updated_transform or shading
             return
         if obj.mode == "EDIT":
+            if update.is_updated_geometry and obj.session_uid in self.held:  # Blender tells of edit mode's begin, too
+                self.edited.add(obj.session_uid)
             self.held.add(obj.session_uid)
         elif update.is_updated_geometry:
             self.reshaped.add(obj.session_uid)
@@ -91,6 +96,7 @@ class Changes:
             editing = {obj.session_uid for obj in objects_of(view_layer) if obj.mode == "EDIT"}
             self.reshaped |= self.held - editing
             self.held &= editing
+            self.edited &= editing
 
 
 def _flagged(update: Any) -> bool:
