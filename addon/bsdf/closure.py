@@ -4,8 +4,9 @@ The local frame has as +z the normal of the side that the light came to; wo is w
 Transmitted directions have wi.z < 0. Closures with normals of their own have frames within it, see `frames`.
 
 Paths and photons follow the same f(view, light), the one from the view, the other from the light. All of f is
-reciprocal but for the factors that belong to the viewing side: what layers leave to what they cover, the scale of
-multiple scattering, and how refraction changes radiance. A photon views from where it goes, so they are taken there.
+reciprocal but for sheen and toon, and for the factors that belong to the viewing side: what layers leave to what they
+cover, the scale of multiple scattering, and how refraction changes radiance. A photon views from where it goes, so they
+are taken there.
 Where a material differs by side or by kind of ray, its closures are those that the view sees, too.
 """
 

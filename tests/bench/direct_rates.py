@@ -16,7 +16,7 @@ from photon_bake.addon.core.vec3 import put, row
 from photon_bake.addon.emitters import light_sources, region_of
 from photon_bake.addon.gather import DirectLight
 from photon_bake.addon.gather.direct.sampling import DIFFUSE_RAY, sample_emitters
-from photon_bake.addon.scene import LightKind, Lights, World
+from photon_bake.addon.scene import AREA_LAMPS, LightKind, Lights, World
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer, new_ray, occluded_all
 
@@ -43,7 +43,7 @@ def many_lamps(bounds, n=N_LAMPS, seed=1):
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
     axis_x = np.cross(direction, np.roll(direction, 1, axis=1))
     axis_x /= np.linalg.norm(axis_x, axis=1, keepdims=True)
-    point, area = kind <= LightKind.SPOT, kind >= LightKind.RECTANGLE
+    point, area = kind <= LightKind.SPOT, np.isin(kind, list(AREA_LAMPS))
     return Lights.of(
         tuple(f"Lamp {k}" for k in range(n)),
         kind,

@@ -27,7 +27,7 @@ SLICE = np.float32(0.2)
 """Half the slice's thickness over the sphere's radius: thin against walls behind, thick enough for curved surfaces."""
 
 LOW_DENSITY = 0.05
-"""α of Eq. 3.6: where photons are less dense than this share of their average, the radius is not grown further."""
+"""α of Eq. 3.5: where photons are less dense than this share of their average, the radius is not grown further."""
 
 SAME_SIDE = np.float32(0.5)
 """Least cosine between normals of one surface."""

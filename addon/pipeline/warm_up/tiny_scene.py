@@ -1,4 +1,6 @@
-"""A scene of a few triangles with every kind of surface and light, and points in it that want light."""
+"""A scene of a few triangles with every kind of light, and surfaces that take kernels every way; and points in it that
+want light.
+"""
 
 from dataclasses import replace
 from typing import Any

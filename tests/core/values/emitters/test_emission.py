@@ -220,7 +220,7 @@ def test_photons_of_worlds(image):
 
 
 def test_lamps_with_a_pattern_are_sources_of_their_own_kind():
-    assert sorted({*map(int, LightKind), row.MESH, row.WORLD, row.PATTERN}) == list(range(8))
+    assert sorted({*map(int, LightKind), row.MESH, row.WORLD, row.PATTERN}) == list(range(len(LightKind) + 3))
     for kind, columns in ((LightKind.POINT, {}), (LightKind.RECTANGLE, {"size": (0.6, 1.1)})):
         lights = lamp(kind, (3, 2, 1), **PLACE | columns)
         half = replace(lights, patterns=(LightPattern(np.full((4, 8, 3), 0.5, np.float32)),))
@@ -231,24 +231,24 @@ def test_lamps_with_a_pattern_are_sources_of_their_own_kind():
 
 def test_sources_know_their_lamps():
     lights = Lights.join([lamp(kind, 2.0, angle=0.4, size=(1, 0.5), name=kind.name, **PLACE) for kind in LightKind])
-    linked = np.eye(5, 2, dtype=bool)
-    seen, numbers = np.arange(5) < 3, np.arange(5)
+    n, linked = len(LightKind), np.eye(len(LightKind), 2, dtype=bool)
+    seen, numbers = np.arange(n) < 3, np.arange(n)
     lights = replace(lights, illuminates=linked, blocked_by=~linked, max_bounces=numbers, seen_in_gloss=seen)
     sources = light_sources(scene_of(*plane(2.0), lights=lights, emission=1.0), REGION)
     assert [source.name for source in sources] == [*(kind.name for kind in LightKind), "Emissive meshes"]
-    assert [source.lamp for source in sources] == [0, 1, 2, 3, 4, 5] and sources[5].kind == row.MESH
-    for k, source in enumerate(sources[:5]):
+    assert [source.lamp for source in sources] == list(range(n + 1)) and sources[n].kind == row.MESH
+    for k, source in enumerate(sources[:n]):
         assert source.kind == k and source.max_bounces == k and source.sampled_directly
         assert source.illuminates.tolist() == linked[k].tolist() and source.blocked_by.tolist() == (~linked[k]).tolist()
         assert source.seen_by(RayKind.GLOSSY) == (k < 3) and source.aim is None
         assert source.importance == pytest.approx(source.power.sum())
-    assert sources[5].illuminates is None and sources[5].max_bounces == 1024
-    u = POINTS[:6]
+    assert sources[n].illuminates is None and sources[n].max_bounces == 1024
+    u = POINTS[: n + 1]
     rays = [source.emit(u) for source in sources]
-    found = [np.empty((6, 3), np.float32) for _ in range(3)]
-    objects = np.empty(6, np.int32)
-    emit_rays(emitters_of(sources), np.arange(6, dtype=np.int32), u, *found, objects)
-    for k in range(6):
+    found = [np.empty((n + 1, 3), np.float32) for _ in range(3)]
+    objects = np.empty(n + 1, np.int32)
+    emit_rays(emitters_of(sources), np.arange(n + 1, dtype=np.int32), u, *found, objects)
+    for k in range(n + 1):
         for name, column in zip(("origins", "directions", "flux"), found, strict=True):
             assert np.array_equal(getattr(rays[k], name)[k], column[k])
         assert rays[k].objects[k] == objects[k]
