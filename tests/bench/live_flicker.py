@@ -15,7 +15,7 @@ from photon_bake.addon.pipeline.live import Live, ObjectMoved, live_surfaces
 from photon_bake.addon.settings.live import LiveSettings
 from scene_parts import box, bpy, lamp, matte, room
 
-N_VERTICES, N_FRAMES, STEP = 8000, 6, 0.01  # of the scene; of each sequence; m that the object moves in each
+N_VERTICES, N_FRAMES, STEP = 20_000, 6, 0.01  # of the scene; of each sequence; m that the object moves in each
 HEAD = ["Scene", "Vertices looked at", "Change from frame to frame", "with independent numbers", "Variance of theirs"]
 
 

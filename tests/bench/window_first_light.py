@@ -75,8 +75,7 @@ def steps():
         yield from opened(name)
         scene = bpy.context.window_manager.windows[0].scene
         scene.photon_bake.live.n_vertices = N_VERTICES
-        call(bpy.ops.photon_bake.live)
-        yield from watch.wait(lambda: None)
+        yield from watch.wait(lambda: call(bpy.ops.photon_bake.live))
         yield from converged()
         session, size = live_switch.session, watch.pixels.shape
         for kind, edit in edits_of(scene, name).items():
