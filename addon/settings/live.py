@@ -15,7 +15,9 @@ class LiveSettings:
         If a value is out of its range, naming the knob and the range.
     """
 
-    n_vertices: int = knob(60_000, "Vertices that live light is found at, at most", 100, 10_000_000)
+    n_vertices: int = knob(
+        60_000, "Vertices that surfaces are cut to; those of a scene with more have fewer links each", 100, 10_000_000
+    )
     spacing: float = knob(
         0.0,
         "Meters between vertices at which surfaces are cut no further",

@@ -192,12 +192,16 @@ def test_a_moved_object_equals_a_fresh_start():
     assert moved.surfaces is first.surfaces
 
 
-def test_of_too_many_vertices_some_find_light_for_all():
+@pytest.mark.parametrize(("n_vertices", "all_find"), [(1500, True), (300, False)])
+def test_of_more_vertices_each_has_fewer_links_and_of_too_many_some_find_light_for_all(n_vertices, all_find):
     scene = scene_of(*ball(1.0, n=24)[:2], lights=lamp(LightKind.POINT, 3.0, position=(0, 0, 3)))
-    scene = of_objects(scene, np.zeros(scene.n_triangles))
-    light = converged(live_of(scene, n_vertices=300))
+    live = live_of(of_objects(scene, np.zeros(scene.n_triangles)), n_vertices=n_vertices)
+    light = converged(live)
     (mesh,) = light.surfaces.meshes
-    assert len(mesh.position) > 1000
+    n, links = len(mesh.position), live._solver._linking.vertices
+    assert 1500 < n < 7500
+    assert len(links.end) == n if all_find else len(links.end) <= 1500
+    assert links.n_most == max(SMALL["n_links"] * n_vertices // len(links.end), 16)
     way = np.array([0, 0, 3]) - mesh.position
     distance = np.linalg.norm(way, axis=1)
     expected = 3 * np.maximum((mesh.normal * way).sum(axis=1), 0) / distance**3

@@ -36,6 +36,8 @@ from .transport.unmarked import Unmarked
 _OF_AREA = 115  # stream of random numbers
 _PASSES = 2  # estimates of direct light that a step adds
 _FIRST_BOUNCES, _FEW_BOUNCES = 3, 2  # of what an edit has changed, and of each step after it
+_MOST_TIMES = 5  # as many vertices as are asked for find light, all with fewer links, where a scene has them
+_N_NEAR = 4  # estimates of what is near that a step adds to each of so many vertices, and fewer to each of more
 _STILL = 1e-4  # relative change of what bounces that is none
 
 
@@ -58,7 +60,7 @@ class Solver:
 
     def _set_up(self, scene: Scene, surfaces: LiveSurfaces) -> None:
         self._scene, self._surfaces = scene, surfaces
-        self._thinned = Thinned.of(surfaces, self._settings.n_vertices)
+        self._thinned = Thinned.of(surfaces, _MOST_TIMES * self._settings.n_vertices)
         chosen = self._thinned.chosen
         self._receivers, self._objects = surfaces.receivers().where(chosen), surfaces.object_of_vertex[chosen]
         n = len(self._receivers)
@@ -68,6 +70,7 @@ class Solver:
         self.converged, self._lit = self._empty, False
         if self._empty:
             return
+        self._n_near = max(int(_N_NEAR * min(self._settings.n_vertices / n, 1)), 1)
         self._region = region_of(self._receivers.position)
         self._moving = Moving(self._receivers, self._objects, chosen, len(scene.objects.names))
         self._start_links(scene, tracer_of(scene, self._crew.progress))
@@ -209,7 +212,7 @@ class Solver:
         if not lighting.near_sides.finished:
             then(lambda: lighting.light_near_sides(n))
         if not lighting.near_vertices.finished:
-            then(lambda: lighting.light_near_vertices(4 * n))
+            then(lambda: lighting.light_near_vertices(n * self._n_near))
 
     def _light_by_caustics(self) -> None:
         """Sides take what photons bring."""

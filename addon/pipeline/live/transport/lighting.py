@@ -19,7 +19,7 @@ from .linking import Linking
 from .links import light_near_sides, light_near_vertices
 
 _OF_VERTICES, _OF_SIDES = 113, 114  # streams of random numbers
-_MOST_NEAR, _MOST_NEAR_SIDES = 128, 32  # estimates of what is near
+_MOST_NEAR, _LEAST_NEAR, _MOST_NEAR_SIDES = 128, 16, 32  # estimates of what is near; of more vertices each has fewer
 
 
 @dataclass
@@ -55,7 +55,8 @@ class Lighting:
         """Nothing is known."""
         n, (n_sides, n_links) = len(receivers), linking.sides.end.shape
         vertices, sides = Estimates.none(n, settings.n_direct, False), Estimates.none(n_sides, n_links, True)
-        n_near = min(linking.vertices.n_most, _MOST_NEAR), min(n_links, _MOST_NEAR_SIDES)
+        of_each = max(_MOST_NEAR * settings.n_vertices // max(n, settings.n_vertices), _LEAST_NEAR)
+        n_near = min(linking.vertices.n_most, of_each), min(n_links, _MOST_NEAR_SIDES)
         near = Estimates.none(n, n_near[0], False), Estimates.none(n_sides, n_near[1], True)
         return Lighting(tracer, receivers, objects, linking, settings, vertices, sides, *near)
 

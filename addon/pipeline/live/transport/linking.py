@@ -68,7 +68,7 @@ class Linking:
         settings: LiveSettings,
         plan: Plan,
     ) -> "Linking":
-        """No links yet.
+        """No links yet; of more vertices than are asked for each has fewer, so that they are as many in all.
 
         Raises
         ------
@@ -84,7 +84,8 @@ class Linking:
                 f"Live light of {n:,} vertices takes {least:,.0f} MB at least, and may take {settings.memory:,}: "
                 "raise its Memory, or lower its Vertices."
             )
-        n_links = int(min(settings.n_links, affordable))
+        of_each = max(settings.n_links * settings.n_vertices // n, _BLOCK)
+        n_links = int(min(settings.n_links, affordable, of_each))
         links = Links.none(n, n_links), Links.none(n_sides, settings.n_element_links)
         return Linking(scene, tracer, receivers, pilot, direct, settings, plan, *links)
 
