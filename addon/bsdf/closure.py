@@ -6,8 +6,7 @@ Transmitted directions have wi.z < 0. Closures with normals of their own have fr
 Paths and photons follow the same f(view, light), the one from the view, the other from the light. All of f is
 reciprocal but for sheen and toon, and for the factors that belong to the viewing side: what layers leave to what they
 cover, the scale of multiple scattering, and how refraction changes radiance. A photon views from where it goes, so they
-are taken there.
-Where a material differs by side or by kind of ray, its closures are those that the view sees, too.
+are taken there. Where a material differs by side or by kind of ray, its closures are those that the view sees, too.
 """
 
 from typing import NamedTuple

@@ -40,3 +40,7 @@ class LiveSettings:
 
     def __post_init__(self) -> None:
         check_knobs(self, {})
+
+    def of_each(self, most: int, n: int) -> int:
+        """How many links or estimates each of n vertices has: `most`, or of more than `n_vertices` as many in all."""
+        return most * self.n_vertices // max(n, self.n_vertices)

@@ -86,13 +86,15 @@ class CoincidentSurfaces:
         by_area = _looks(looked_at, _n_by_area(scene.areas[looked_at]), _points_within())
         near, met = _met_beside(scene, tracer, *by_area, progress.part(0.0, 0.4))
         near = np.unique(near)
-        _, more = _met_beside(scene, tracer, *_looks(near, _even(near), _points_within()), progress.part(0.4, 0.7))
+        _, more = _met_beside(
+            scene, tracer, *_looks(near, _n_even(len(near)), _points_within()), progress.part(0.4, 0.7)
+        )
 
         # Rays through a small surface may all find itself, and those of a large one miss it: rays past the small one
         # find the large one. What emits must be found.
         places = _points_around()
         shining = np.flatnonzero(scene.shines)[: _N_LOOKS // len(places)]
-        past = _looks(shining, np.full(len(shining), len(places)), places)
+        past = _looks(shining, len(places), places)
         _, around = _met_beside(scene, tracer, *past, progress.part(0.7, 0.8))
         parts = [
             _overlapping(scene, np.concatenate([met, more]), progress.part(0.8, 0.9)),
@@ -109,13 +111,14 @@ def _n_by_area(areas: np.ndarray) -> np.ndarray:
     return np.clip(np.ceil(share * _N_LOOKS), 1, _MOST_POINTS).astype(np.int64)
 
 
-def _even(items: np.ndarray) -> np.ndarray:
-    """At how many points each of n triangles, or pairs of them, is looked at if all are at as many, (n,) int64."""
-    return np.full(len(items), np.clip(_N_LOOKS // max(len(items), 1), 1, _MOST_POINTS))
+def _n_even(n: int) -> int:
+    """At how many points each of n triangles, or pairs of them, is looked at if all are at as many."""
+    return int(np.clip(_N_LOOKS // max(n, 1), 1, _MOST_POINTS))
 
 
-def _looks(triangles: np.ndarray, n_looks: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _looks(triangles: np.ndarray, n_looks: np.ndarray | int, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Triangles, each as often as it is looked at, and the first of some places (k, 2) for each, (l,) and (l, 2)."""
+    n_looks = np.broadcast_to(n_looks, len(triangles))
     first = np.cumsum(n_looks) - n_looks
     number = np.arange(n_looks.sum()) - np.repeat(first, n_looks)
     return np.repeat(triangles, n_looks), places[number]
@@ -178,7 +181,7 @@ def _overlapping(scene: Scene, pairs: np.ndarray, progress: Progress) -> np.ndar
     swapped = scene.areas[pairs[:, 0]] > scene.areas[pairs[:, 1]]
     pairs = np.unique(np.where(swapped[:, None], pairs[:, ::-1], pairs), axis=0)
     overlap = np.zeros(len(pairs), bool)
-    places = _points_within()[: max(_even(pairs).max(initial=0), _FEW)]
+    places = _points_within()[: max(_n_even(len(pairs)), _FEW)]
     for chunk in slices(len(pairs), _CHUNK // len(places)):
         progress.update(_STAGE, chunk.start / len(pairs))
         _overlap(scene.arrays, pairs[chunk], places, overlap[chunk])

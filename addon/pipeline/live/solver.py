@@ -70,7 +70,7 @@ class Solver:
         self.converged, self._lit = self._empty, False
         if self._empty:
             return
-        self._n_near = max(int(_N_NEAR * min(self._settings.n_vertices / n, 1)), 1)
+        self._n_near = max(self._settings.of_each(_N_NEAR, n), 1)
         self._region = region_of(self._receivers.position)
         self._moving = Moving(self._receivers, self._objects, chosen, len(scene.objects.names))
         self._start_links(scene, tracer_of(scene, self._crew.progress))

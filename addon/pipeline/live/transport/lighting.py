@@ -55,8 +55,8 @@ class Lighting:
         """Nothing is known."""
         n, (n_sides, n_links) = len(receivers), linking.sides.end.shape
         vertices, sides = Estimates.none(n, settings.n_direct, False), Estimates.none(n_sides, n_links, True)
-        of_each = max(_MOST_NEAR * settings.n_vertices // max(n, settings.n_vertices), _LEAST_NEAR)
-        n_near = min(linking.vertices.n_most, of_each), min(n_links, _MOST_NEAR_SIDES)
+        most_near = max(settings.of_each(_MOST_NEAR, n), _LEAST_NEAR)
+        n_near = min(linking.vertices.n_most, most_near), min(n_links, _MOST_NEAR_SIDES)
         near = Estimates.none(n, n_near[0], False), Estimates.none(n_sides, n_near[1], True)
         return Lighting(tracer, receivers, objects, linking, settings, vertices, sides, *near)
 

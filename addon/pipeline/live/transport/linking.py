@@ -84,8 +84,7 @@ class Linking:
                 f"Live light of {n:,} vertices takes {least:,.0f} MB at least, and may take {settings.memory:,}: "
                 "raise its Memory, or lower its Vertices."
             )
-        of_each = max(settings.n_links * settings.n_vertices // n, _BLOCK)
-        n_links = int(min(settings.n_links, affordable, of_each))
+        n_links = int(min(settings.n_links, affordable, max(settings.of_each(settings.n_links, n), _BLOCK)))
         links = Links.none(n, n_links), Links.none(n_sides, settings.n_element_links)
         return Linking(scene, tracer, receivers, pilot, direct, settings, plan, *links)
 

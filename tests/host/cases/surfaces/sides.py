@@ -157,7 +157,7 @@ NO_LIGHT = "none of its light, as diffuse rays see none"
 @case("Lamp of a mesh that only mirrors show (Light Path)", GROUP, differs=NO_LIGHT, effort=4)
 def light_path_glossy_panel():
     # Its light comes by the mirror floor alone. Cycles' shadow rays see none of it, but what its sampled rays see
-    # is weighed as if they did: with Emission Sampling None it finds half as much again, 0.0936 in place of 0.0625.
+    # is weighed as if they did: with Emission Sampling None it finds more.
     tree = nodes()
     strength = tree.add("Math", {0: light_path("Is Glossy Ray")(tree), 1: 8.0}, operation="MULTIPLY")
     mirror = principled(Base_Color=(0.9, 0.9, 0.9), Metallic=1.0, Roughness=0.3)
