@@ -1,15 +1,17 @@
 """Random edits for a while in a window with live light: no exception, no leak, and the light of a fresh start.
 
-    blender --factory-startup --window-geometry 0 0 500 400 --python tests/bench/window_live.py -- [MINUTES [SEED]]
+    blender --factory-startup --window-geometry 0 0 500 400 --python tests/bench/window_live.py -- [MINUTES SEED [off]]
 
 Moves, colors, adding, deleting, renaming, hiding, edit mode, undo and redo, frames, files and the switch itself, as
 they come. After each tenth the first file is opened again, so that the memory printed then is of one and the same
-scene. Prints how many edits of each kind there were, exceptions, and how late Blender's timer came; then how far the
-light is from that of live light that is turned on anew, and of both from a bake at High. Ends with status 1 where
-something went wrong. Needs the extension's libraries in Blender's Python, as `python tools/install_zip.py --tests
-BLENDER` lays them out, and a display.
+scene; allocators give back first what nothing uses, of which Blender's keeps much. Prints how many edits of each kind
+there were, exceptions, and how late Blender's timer came; then how far the light is from that of live light that is
+turned on anew, and of both from a bake at High. With `off` live light stays off, and memory is Blender's own. Ends with
+status 1 where something went wrong. Needs the extension's libraries in Blender's Python, as `python
+tools/install_zip.py --tests BLENDER` lays them out, and a display.
 """
 
+import ctypes
 import gc
 import os
 import random
@@ -38,12 +40,15 @@ from photon_bake.tests.bench.window_steps import play  # noqa: E402
 
 ARGUMENTS = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
 MINUTES, SEED = float(ARGUMENTS[0]) if ARGUMENTS else 60.0, int(ARGUMENTS[1]) if len(ARGUMENTS) > 1 else 0
+OFF = "off" in ARGUMENTS
 TICK, MOST_OBJECTS, MOST_VERTICES = 0.05, 12, 1000
 SAME_PLACE = 1e-3
 """Meters between vertices, and a tenth of the sine between their normals, that are one and the same."""
 MOST_APART, MOST_GROWN = 0.05, 0.05
 """Of means of light, as a share of it; and of memory since two fifths of the time."""
 N_SAMPLE = 1000
+LOADED = ctypes.CDLL(None)
+"""All that is loaded, of which the allocators are: oneTBB's and the system's."""
 
 chance = random.Random(SEED)
 folder = tempfile.TemporaryDirectory()
@@ -168,6 +173,8 @@ def load():
 
 
 def switch():
+    if OFF:
+        return
     call(bpy.ops.photon_bake.live)
     yield
     if not live_switch.on:
@@ -192,8 +199,7 @@ def steps():
     settings.n_vertices, settings.n_links = 10_000, 64  # so many that all vertices find light
     bpy.ops.wm.save_as_mainfile(filepath=str(Path(folder.name) / "start.blend"))
     push("Start")
-    call(bpy.ops.photon_bake.live)
-    yield from until(lambda: live_switch.session and live_switch.session.light, 3600)
+    yield from turned_on()
     begun, counts, late, tenths = perf_counter(), Counter(), [], []
     while perf_counter() < begun + 60 * MINUTES:
         edit = chance.choice(EDITS)
@@ -207,20 +213,28 @@ def steps():
             due = perf_counter() + TICK
             yield
             late.append(perf_counter() - due)
-        assert live_switch.on or "gives light" in live_switch.error, live_switch.error
-        if not live_switch.on:
+        if not OFF and not live_switch.on:
+            assert "gives light" in live_switch.error, live_switch.error
             load()
-            call(bpy.ops.photon_bake.live)
+            yield from turned_on()
         if perf_counter() > begun + 6 * MINUTES * (len(tenths) + 1):
             yield from converged_anew()
             tenths.append(memory())
             print(f"{10 * len(tenths)} %: {sum(counts.values())} edits, {tenths[-1]:.0f} MB", flush=True)
     print(dict(counts), f"late: {np.median(late):.3f} s, at most {max(late):.2f} s", flush=True)
-    yield from compare()
+    if not OFF:
+        yield from compare()
     yield from converged_anew()
     grown = memory() / tenths[3] - 1 if len(tenths) > 3 else 0.0
     print(f"100 %: {memory():.0f} MB, {grown:+.1%} since 40 %; {len(raised)} exceptions", flush=True)
     assert not raised and grown < MOST_GROWN
+
+
+def turned_on():
+    """Live light on, unless it is to stay off."""
+    if not OFF:
+        call(bpy.ops.photon_bake.live)
+        yield from until(lambda: live_switch.session and live_switch.session.light, 3600)
 
 
 raised = []
@@ -236,9 +250,9 @@ def converged_anew():
     """Open the first file and let its light converge."""
     load()
     yield
-    yield from until(lambda: live_switch.session and live_switch.session.light, 60)
-    yield from until(lambda: live_switch.session.light.converged, 300)
-    gc.collect()
+    if not OFF:
+        yield from until(lambda: live_switch.session and live_switch.session.light, 60)
+        yield from until(lambda: live_switch.session.light.converged, 300)
 
 
 def compare():
@@ -312,7 +326,11 @@ def until(done, limit):
 
 
 def memory():
-    """What the process has in memory, MB."""
+    """What the process has in memory, MB, without what its allocators keep for later."""
+    gc.collect()
+    for command, arguments in (("scalable_allocation_command", (0, None)), ("malloc_trim", (0,))):
+        if hasattr(LOADED, command):
+            getattr(LOADED, command)(*arguments)
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 

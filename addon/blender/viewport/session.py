@@ -143,7 +143,7 @@ class LiveSession:
         if scene.session_uid == self._scene_uid and depsgraph.mode == "VIEWPORT":
             self.changes.note(depsgraph.updates)
             for stage in self._stages:
-                stage.edited |= self.changes.edited
+                stage.note(self.changes.edited)
             self._noted = (self._noted or perf_counter()) if self.changes else None
 
     def forget(self) -> None:

@@ -36,6 +36,8 @@ class Stage:
         Of them, those that the scene does not show any more.
     edited : set of int
         Those whose mesh is edited and another one now, or was so: they are as Solid shading has them.
+    outlined : set of int or None
+        Objects of the view layer that are displayed without their surfaces; None where that is to be looked up.
     """
 
     surfaces: "LiveSurfaces"
@@ -44,13 +46,21 @@ class Stage:
     owners: np.ndarray
     gone: set[int] = field(default_factory=set)
     edited: set[int] = field(default_factory=set)
+    outlined: set[int] | None = None
+
+    def note(self, edited: set[int]) -> None:
+        """Blender has evaluated something: meshes that are edited are others now."""
+        self.edited |= edited
+        self.outlined = None
 
     def shown_in(self, space: Any) -> np.ndarray:
         """Which objects a 3D view shows the surfaces of, (o,) bool."""
         narrowed = space.local_view is not None or space.use_local_collections
         narrowed = narrowed or not all(getattr(space, f"show_object_viewport_{kind}") for kind in _FILTERED)
-        hidden = self.gone | self.edited
-        for obj in objects_of(bpy.context.view_layer):
-            if obj.display_type in _OUTLINED or (narrowed and not obj.visible_in_viewport_get(space)):
-                hidden.add(obj.session_uid)
+        if self.outlined is None or narrowed:
+            objects = objects_of(bpy.context.view_layer)
+            self.outlined = {obj.session_uid for obj in objects if obj.display_type in _OUTLINED}
+        hidden = self.gone | self.edited | self.outlined
+        if narrowed:
+            hidden |= {obj.session_uid for obj in objects if not obj.visible_in_viewport_get(space)}
         return ~np.isin(self.owners, list(hidden)) if hidden else np.ones(len(self.owners), bool)
