@@ -2,10 +2,10 @@
 
     python tests/bench/run.py --only live
 
-An object moves a step a frame, and each frame is the first light after that. The variance of a vertex's indirect
-light from frame to frame is the mean of (Lₜ₊₁ − Lₜ)²; that of light whose numbers are independent from frame to frame
-is found by fresh starts of other seeds, each converged. What really changes is in both, so that the quotient is too
-large rather than too small.
+An object is dragged, a step a frame, and each frame is the first light after that. All frames of one sequence are of
+one seed, as those of live light are; each frame of the other is the last of a sequence of its own seed. With d and d′
+how far light moves from frame to frame in either, E[d d′] is the square of the real change, as their noise is
+independent, and E[d²] − E[d d′] is the variance of the noise in d.
 """
 
 import caustics
@@ -16,7 +16,14 @@ from photon_bake.addon.settings.live import LiveSettings
 from scene_parts import box, bpy, lamp, matte, room
 
 N_VERTICES, N_FRAMES, STEP = 20_000, 6, 0.01  # of the scene; of each sequence; m that the object moves in each
-HEAD = ["Scene", "Vertices looked at", "Change from frame to frame", "with independent numbers", "Variance of theirs"]
+HEAD = [
+    "Scene",
+    "Vertices looked at",
+    "Real change",
+    "Noise of a change",
+    "with independent numbers",
+    "Variance of theirs",
+]
 
 
 def box_in_front_of_a_wall():
@@ -42,24 +49,25 @@ def ring_beside_a_caustic():
 def row(title, scene, moves, looked_at):
     """A row of `HEAD`."""
     number, names = scene.objects.names.index(moves), np.array(scene.objects.names)
-    chosen = LiveSettings(n_vertices=N_VERTICES)
-    surfaces = live_surfaces(scene, chosen)
+    surfaces = live_surfaces(scene, LiveSettings(n_vertices=N_VERTICES))
     positions = np.concatenate([mesh.position for mesh in surfaces.meshes])
     seen = looked_at(positions, names[surfaces.object_of_vertex])
-    edits = [ObjectMoved(number, shifted(STEP * frame)) for frame in range(N_FRAMES)]
-    live = converged(Live(scene, surfaces, chosen))
-    coherent, independent = [], []
-    for frame, edit in enumerate(edits):
-        live.edit(edit)
-        live.step()
-        coherent.append(live.light.indirect[seen])
-        other = Live(scene, surfaces, LiveSettings(n_vertices=N_VERTICES, seed=frame + 1))
-        other.edit(edit)
-        independent.append(converged(other).light.indirect[seen])
-    mean = np.mean(independent)
-    changes = [np.mean(np.diff(np.array(frames), axis=0) ** 2) for frames in (coherent, independent)]
-    shares = [f"{np.sqrt(change) / mean:.2%}" for change in changes]
-    return [title, f"{seen.sum():,}", *shares, f"{changes[0] / changes[1]:.1%}"]
+
+    def dragged(seed, n_frames):
+        """The first light of each frame."""
+        live = converged(Live(scene, surfaces, LiveSettings(n_vertices=N_VERTICES, seed=seed)))
+        for frame in range(n_frames):
+            live.edit(ObjectMoved(number, shifted(STEP * (frame + 1))))
+            live.step()
+            yield live.light.indirect[seen].astype(float)
+
+    coherent = list(dragged(0, N_FRAMES))
+    independent = [list(dragged(frame + 1, frame + 1))[-1] for frame in range(N_FRAMES)]
+    of_one, of_others = (np.diff(np.array(frames), axis=0) for frames in (coherent, independent))
+    real = np.mean(of_one * of_others)
+    noises = [np.mean(change**2) - real for change in (of_one, of_others)]
+    shares = [f"{np.sqrt(max(change, 0)) / np.mean(independent):.2%}" for change in (real, *noises)]
+    return [title, f"{seen.sum():,}", *shares, f"{noises[0] / noises[1]:.1%}"]
 
 
 def shifted(x):

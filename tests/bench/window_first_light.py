@@ -61,7 +61,7 @@ class Watch:
 def picture(frame):
     """Colors of a framebuffer, (h, w, 4)."""
     _, _, width, height = gpu.state.viewport_get()
-    return np.array(frame.read_color(0, 0, width, height, 4, 0, "FLOAT").to_list())
+    return np.array(memoryview(frame.read_color(0, 0, width, height, 4, 0, "FLOAT")))
 
 
 def steps():

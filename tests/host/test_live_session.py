@@ -260,6 +260,16 @@ def test_what_solid_shading_draws_no_surfaces_of_is_not_drawn(session):
         assert session.scenery().shown_in(space).sum() == (2 if display == "SOLID" else 1)
 
 
+def test_types_of_display_are_looked_up_once_after_an_update(session, monkeypatch):
+    shown = session.scenery().shown_in(Space())
+    with monkeypatch.context() as patch:
+        patch.setattr("photon_bake.addon.blender.viewport.stage.objects_of", pytest.fail)
+        assert (session.scenery().shown_in(Space()) == shown).all()
+    bpy.data.objects["Box"].display_type = "WIRE"
+    bpy.context.view_layer.update()
+    assert session.scenery().shown_in(Space()).sum() == shown.sum() - 1
+
+
 def test_frames_are_followed(session):
     box = bpy.data.objects["Box"]
     box.keyframe_insert("location", frame=1)
