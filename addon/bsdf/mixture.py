@@ -47,6 +47,7 @@ class Sample(NamedTuple):
         peaks of rough gloss. `evaluate_glossy_below_peak` has the rest.
     rough : whether a glossy closure scattered that is no mirror, one of those that `pdf_glossy` is of.
     frame : of the closure that scattered.
+    lamplight : share of the weight that is left of light from sources of which points are sampled.
     """
 
     wi: tuple
@@ -55,6 +56,7 @@ class Sample(NamedTuple):
     specular: bool
     rough: bool
     frame: Frame
+    lamplight: np.float32
 
 
 @part
@@ -66,7 +68,7 @@ def sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light):
     """
     chosen, inverse, choice = choose_closure(scene, bsdf, wo, choice, lobes, from_light)
     if chosen < 0:
-        return Sample(UP, BLACK, np.int32(_first_of(lobes)), False, False, THE_POINTS)
+        return Sample(UP, BLACK, np.int32(_first_of(lobes)), False, False, THE_POINTS, ONE)
     closure, frame = closure_at(scene, bsdf, chosen), frame_of(scene, bsdf, chosen, wo)
     own_wo = into(frame, wo)
     own_wi, weight = _sample(closure, own_wo, choice, u, v, from_light)
@@ -77,7 +79,8 @@ def sample_bsdf(scene, bsdf, wo, choice, u, v, lobes, from_light):
             frame = frame_of(scene, bsdf, chosen, negative(wi) if closure.kind == TRANSLUCENT else wi)
     view, light = (own_wi, own_wo) if from_light else (own_wo, own_wi)
     weight = times(mul(weight, transmittance_to(scene, bsdf, chosen, wi if from_light else wo)), inverse)
-    return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), _is_rough(closure), frame)
+    lamplight = fibre.lamplight_share(closure, view, light) if closure.kind == FIBRE else ONE
+    return Sample(wi, weight, closure.kind, _is_specular(closure, view, light), _is_rough(closure), frame, lamplight)
 
 
 @part

@@ -57,6 +57,8 @@ class Scattered(NamedTuple):
         Whether those who gather leave to photons what the lobe does to lamplight on this way.
     rough : bool
         Whether a glossy closure scattered that is no mirror.
+    lamplight : float32
+        What of the weight is left of light straight from sources of which points are sampled.
     """
 
     alive: bool
@@ -67,6 +69,7 @@ class Scattered(NamedTuple):
     kind: np.int32
     specular: bool
     rough: bool
+    lamplight: np.float32
 
 
 @part
@@ -108,7 +111,7 @@ def scatter(scene, hit, direction, choice, u, v, lobes, from_light, seen):
         correction = shading_normal_correction(axis, hit.normal, direction)
         weight = times(weight, correction * min(left, _MAX_CORRECTION))
     cos = wi[2] if from_light and lambertian else into(sample.frame, wi)[2]
-    return _gone_on(scene, hit, axis, wi, cos, weight, sample.lobe, sample.specular, sample.rough)
+    return _gone_on(scene, hit, axis, wi, cos, weight, sample.lobe, sample.specular, sample.rough, sample.lamplight)
 
 
 @part
@@ -154,7 +157,7 @@ def scatter_both_ways(scene, hit, direction, choice, u, v, seen):
     bsdf, wo = bsdf_at(scene, hit, seen), to_local(negative(direction), axis)
     chosen, inverse, _ = choose_closure(scene, bsdf, wo, choice, 1 << GLASS, False)
     if chosen < 0:
-        nothing = _gone_on(scene, hit, axis, UP, ONE, BLACK, np.int32(GLASS), True, False)
+        nothing = _gone_on(scene, hit, axis, UP, ONE, BLACK, np.int32(GLASS), True, False, ONE)
         return nothing, nothing
     closure, frame = closure_at(scene, bsdf, chosen), frame_of(scene, bsdf, chosen, wo)
     own_wo = into(frame, wo)
@@ -164,13 +167,13 @@ def scatter_both_ways(scene, hit, direction, choice, u, v, seen):
     factor = times(transmittance_to(scene, bsdf, chosen, wo), inverse)
     reflected, refracted = mul(reflected, factor), mul(refracted, factor)
     return (
-        _gone_on(scene, hit, axis, out_of(frame, up), up[2], reflected, np.int32(GLASS), True, False),
-        _gone_on(scene, hit, axis, out_of(frame, down), down[2], refracted, np.int32(GLASS), True, False),
+        _gone_on(scene, hit, axis, out_of(frame, up), up[2], reflected, np.int32(GLASS), True, False, ONE),
+        _gone_on(scene, hit, axis, out_of(frame, down), down[2], refracted, np.int32(GLASS), True, False, ONE),
     )
 
 
 @part
-def _gone_on(scene, hit, axis, wi, cos, weight, lobe, specular, rough):
+def _gone_on(scene, hit, axis, wi, cos, weight, lobe, specular, rough, lamplight):
     """A local direction around an axis in the world, at a cosine to its closure's normal.
 
     None where that sends it to the wrong side of the facet.
@@ -186,7 +189,7 @@ def _gone_on(scene, hit, axis, wi, cos, weight, lobe, specular, rough):
     elif NARROW_LOBES >> lobe & 1:
         kind = _GLOSSY_RAY if side > ZERO else _TRANSMITTED_RAY  # what glass reflects, objects see as gloss
     origin = off_surface(scene, hit, side)
-    return Scattered(alive, origin, onward, weight, lobe, np.int32(kind), specular, rough)
+    return Scattered(alive, origin, onward, weight, lobe, np.int32(kind), specular, rough, lamplight)
 
 
 @part

@@ -131,15 +131,16 @@ def scattered(tracing, room, rules, bounce, photon, hit):
     lit_by_points = bounce == 0 and rules.sampled_directly[photon.source]
     if lit_by_points and not is_way_of_lamplight(rules.viewers, photon.kind, on.specular):
         return False, photon
+    left = times(on.weight, on.lamplight) if lit_by_points else on.weight
 
     # Russian roulette, so that no photon gains power. Seen from the receivers, a lobe is where a ray of its kind starts
     # that has to see where the photon came from
-    survival = min(largest(on.weight), ONE)
+    survival = min(largest(left), ONE)
     by_object = photon.came_from >= 0
     shows = rules.seen[on.kind, photon.came_from] if by_object else rules.source_seen[on.kind, photon.source]
     if not on.alive or fate >= survival or not shows:
         return False, photon
-    direction, ratio, weight = on.direction, ONE, times(on.weight, ONE / (survival * chance))
+    direction, ratio, weight = on.direction, ONE, times(left, ONE / (survival * chance))
     if on.lobe < _GLOSSY and is_directed(rules.region, photon.gained, hit.position):
         up = hit.normal if dot(direction, hit.normal) > ZERO else negative(hit.normal)
         choice, u = two_numbers(rules.key, photon.path, i + 2)

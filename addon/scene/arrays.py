@@ -86,6 +86,7 @@ class MaterialArrays(NamedTuple):
     see_through: np.ndarray
     two_faced: np.ndarray
     differs_by_kind: np.ndarray
+    emits_unsampled: np.ndarray
     one_sided: np.ndarray
 
 

@@ -70,6 +70,11 @@ class Materials:
         return self.emission.nonzero[self.seen_as[:, :2]].any(axis=1)
 
     @cached_property
+    def emits_unsampled(self) -> np.ndarray:
+        """Which materials emit light that other rays see and diffuse rays do not, (m,) bool: no source has it."""
+        return self.of_any_view(self.emission.nonzero) & ~self.emits
+
+    @cached_property
     def two_faced(self) -> np.ndarray:
         """Which materials differ by side, (m,) bool."""
         return (self.seen_as[:, ::2] != self.seen_as[:, 1::2]).any(axis=1)

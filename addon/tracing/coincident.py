@@ -1,7 +1,8 @@
 """Surfaces that lie in one and the same place, as walls do that were modelled twice.
 
-There Cycles is dark: a ray that leaves one of the two surfaces meets the other at once, so neither light nor looks get
-away. What a scene means is what Cycles makes of it; a tracer that steps off the surface would make such walls bright.
+There a ray that leaves one of the two surfaces meets the other at once, so neither light nor looks get away: Cycles is
+dark, but where rounding puts points in front of the other surface, which a tracer that steps off the surface would do
+everywhere. `coplanar` says of which points.
 
 Where one of the two emits, what Cycles shows depends on which of them its tree of boxes finds first, and on rounding:
 one and the same panel in a wall gave 0.02 to 0.13, by the order of the objects, the diagonals and the walls' tilt. Here

@@ -5,6 +5,7 @@ import pytest
 from photon_bake.addon.bsdf.closure import Closure
 from photon_bake.addon.bsdf.fibres import fibre
 from photon_bake.addon.core.compiling import kernel, kernel_array
+from photon_bake.addon.core.vec3 import row
 from photon_bake.addon.scene import FibreModel, Lobe
 
 N = 20_000
@@ -17,6 +18,12 @@ def _samples(closure, wo, numbers, from_light, wi, weight):
         direction, color = fibre.sample(closure, wo, choice, u, v, from_light)
         for i in range(3):
             wi[k, i], weight[k, i] = direction[i], color[i]
+
+
+@kernel
+def _lamplight(closure, view, lights, share):
+    for k in range(len(lights)):
+        share[k] = fibre.lamplight_share(closure, view, row(lights, k))
 
 
 def closure_of(model, absorption=(0.0, 0.0, 0.0), roughness=0.1, f90=(0.3, 0.03, 0.1)):
@@ -80,7 +87,26 @@ def test_translucent_fibres_send_light_to_the_other_side():
 def test_reflecting_and_transmitting_fibres_part_light():
     back, weight = samples(closure_of(FibreModel.REFLECTION, f90=(0.5, 0, 0)), WAYS[0])
     on, _ = samples(closure_of(FibreModel.TRANSMISSION, f90=(0.5, 0, 0)), WAYS[0])
-    assert (back[weight[:, 0] > 0, 2] >= 0).all() and (on[:, 2] <= 0).all()
+    assert (weight > 0).all() and (back[:, 2] >= 0).all() and (on[:, 2] <= 0).all()
+
+
+@pytest.mark.plain
+@pytest.mark.parametrize(
+    ("model", "spread", "expected"),
+    [
+        (FibreModel.REFLECTION, 1.0, 5 * np.sqrt(2) / 12),  # ∫ cos(φ/2)/4 (1 + cos φ)/2 dφ from −π/2 to π/2
+        (FibreModel.TRANSMISSION, 1e-3, 1.0),
+        (FibreModel.CHIANG, 0.3, 1.0),
+        (FibreModel.TRANSLUCENT, 1.0, 1.0),
+    ],
+)
+def test_shadow_rays_find_a_share_of_lamplight(model, spread, expected):
+    """Where the normal across a strand faces the light: a mean over its width and over what is sampled."""
+    closure, view = closure_of(model, roughness=1e-3, f90=(spread, 0, 0.1)), np.array(WAYS[1], np.float32)
+    lights, _ = samples(closure, view, n=4_000)
+    share = np.empty(len(lights), np.float32)
+    _lamplight(closure, tuple(view / np.linalg.norm(view)), kernel_array(lights, np.float32), share)
+    assert share.mean() == pytest.approx(expected, abs=0.02)
 
 
 @pytest.mark.parametrize("model", [FibreModel.CHIANG, FibreModel.REFLECTION, FibreModel.TRANSMISSION])

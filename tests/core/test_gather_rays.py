@@ -1,5 +1,7 @@
 """Rays into a radiance cache whose light is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from photon_bake.addon.core.parallel import Workers
@@ -8,6 +10,7 @@ from photon_bake.addon.gather.radiance_cache.build import gather_at_sides
 from photon_bake.addon.gather.radiance_cache.elements import SurfaceCells, SurfaceElements
 from photon_bake.addon.gather.radiance_cache.hidden_sides import HiddenSides
 from photon_bake.addon.gather.radiance_cache.radiance_cache import RadianceCache
+from photon_bake.addon.scene import Channel, Materials, RayKind
 from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer
 from photon_bake.tests.core.scenes import box, merge, plane, scene_of
@@ -56,3 +59,23 @@ def test_near_hits_find_caustics_in_the_cache():
     assert 0.5 < near.mean() < 1
     np.testing.assert_allclose(met.reflected[near], 1.5, rtol=1e-5)
     np.testing.assert_allclose(met.reflected[~near], 5, rtol=1e-5)
+
+
+def test_a_lamp_that_only_mirrors_show():
+    """No source has the light: E/π of a square that the mirror shows at three times its distance."""
+    made_of = Materials.of(
+        3,
+        emission=Channel.constant(np.float32([0, 0, 2])),
+        f0=Channel.constant(np.float32([1, 0, 0])),
+        f90=Channel.constant(np.float32([1, 0, 0])),
+        roughness=Channel.constant(np.zeros(3, np.float32)),
+    )
+    made_of.seen_as[1, 2 * RayKind.GLOSSY : 2 * RayKind.GLOSSY + 2] = 2
+    np.testing.assert_array_equal(made_of.emits_unsampled[:2], [False, True])
+    scene = scene_of(*merge(plane(20, z=-1), plane(1.5, z=1)), material=[0, 0, 1, 1])
+    rays, _ = rays_into(replace(scene, materials=made_of), 100, radiance=0.0)
+    sin, turn = np.sqrt(RANDOM.random(200_000)), 2 * np.pi * RANDOM.random(200_000)
+    down = np.stack([sin * np.cos(turn), sin * np.sin(turn), -np.sqrt(1 - sin**2)], axis=1).astype(np.float32)
+    share = 0.5 / np.hypot(1, 0.5)
+    expected = 2 * 4 / np.pi * share * np.arctan(share)
+    assert rays.radiance_along(*in_the_middle(down)).reflected.mean() == pytest.approx(expected, rel=0.02)

@@ -95,6 +95,17 @@ def test_surfaces_in_one_place_are_dark():
     assert apart.tint is None
 
 
+def test_of_tilted_surfaces_in_one_place_half_of_the_points_are_in_front():
+    """In Cycles rounding decides of each point, by the tilt for a little more or fewer than half of them."""
+    flat, turn = stacked([0, 0]), np.linalg.qr([[1, 2, 3], [2, 1, 1], [0, 1, 3]])[0].astype(np.float32)
+    scene = scene_of(flat.vertices @ turn, flat.triangles, albedo=[0.5] * 2, material=flat.material_of_triangle)
+    origins, directions = from_above(20_000)
+    tracer = light_tracer(of_objects(scene, np.repeat([0, 1], 2)))
+    hits = tracer.closest_hit(origins @ turn, directions @ turn)
+    assert set(np.unique(hits.tint)) == {0.0, 1.0} and hits.tint.mean() == pytest.approx(0.5, abs=0.015)
+    assert tracer.coplanar_occluded(hits.triangle, hits.u, hits.v).mean() == pytest.approx(0.5, abs=0.015)
+
+
 @pytest.mark.parametrize("half", [1.0, 0.7])
 def test_faces_in_one_place_are_dark_whichever_way_they_are_cut(half):
     """By Cycles a floor that is there twice is as dark with the second one's diagonal across the first one's."""

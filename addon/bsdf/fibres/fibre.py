@@ -173,8 +173,6 @@ def _kajiya(closure, wo, u, v, from_light):
     theta = TWO * (np.tan(low + u * (high - low)) * roughness + offset) - theta_o
     if closure.distribution == _REFLECTION:
         phi = TWO * np.arcsin(ONE - TWO * v) * spread
-        if np.cos(phi) < ZERO:
-            return wo, BLACK
     else:
         phi = _PI + spread * np.tan((v - _HALF) * TWO * np.arctan(_HALF_PI / spread))
     if abs(theta) >= _HALF_PI:
@@ -184,6 +182,22 @@ def _kajiya(closure, wo, u, v, from_light):
         ratio, (least, most) = _adjoint(np.cos(theta), np.cos(theta_o)), _bounds(theta, roughness, offset)
         weight = times(weight, min(ratio * ratio * (high - low) / max(most - least, _TINY), _MOST))
     return _direction(wo, np.sin(theta), np.cos(theta), phi), weight
+
+
+@part
+def lamplight_share(closure, view, light):
+    """What of lamplight on a sampled way shadow rays find, as Cycles evaluates its Hair BSDF.
+
+    It wants the normal where the view meets a strand on the light's side, or for transmission on the other: at an
+    azimuth φ that is so across (1 ± cos φ)/2 of the strand's width. It reflects none by more than a quarter turn.
+    """
+    if closure.distribution in (_CHIANG, _TRANSLUCENT):
+        return ONE
+    across = view[1] * view[1] + view[2] * view[2], light[1] * light[1] + light[2] * light[2]
+    cos = (view[1] * light[1] + view[2] * light[2]) / max(np.sqrt(across[0] * across[1]), _TINY)
+    if closure.distribution == _REFLECTION:
+        return _HALF + _HALF * cos if cos > ZERO else ZERO
+    return _HALF - _HALF * cos
 
 
 @part

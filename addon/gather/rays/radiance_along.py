@@ -234,7 +234,11 @@ def _emission_met(scene, direct, hit, on, triangle, distance, u, v, specular):
         shining = _seen(scene, direct, triangle, u, v, on, object_)
         at = on.origin, on.direction, distance, on.kind, object_
         return plus(shining, radiance_of_lamps(direct.lamps, *at, _INFINITY))
-    return BLACK if triangle >= 0 else unsampled_sky(direct, on.kind)
+    if triangle < 0:
+        return unsampled_sky(direct, on.kind)
+    if scene.materials.emits_unsampled[scene.material[triangle]]:
+        return _seen(scene, direct, triangle, u, v, on, object_)
+    return BLACK
 
 
 @part

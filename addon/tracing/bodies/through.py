@@ -82,7 +82,7 @@ def through_body(tracing, room, hit, on, seen, key, path):
     medium = medium_of(scene, hit, seen, choice)
     exit_ = exit_of(tracing, room, hit, medium, negative(on.direction), key, path)
     if not exit_.found:
-        return Scattered(False, on.origin, on.direction, BLACK, on.lobe, on.kind, False, False)
+        return Scattered(False, on.origin, on.direction, BLACK, on.lobe, on.kind, False, False, ONE)
     out = outside_of(scene, exit_)
     u, v = two_numbers(key, path, N_PAIRS + 1)
     axis = body_normal(scene, out, seen, out.normal)  # of all views that may be
@@ -94,4 +94,4 @@ def through_body(tracing, room, hit, on, seen, key, path):
     if alive:  # by the cosines with the geometric normal, and not the view's own
         cosines = adjoint(to_local(exit_.direction, out.normal), to_local(onward, out.normal), inside, left.direction)
         weight = times(mul(on.weight, exit_.weight), left.weight * cosines)
-    return Scattered(alive, off_surface(scene, out, ONE), onward, weight, on.lobe, on.kind, False, False)
+    return Scattered(alive, off_surface(scene, out, ONE), onward, weight, on.lobe, on.kind, False, False, ONE)

@@ -131,6 +131,8 @@ def test_a_sample_is_that_of_its_closure(choice, from_light):
             else:
                 specular = one.kind in (Lobe.GLASS, Lobe.PANE, Lobe.FIBRE)
             assert sample.specular == specular
+            lamplight = fibre.lamplight_share(one, view, light) if one.kind == Lobe.FIBRE else 1
+            assert sample.lamplight == lamplight
             assert sample.rough == (one.kind in (Lobe.GLOSSY, Lobe.GLOSSY_TOON))
 
 

@@ -76,6 +76,7 @@ def test_rays_go_on_by_the_mixture(one, from_light, direction):
     assert on.alive == alive
     assert on.weight == pytest.approx(weight if alive else [0, 0, 0], rel=1e-4)
     assert on.lobe == kind and on.specular == sample.specular and on.rough == sample.rough
+    assert on.lamplight == sample.lamplight
     assert on.origin == off_surface(scene, hit, 1 if goes_up else -1)
     expected = RayKind.DIFFUSE
     if kind in (Lobe.GLOSSY, Lobe.GLOSSY_TOON):

@@ -196,7 +196,7 @@ def hair_fibres_dense():
     curves("Lawn", lawn(60), 0.012, shader("BsdfHairPrincipled", {"Color": (0.7, 0.4, 0.1)}, "Fur"))
 
 
-@case("Hair with a Hair BSDF", GROUP, differs="its cone around each fibre")
+@case("Hair with a Hair BSDF", GROUP, differs="less light that strands scatter to each other")
 def hair_cone():
     under_a_panel(matte((0.7, 0.7, 0.7)))
     curves("Lawn", lawn(30), 0.012, shader("BsdfHair", {"Color": (0.7, 0.4, 0.1)}, "Fur"))

@@ -1,5 +1,7 @@
 """Materials that differ by the side that is seen, and by the rays that see them."""
 
+import bpy
+
 from ..registry import case
 from ..stage import box, lamp, nodes, picture, probes, quad, room
 from .stage import GROUP, diffuse, divided, mixed, painted_floor, principled
@@ -151,13 +153,14 @@ def light_path_glossy():
     lamp("AREA", (0.5, 0, 1.0), (-2, 0, 0), size=0.5, energy=150)
 
 
-NO_LIGHT = "none of its light, as diffuse rays see none"
+UNWEIGHED = "as with Emission Sampling None; else Cycles gives weight to shadow rays, which see none of its light"
+NO_PHOTONS = "no photons of it, which bring what more than two surfaces reflect"
 
 
-@case("Lamp of a mesh that only mirrors show (Light Path)", GROUP, differs=NO_LIGHT, effort=4)
+@case("Lamp of a mesh that only mirrors show (Light Path)", GROUP, differs=UNWEIGHED, effort=4)
 def light_path_glossy_panel():
     # Its light comes by the mirror floor alone. Cycles' shadow rays see none of it, but what its sampled rays see
-    # is weighed as if they did: with Emission Sampling None it finds more.
+    # is weighed as if they did.
     tree = nodes()
     strength = tree.add("Math", {0: light_path("Is Glossy Ray")(tree), 1: 8.0}, operation="MULTIPLY")
     mirror = principled(Base_Color=(0.9, 0.9, 0.9), Metallic=1.0, Roughness=0.3)
@@ -165,6 +168,12 @@ def light_path_glossy_panel():
     probes("Right Front Back Ceiling", 48)
     quad("Panel", (-1.95, 0, 0), (0, 0.8, 0), (0, 0, 0.8), tree.done(tree.add("Emission", {"Strength": strength})))
     lamp("POINT", (0.5, 0, 1.0), energy=10, shadow_soft_size=0.1)
+
+
+@case("Lamp of a mesh that only mirrors show, Emission Sampling None (Light Path)", GROUP, differs=NO_PHOTONS, effort=4)
+def light_path_unsampled_panel():
+    light_path_glossy_panel()
+    bpy.data.objects["Panel"].data.materials[0].cycles.emission_sampling = "NONE"
 
 
 def by_depth(output, bound):
