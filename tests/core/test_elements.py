@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from photon_bake.addon.core.compiling import kernel
+from photon_bake.addon.core.z_curve import z_curve
 from photon_bake.addon.gather.radiance_cache.elements import SurfaceCells, SurfaceElements, point_on
-from photon_bake.addon.scene.z_curve import z_curve
 from photon_bake.tests.core.scenes import plane, scene_of
 from scipy import stats
 

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.bsdf.subsurface import interface, medium, phase
+from photon_bake.addon.bsdf import phase
+from photon_bake.addon.bsdf.subsurface import interface, medium
 from photon_bake.addon.core.sampling.warps import cosine_hemisphere
 from photon_bake.addon.core.vec3 import put, row
 from photon_bake.addon.pipeline.bake import bake

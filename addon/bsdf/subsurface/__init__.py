@@ -1,8 +1,9 @@
 """Subsurface scattering: light that enters a body, walks through it at random, and leaves it elsewhere.
 
 Cycles' model. Where a view from ωo meets the surface at x, light goes on into the body in a direction ω₀ of the density
-p(ω₀ | ωo) (`interface`), is scattered and absorbed in it as in a medium (`medium`, `phase`), and leaves it where it
-meets the surface again, at y. There the light is taken as a white Lambertian surface would: with W the walk's weight,
+p(ω₀ | ωo) (`interface`), is scattered and absorbed in it as in a medium (`medium`, `bsdf.phase`), and leaves it where
+it meets the surface again, at y. There the light is taken as a white Lambertian surface would: with the weight W of
+the walk,
 
     L(x, ωo) = E[W E(y)] / π.
 

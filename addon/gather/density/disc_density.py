@@ -11,11 +11,11 @@ import numpy as np
 from ...core.parallel import Workers, slices
 from ...core.sampling.vectors import dot, largest, rows
 from ...core.sampling.warps import frame
+from ...core.z_curve import z_curve
 from ...emitters import Sphere
 from ...photons import FlightLog, Flights, PathKind
 from ...receivers import Receivers
 from ...scene import Scene
-from ...scene.z_curve import z_curve
 from ...tracing import Tracer, TransparencyTracer
 from ..irradiance import Estimate
 from .density import LEAST_ESTIMATES, LEAST_SHARE, LOW_DENSITY, estimate_of, points_of_discs

@@ -8,7 +8,7 @@ import numpy as np
 from ...core.compiling import kernel, kernel_array, part
 from ...core.parallel import slices
 from ...core.vec3 import BLACK, ZERO, dot, minus, plus, row, times
-from ...scene.z_curve import CURVE_BITS, z_curve
+from ...core.z_curve import CURVE_BITS, z_curve
 from .records import Records
 from .weights import Weights
 

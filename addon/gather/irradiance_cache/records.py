@@ -8,8 +8,8 @@ import numpy as np
 from ...core.parallel import Turns
 from ...core.sampling.path_numbers import path_key
 from ...core.sampling.vectors import rows
+from ...core.z_curve import z_curve
 from ...receivers import Receivers
-from ...scene.z_curve import z_curve
 from ..rays.gather_rays import GatherRays
 from ..rays.receiver_rays import RaySums, gather_at
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from ...core.compiling import by_reference, kernel, part
 from ...core.vec3 import ONE
+from ...core.z_curve import z_curve
 from ...scene import Scene
-from ...scene.z_curve import z_curve
 from .barycentric_grid import cell_at, point_in
 
 _MAX_CUTS = 1024

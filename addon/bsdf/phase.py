@@ -2,11 +2,21 @@
 
 import numpy as np
 
-from ...core.compiling import part
-from ...core.sampling.warps import at_versine
-from ...core.vec3 import ONE, TWO, to_world
+from ..core.compiling import part
+from ..core.sampling.warps import at_versine
+from ..core.vec3 import ONE, TWO, to_world
 
 _ISOTROPIC = np.float32(1e-3)
+_PER_SPHERE = np.float32(1 / (4 * np.pi))
+
+
+@part
+def density(cos, g):
+    """The density p, of the cosine between the directions before and after a scattering, 1/sr."""
+    if abs(g) < _ISOTROPIC:
+        return _PER_SPHERE
+    spread = ONE + g * g - TWO * g * cos
+    return _PER_SPHERE * (ONE - g * g) / (spread * np.sqrt(spread))
 
 
 @part
