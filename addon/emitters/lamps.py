@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..core.compiling import by_reference, kernel_array, part, routine
-from ..core.vec3 import BLACK, ZERO, along, dot, length, minus, negative, plus, row, times
+from ..core.vec3 import BLACK, ONE, ZERO, along, dot, length, minus, negative, plus, row, times
 from ..scene import LightKind, Lights, RayKind
 from .area import meet_area, sample_area, spread_columns
 from .patterns.arrays import PatternArrays, pattern_arrays
@@ -110,10 +110,10 @@ def _extended(lights: Lights) -> np.ndarray:
 def sample_lamp(lamps, lamp, position, normal, u, v, far):
     """A point of a lamp, and the irradiance from it over the density that it is drawn with: its mean is the lamp's.
 
-    `far` is how far away suns are, m.
+    `far` is how far away suns are, m. For `normal` see `cosine_at`.
     """
     kind = lamps.kind[lamp]
-    if _below_horizon(lamps, lamp, position, normal):
+    if normal != BLACK and _below_horizon(lamps, lamp, position, normal):
         return position, BLACK
     if kind == _POINT:
         target, way, share = sample_point(lamps, lamp, position, u, v)
@@ -124,7 +124,13 @@ def sample_lamp(lamps, lamp, position, normal, u, v, far):
     else:
         target, way, share = sample_area(lamps, lamp, position, u, v)
     emission = emission_towards(lamps, lamp, target, negative(way), length(minus(target, position)))
-    return target, times(emission, share * max(dot(way, normal), ZERO))
+    return target, times(emission, share * max(cosine_at(normal, way), ZERO))
+
+
+@part
+def cosine_at(normal, way):
+    """What of the light from a direction counts at a surface, or in the air, where the normal is 0 and all counts."""
+    return ONE if normal == BLACK else dot(way, normal)
 
 
 @part

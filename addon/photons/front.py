@@ -21,6 +21,8 @@ class Photon(NamedTuple):
         By what region-directed scattering has multiplied the power so far.
     specular : bool
         It came from its light over specular surfaces only, so that it makes caustics.
+    dispersed : bool
+        A medium has scattered it, so that no points of lights find what it carries.
     came_from : int32
         The object that it left last, −1 for lamps and the world.
     path, source : int32
@@ -34,6 +36,7 @@ class Photon(NamedTuple):
     path_density: np.float32
     gained: np.float32
     specular: bool
+    dispersed: bool
     came_from: int
     path: int
     source: int
@@ -50,6 +53,7 @@ class Front(NamedTuple):
     path_density: np.ndarray
     gained: np.ndarray
     specular: np.ndarray
+    dispersed: np.ndarray
     came_from: np.ndarray
     path: np.ndarray
     source: np.ndarray
@@ -63,7 +67,7 @@ def new_front(n: int) -> Front:
     one = np.ones(n, f), np.ones(n, f)
     came_from, path, source = np.full(n, -1, i), np.empty(n, i), np.empty(n, i)
     kind = np.full(n, RayKind.DIFFUSE, np.uint8)
-    return Front(origin, direction, power, *one, np.zeros(n, bool), came_from, path, source, kind)
+    return Front(origin, direction, power, *one, np.zeros(n, bool), np.zeros(n, bool), came_from, path, source, kind)
 
 
 @part
@@ -76,6 +80,7 @@ def photon_at(front, k):
         front.path_density[k],
         front.gained[k],
         front.specular[k],
+        front.dispersed[k],
         front.came_from[k],
         front.path[k],
         front.source[k],
@@ -90,5 +95,41 @@ def put_photon(front, k, photon):
     put(front.direction, k, photon.direction)
     put(front.power, k, photon.power)
     front.path_density[k], front.gained[k], front.specular[k] = photon.path_density, photon.gained, photon.specular
-    front.came_from[k], front.path[k], front.source[k] = photon.came_from, photon.path, photon.source
-    front.kind[k] = photon.kind
+    front.dispersed[k], front.came_from[k] = photon.dispersed, photon.came_from
+    front.path[k], front.source[k], front.kind[k] = photon.path, photon.source, photon.kind
+
+
+@part
+def with_power(photon, power):
+    """The photon with another power."""
+    return Photon(
+        photon.origin,
+        photon.direction,
+        power,
+        photon.path_density,
+        photon.gained,
+        photon.specular,
+        photon.dispersed,
+        photon.came_from,
+        photon.path,
+        photon.source,
+        photon.kind,
+    )
+
+
+@part
+def dispersed(photon, origin, direction, power, survival):
+    """The photon after a medium has scattered it, which Russian roulette let survive."""
+    return Photon(
+        origin,
+        direction,
+        power,
+        photon.path_density * survival,
+        photon.gained,
+        False,
+        True,
+        photon.came_from,
+        photon.path,
+        photon.source,
+        photon.kind,
+    )

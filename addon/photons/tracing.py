@@ -24,6 +24,7 @@ from .emission import Emission, Pass, PictureEmission, shares
 from .emission_segment import LightLinking, emission_segment
 from .flights import FlightLog, Flights
 from .front import Front, Photon, new_front, photon_at, put_photon
+from .media import pass_media
 from .photons import Photons
 from .region_directed import TargetRegion, directed, is_directed, target_region
 from .store import PhotonStore, store
@@ -102,10 +103,11 @@ def meet_surfaces(tracing, room, rules, bounce, front, n, hits, rows, n_stored):
         if hits.triangle[k] < 0 or photon.power == BLACK:
             continue
         hit = hit_at(scene, photon.direction, hits.triangle[k], hits.distance[k], hits.u[k], hits.v[k])
-        is_wanted = bounce > 0 or not rules.sampled_directly[photon.source]
+        order = max(bounce, 1) if photon.dispersed else bounce
+        is_wanted = order > 0 or not rules.sampled_directly[photon.source]
         is_wanted &= reflects_to(rules.viewers, photon.kind)
         if is_wanted and not rules.specular_alone and (photon.specular or rules.keeps[scene.material[hit.triangle]]):
-            store(rows, n_stored, hit, photon, bounce)
+            store(rows, n_stored, hit, photon, order)
             n_stored += 1
         if bounce < rules.last_bounce[photon.source]:
             alive, photon = scattered(tracing, room, rules, bounce, photon, hit)
@@ -128,7 +130,8 @@ def scattered(tracing, room, rules, bounce, photon, hit):
         return False, photon
     if on.lobe == SUBSURFACE and on.alive:
         on = through_body(tracing, room, hit, on, seen, walk_key(rules.key, bounce), photon.path)
-    lit_by_points = bounce == 0 and rules.sampled_directly[photon.source]
+    straight = bounce == 0 and not photon.dispersed
+    lit_by_points = straight and rules.sampled_directly[photon.source]
     if lit_by_points and not is_way_of_lamplight(rules.viewers, photon.kind, on.specular):
         return False, photon
     left = times(on.weight, on.lamplight) if lit_by_points else on.weight
@@ -148,7 +151,7 @@ def scattered(tracing, room, rules, bounce, photon, hit):
         direction, ratio = directed(rules.region, hit.position, up, direction, choice, u, v)
 
     # A caustic starts where photons find the light better, and ends after the first surface that scatters broadly
-    specular = on.specular and rules.sampled_directly[photon.source] if bounce == 0 else photon.specular
+    specular = on.specular and rules.sampled_directly[photon.source] if straight else photon.specular
     return ratio > ZERO, Photon(
         on.origin,
         direction,
@@ -156,6 +159,7 @@ def scattered(tracing, room, rules, bounce, photon, hit):
         photon.path_density * survival,
         photon.gained * ratio,
         specular and NARROW_LOBES >> on.lobe & 1 > 0,
+        photon.dispersed,
         scene.object[hit.triangle],
         photon.path,
         photon.source,
@@ -190,6 +194,8 @@ class PhotonFlight:
             if watch is not None:
                 watch(bounce, front, n, hits)
             at = HitArrays(hits.triangle, hits.distance, hits.u, hits.v)
+            if self.tracer.arrays.media.any and not self.rules.specular_alone:
+                pass_media(self.tracer.arrays, room, self.rules.key, bounce, front, n, at)
             rows = stored.rows(n)
             met = self.rules, bounce, front, n, at, rows, stored.n
             n, stored.n = meet_surfaces(self.tracer.arrays, room, *met)

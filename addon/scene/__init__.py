@@ -14,6 +14,7 @@ from .closures import (
 from .light_groups import OTHER, LightGroups
 from .lights import ALL_BOUNCES, AREA_LAMPS, LightKind, LightPattern, Lights, PatternDomain
 from .materials import N_VIEWS, Channel, Materials
+from .media import Media, Medium
 from .ray_kinds import RayKind, seen_by
 from .scene import EmitterLinks, Scene, SceneObjects, ShadingFrames
 from .textures import Textures
@@ -38,6 +39,8 @@ __all__ = [
     "Lights",
     "Lobe",
     "Materials",
+    "Media",
+    "Medium",
     "NormalSpace",
     "PatternDomain",
     "RayKind",

@@ -14,6 +14,7 @@ from . import hit
 from .arrays import SceneArrays, channel_arrays, scene_arrays
 from .lights import Lights
 from .materials import Channel, Materials
+from .media import Media
 from .ray_kinds import RayKind
 from .world import World
 
@@ -124,6 +125,7 @@ class Scene:
     lights : Lights
     world : World
     frames : ShadingFrames
+    media : Media
     """
 
     vertices: np.ndarray
@@ -137,6 +139,7 @@ class Scene:
     lights: Lights
     world: World
     frames: ShadingFrames = field(default_factory=ShadingFrames.none)
+    media: Media = field(default_factory=Media)
 
     @property
     def n_triangles(self) -> int:

@@ -44,7 +44,13 @@ def new_ray() -> Room:
 @part
 def intersect(tree, room, origin, direction, far):
     """The first triangle along a ray as far as `far` (−1: none), its distance (infinite), u and v."""
-    _aim(room, origin, direction, far)
+    return intersect_beyond(tree, room, origin, direction, ZERO, far)
+
+
+@part
+def intersect_beyond(tree, room, origin, direction, near, far):
+    """The first triangle along a ray between two distances, as `intersect`."""
+    _aim(room, origin, direction, near, far)
     rtc_intersect(tree, room.address, 0)
     if room.integers[18] < 0:
         return _NONE, INFINITY, ZERO, ZERO
@@ -54,7 +60,7 @@ def intersect(tree, room, origin, direction, far):
 @part
 def occluded(tree, room, origin, direction, far):
     """Whether a ray meets a triangle as far as `far`."""
-    _aim(room, origin, direction, far)
+    _aim(room, origin, direction, ZERO, far)
     rtc_occluded(tree, room.address, 0)
     return room.floats[8] < ZERO
 
@@ -70,9 +76,9 @@ def occluded_between(tree, room, origin, target):
 
 
 @part
-def _aim(room, origin, direction, far):
+def _aim(room, origin, direction, near, far):
     ray, bits = room.floats, room.integers
-    ray[0], ray[1], ray[2], ray[3] = origin[0], origin[1], origin[2], ZERO  # and from which distance on
+    ray[0], ray[1], ray[2], ray[3] = origin[0], origin[1], origin[2], near  # and from which distance on
     ray[4], ray[5], ray[6], ray[7] = direction[0], direction[1], direction[2], ZERO  # and the time
     ray[8], bits[9], bits[10], bits[11] = far, _ALL, 0, 0  # to which distance, mask, number and flags
     bits[18], bits[19] = _NONE, _NONE  # geometry and instance that are met

@@ -25,6 +25,7 @@ from .coplanar import (
     viewed_from_back,
 )
 from .embree import INFINITY, SHORT_OF_TARGET, intersect, occluded
+from .media.volumes import MediaArrays
 from .onward import onward
 from .ray_hash import hashed
 
@@ -46,6 +47,8 @@ class Tracing(NamedTuple):
     coincident : CoincidentArrays
     all_objects : (o,) bool
         True: of `transmittance`, where all objects block.
+    media : MediaArrays
+        Between surfaces; who asks for surfaces alone asks nothing of them.
     """
 
     scene: SceneArrays
@@ -53,6 +56,7 @@ class Tracing(NamedTuple):
     see_through: bool
     coincident: CoincidentArrays
     all_objects: np.ndarray
+    media: MediaArrays
 
 
 @part

@@ -14,6 +14,8 @@ from ..scene.hit import hit_at
 from .coincident import CoincidentSurfaces
 from .coplanar import coplanar_occluded
 from .embree import INFINITY, EmbreeTracer, intersect, new_ray
+from .media.flight import media_left
+from .media.volumes import MediaVolumes
 from .protocol import Hits, Tracer
 from .transparency import Tracing, beyond, stopped, transmittance, visibility
 
@@ -70,6 +72,12 @@ def _transmittances(tracing, room, origins, directions, far, blocks, passes):
 
 
 @kernel
+def _media_left(tracing, room, origins, directions, far, passes):
+    for i in range(len(origins)):
+        put(passes, i, media_left(tracing, room, row(origins, i), row(directions, i), far[i]))
+
+
+@kernel
 def _coplanar_occluded(tracing, triangle, u, v, result):
     for i in range(len(triangle)):
         result[i] = False
@@ -97,6 +105,7 @@ class TransparencyTracer:
     def __init__(self, scene: Scene, tracer: EmbreeTracer, progress: Progress | None = None) -> None:
         self._scene, self.surfaces = scene, tracer
         self._coincident = CoincidentSurfaces(scene, tracer, progress or Progress())
+        self._media = MediaVolumes(scene)
         self._first_hits: Tracer | None = None
 
     def with_first_hits(self, tracer: Tracer) -> "TransparencyTracer":
@@ -118,7 +127,12 @@ class TransparencyTracer:
         scene = self._scene.arrays
         see_through = bool(scene.materials.see_through[scene.material].any())
         return Tracing(
-            scene, self.surfaces.handles, see_through, self._coincident.arrays, np.ones(len(scene.emits), bool)
+            scene,
+            self.surfaces.handles,
+            see_through,
+            self._coincident.arrays,
+            np.ones(len(scene.emits), bool),
+            self._media.arrays,
         )
 
     def closest_hit(
@@ -198,6 +212,13 @@ class TransparencyTracer:
         rays = kernel_array(origins, np.float32), kernel_array(directions, np.float32)
         blocks = self.arrays.all_objects if blocks is None else kernel_array(blocks, np.bool_)
         _transmittances(self.arrays, new_ray(), *rays, kernel_array(t_max, np.float32), blocks, passes)
+        return passes
+
+    def media_left(self, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray) -> np.ndarray:
+        """What media leave of light along rays as far as `t_max` (n,), (n, 3) float32."""
+        passes = np.empty((len(origins), 3), np.float32)
+        rays = kernel_array(origins, np.float32), kernel_array(directions, np.float32), kernel_array(t_max, np.float32)
+        _media_left(self.arrays, new_ray(), *rays, passes)
         return passes
 
 

@@ -52,6 +52,8 @@ class DirectLight:
     ----------
     arrays : DirectArrays
         What kernels take.
+    arrays_without_lamps : DirectArrays
+        Of emissive meshes and worlds alone.
     tracer : TransparencyTracer
     """
 
@@ -78,6 +80,13 @@ class DirectLight:
             0 if not lit.any() else 1 if lit.sum() == 1 and lit[:-2].any() else MAX_CANDIDATES,
             np.float32(2 * scene.diagonal),
             *_blockers(scene),
+        )
+        others = mesh + world
+        self.arrays_without_lamps = self.arrays._replace(
+            lamp_chance=np.float32(0),
+            mesh_chance=mesh / others if others > 0 else mesh,
+            world_chance=world / others if others > 0 else world,
+            n_candidates=MAX_CANDIDATES if others > 0 else 0,
         )
 
     def irradiance(

@@ -17,7 +17,7 @@ import numpy as np
 from ...core.compiling import by_reference, part
 from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, ZERO, along, dot, mean, row, times
-from ...emitters.lamps import LampArrays, lights_object, sample_lamp
+from ...emitters.lamps import LampArrays, cosine_at, lights_object, sample_lamp
 from ...emitters.mesh import MeshArrays, lights_up, mesh_density, sample_mesh
 from ...emitters.world import WorldArrays, sample_world, world_towards
 from ...scene import RayKind
@@ -29,7 +29,11 @@ N_PAIRS = 1 + 2 * MAX_CANDIDATES
 """Pairs of a path's numbers that `sample_emitters` uses up."""
 
 DIFFUSE_RAY, GLOSSY_RAY = int(RayKind.DIFFUSE), int(RayKind.GLOSSY)
-_PER_PI, _TINY, _BELOW_ONE = np.float32(1 / np.pi), np.float32(1e-30), np.float32(1 - 2**-24)
+IN_AIR = ZERO, ZERO, ZERO
+"""The normal of points that are on no surface: light counts alike from everywhere, and rays go anywhere."""
+
+_PER_PI, _PER_SPHERE = np.float32(1 / np.pi), np.float32(1 / (4 * np.pi))
+_TINY, _BELOW_ONE = np.float32(1e-30), np.float32(1 - 2**-24)
 
 
 @by_reference
@@ -70,7 +74,7 @@ def sample_emitters(direct, scene, position, normal, object_, ray_kind, rays_own
     Parameters
     ----------
     position, normal : triples
-        A point off its surface, m, and the unit normal of the side that is lit.
+        A point off its surface, m, and the unit normal of the side that is lit, or `IN_AIR`.
     object_ : int
         That the point is on, for lamps that do not light all; −1: they light all.
     ray_kind : int
@@ -131,8 +135,8 @@ def _candidate(direct, scene, cell, position, normal, object_, ray_kind, rays_ow
         way, radiance, density = sample_world(direct.world, u, v)
         of, chance, target = n_lamps + 1, direct.world_chance, along(position, direct.far, way)
         light = times(radiance, ONE / max(density, _TINY)) if direct.world.seen[ray_kind] else BLACK
-    cosine = dot(way, normal)
-    if cosine <= ZERO or (rays_own and cosine * _PER_PI > chance * density):
+    cosine = cosine_at(normal, way)
+    if cosine <= ZERO or (rays_own and _ray_density(normal, way) > chance * density):
         return target, BLACK, of
     return target, times(light, cosine / chance), of
 
@@ -148,14 +152,14 @@ def met_radiance(direct, scene, triangle, distance, u, v, direction, normal, obj
     triangle, distance, u, v
         Where the ray ends; −1 where it meets no triangle.
     direction, normal : triples
-        Of the ray, and of the surface that it starts from.
+        Of the ray, and of the surface that it starts from, or `IN_AIR`.
     object_ : int
         Of that surface, for emissive objects that do not light all.
     """
-    cosine = dot(direction, normal)
+    by_rays = _ray_density(normal, direction)
     if triangle < 0:
         radiance, density = world_towards(direct.world, direction)
-        sampled = direct.world.height > 0 and cosine * _PER_PI <= direct.world_chance * density
+        sampled = direct.world.height > 0 and by_rays <= direct.world_chance * density
         return BLACK if sampled or not direct.world.seen[DIFFUSE_RAY] else radiance
     if direct.mesh_chance == ZERO or direct.mesh.density[triangle] <= ZERO:
         return BLACK
@@ -163,10 +167,16 @@ def met_radiance(direct, scene, triangle, distance, u, v, direction, normal, obj
     if not lights_up(scene, emitter, object_) or has_own_blockers(direct, scene, emitter):
         return BLACK
     facing = abs(dot(direction, row(scene.normals, triangle)))
-    if cosine * _PER_PI <= direct.mesh_chance * mesh_density(direct.mesh, triangle, distance, facing):
+    if by_rays <= direct.mesh_chance * mesh_density(direct.mesh, triangle, distance, facing):
         return BLACK
     # Rays stop in proportion to the coverage, so that it must not weigh what they meet
     return emitted(scene, triangle, u, v, is_back(scene, triangle, direction), DIFFUSE_RAY)
+
+
+@part
+def _ray_density(normal, direction):
+    """With which rays are sent from a surface, by the cosine, or from the air, 1/sr."""
+    return _PER_SPHERE if normal == IN_AIR else dot(direction, normal) * _PER_PI
 
 
 @part

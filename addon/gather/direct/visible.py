@@ -6,6 +6,7 @@ from ...core.sampling.warps import PI, cosine_hemisphere
 from ...core.vec3 import BLACK, direction_to, minus, mul, times, to_world
 from ...scene import RayKind
 from ...tracing.embree import SHORT_OF_TARGET
+from ...tracing.media.flight import media_left
 from ...tracing.transparency import closest_hit, transmittance, visibility
 from .sampling import DIFFUSE_RAY, N_PAIRS, met_radiance, sample_emitters, unsampled_sky
 
@@ -18,6 +19,16 @@ _SHADOW = int(RayKind.SHADOW)
 @part
 def visible_share(direct, tracing, room, lamp, position, target):
     """Share of the light of an emitter's point that reaches a position, by what keeps that emitter's light away."""
+    passes = _past_surfaces(direct, tracing, room, lamp, position, target)
+    if tracing.media.any and passes != BLACK:
+        way, distance = direction_to(position, target)
+        passes = mul(passes, media_left(tracing, room, position, way, distance))
+    return passes
+
+
+@part
+def _past_surfaces(direct, tracing, room, lamp, position, target):
+    """The share that surfaces leave."""
     if lamp >= len(direct.has_blockers) or not direct.has_blockers[lamp]:
         return visibility(tracing, room, position, target)
     way, distance = direction_to(position, target)
@@ -57,4 +68,6 @@ def arriving(direct, tracing, room, position, normal, object_, key, path, i, wit
     met = met_radiance(direct, tracing.scene, triangle, distance, a, b, direction, normal, object_)
     if not with_sky and triangle < 0:
         met = minus(met, unsampled_sky(direct, DIFFUSE_RAY))
+    if tracing.media.any and met != BLACK:
+        met = mul(met, media_left(tracing, room, position, direction, distance))
     return towards, light, direction, times(mul(tint, met), PI)

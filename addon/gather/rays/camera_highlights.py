@@ -22,6 +22,7 @@ from ...scene import RayKind, Scene
 from ...scene.hit import emitted, hit_at, is_back, off_surface
 from ...tracing import TransparencyTracer
 from ...tracing.embree import new_ray
+from ...tracing.media.flight import media_left
 from ...tracing.transparency import closest_hit
 from ..direct.direct_light import DirectLight
 from ..direct.sampling import GLOSSY_RAY, sample_emitters
@@ -122,4 +123,6 @@ def _by_rays(tracing, room, direct, hit, direction, key, path):
         met = plus(met, world_seen(direct.world, on.direction, on.kind))
     elif triangle >= 0 and on.specular and lights_up(scene, scene.object[triangle], object_):
         met = plus(met, emitted(scene, triangle, u, v, is_back(scene, triangle, on.direction), on.kind))
+    if tracing.media.any and met != BLACK:
+        met = mul(met, media_left(tracing, room, on.origin, on.direction, distance))
     return mul(mul(on.weight, tint), met)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,7 +27,7 @@ class Incoming:
     reflected : (n, 3 l) float32, W/(m² sr)
         Radiance from surfaces, and from the world where it comes over surfaces.
     hits : Hits
-        What they met first.
+        What they met first, and what is left on the way of the light that shines there, by media too.
     """
 
     reflected: np.ndarray
@@ -58,7 +58,7 @@ class GatherRays:
         beyond: "GatherRays | None" = None,
     ) -> None:
         self._scene, self.tracer = scene, tracer
-        light = RayLight(cache.arrays, direct.arrays)
+        light = RayLight(cache.arrays, direct.arrays, direct.arrays_without_lamps)
         # Of each light, what is asked in which steps of a ray
         self._lights = [[(light, 0, MAX_STEPS)]]
         if beyond:
@@ -115,12 +115,15 @@ class GatherRays:
         radiance = np.zeros((self.n_lights, len(origins), 3), np.float32)
         left = np.ones((len(origins), 3), np.float32) if hits.tint is None else hits.tint
         kinds = np.full(len(origins), kind, np.uint8)
-        met = kernel_array(directions, np.float32), kinds, hits.triangle, hits.distance, hits.u, hits.v, left
+        at = kernel_array(origins, np.float32), kernel_array(directions, np.float32), kinds
+        met = *at, hits.triangle, hits.distance, hits.u, hits.v, left
         for steps, of_light in zip(self._lights, radiance, strict=True):
             rays = tuple(of.copy() for of in met) if len(steps) > 1 else met
             for light, first_step, last_step in steps:
                 numbers = key, first, first_step, last_step
                 _follow(self.tracer.arrays, new_ray(), light, *numbers, rays, specular, of_light)
+        if self.tracer.arrays.media.any:
+            hits = replace(hits, tint=hits.tinted(self.tracer.media_left(origins, directions, hits.distance)))
         joined = radiance[0] if self.n_lights == 1 else np.concatenate(radiance, axis=1)
         return Incoming(joined, hits)
 
@@ -130,12 +133,14 @@ def _follow(tracing, room, light, key, first, first_step, last_step, rays, specu
     """Follow n rays over some steps: add what they bring to `radiance`, and unless these are all leave the rays where
     they have come to.
     """
-    direction, kind, triangle, distance, u, v, throughput = rays
+    origin, direction, kind, triangle, distance, u, v, throughput = rays
     for k in range(len(triangle)):
-        ray = row(direction, k), np.int64(kind[k]), triangle[k], distance[k], u[k], v[k], row(throughput, k)
+        start, towards, left = row(origin, k), row(direction, k), row(throughput, k)
+        ray = start, towards, np.int64(kind[k]), triangle[k], distance[k], u[k], v[k], left
         light_met, ray = radiance_along(tracing, room, light, key, first + k, first_step, last_step, ray, specular)
         add(radiance, k, light_met)
         if last_step < MAX_STEPS:
-            put(direction, k, ray[0])
-            kind[k], triangle[k], distance[k], u[k], v[k] = ray[1], ray[2], ray[3], ray[4], ray[5]
-            put(throughput, k, ray[6])
+            put(origin, k, ray[0])
+            put(direction, k, ray[1])
+            kind[k], triangle[k], distance[k], u[k], v[k] = ray[2], ray[3], ray[4], ray[5], ray[6]
+            put(throughput, k, ray[7])

@@ -14,7 +14,8 @@ Of broad lobes that are not Lambertian direct light is found at the point. The r
 cache, times the albedo of rough diffuse lobes; directed ones, as sheen, are followed as gloss is, and take from there
 caustics alone.
 
-What walked through a body is looked for by a walk from where the ray ends (`through_bodies`).
+What walked through a body is looked for by a walk from where the ray ends (`through_bodies`). Media on the way may
+scatter the ray (`in_media`), which counts as a surface that it met.
 """
 
 from typing import NamedTuple
@@ -52,10 +53,12 @@ from ...emitters.world import world_seen
 from ...scene import RayKind
 from ...scene.hit import emitted, hit_at, is_back, off_surface
 from ...tracing.bodies.through import walk_key
+from ...tracing.media.flight import media_left
 from ...tracing.transparency import closest_hit
 from ..direct.sampling import DIFFUSE_RAY, GLOSSY_RAY, DirectArrays, met_radiance, sample_emitters, unsampled_sky
 from ..direct.visible import visible_share
 from ..radiance_cache.radiance_cache import CacheArrays, side_at
+from .in_media import through_media
 from .through_bodies import seen_through_body
 
 _MAX_NEAR_HITS = 4
@@ -76,10 +79,11 @@ _GATHER_RAY = int(RayKind.GATHER)
 
 @by_reference
 class RayLight(NamedTuple):
-    """What gather rays bring: the cache, and direct light for where that is not asked."""
+    """What gather rays bring: the cache, and direct light for where that is not asked; in media that without lamps."""
 
     cache: CacheArrays
     direct: DirectArrays
+    others: DirectArrays
 
 
 @part
@@ -91,14 +95,21 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
     light : RayLight
     first_step, last_step : int
         Surfaces that the ray has met before, and at most meets.
-    ray : (direction, kind, triangle, distance, u, v, throughput)
+    ray : (origin, direction, kind, triangle, distance, u, v, throughput)
         The next surface that it meets, as `closest_hit` has it, and what is left of the light on its way back.
     specular : bool
         Bring also what mirrors, glass and narrow gloss show of lamps, emission and worlds.
     """
-    direction, kind, triangle, distance, u, v, throughput = ray
+    origin, direction, kind, triangle, distance, u, v, throughput = ray
     scene, cache, radiance = tracing.scene, light.cache, BLACK
     for step in range(first_step, last_step):
+        if tracing.media.any and largest(throughput) > ZERO:
+            way = origin, direction, kind, triangle, distance, u, v, throughput
+            scattered, met, way = through_media(tracing, room, light, key, path, step * _NUMBERS_A_STEP, way)
+            origin, direction, kind, triangle, distance, u, v, throughput = way
+            radiance = plus(radiance, met)
+            if scattered:
+                continue
         if triangle < 0 or largest(throughput) <= ZERO:
             break
         # What broad lobes reflect the cache says, but not to those who are too near, or see another surface
@@ -112,13 +123,7 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         i, hit = step * _NUMBERS_A_STEP, hit_at(scene, direction, triangle, distance, u, v)
         bsdf = bsdf_at(scene, hit, kind)
         near = near and _only_reflects(scene, bsdf)
-        if near:
-            at = light.direct, key, path, i + _DIFFUSE_LIGHT, hit, bsdf
-            broad = plus(_direct_light_reflected(tracing, room, *at), row(cache.caustic, side))
-        elif not otherwise or has_lobes(scene, bsdf, _CACHED_LOBES):
-            broad = row(cache.radiance, side)
-        else:
-            broad = BLACK
+        broad = _diffusely_reflected(tracing, room, light, key, path, i, hit, bsdf, side, near, otherwise)
         chance = ONE if near else ZERO  # of going on
         if directional:
             of_point = light, key, path, i, hit, bsdf, side, direction, near
@@ -148,10 +153,21 @@ def radiance_along(tracing, room, light, key, path, first_step, last_step, ray, 
         shows = specular or (otherwise and kind == _GATHER_RAY)
         kind = np.int64(on.kind)
         triangle, distance, u, v, tint = closest_hit(tracing, room, on.origin, on.direction, on.kind)
-        direction, throughput = on.direction, times(mul(throughput, tint), ONE / survival)
-        shining = _emission_met(scene, light.direct, hit, on, triangle, distance, u, v, shows)
+        origin, direction, throughput = on.origin, on.direction, times(mul(throughput, tint), ONE / survival)
+        shining = _emission_met(tracing, room, light.direct, hit, on, triangle, distance, u, v, shows)
         radiance = plus(radiance, mul(throughput, shining))
-    return radiance, (direction, kind, triangle, distance, u, v, throughput)
+    return radiance, (origin, direction, kind, triangle, distance, u, v, throughput)
+
+
+@part
+def _diffusely_reflected(tracing, room, light, key, path, i, hit, bsdf, side, near, otherwise):
+    """What a surface reflects diffusely: near ones of direct light and caustics, others all that the cache has."""
+    if near:
+        at = light.direct, key, path, i + _DIFFUSE_LIGHT, hit, bsdf
+        return plus(_direct_light_reflected(tracing, room, *at), row(light.cache.caustic, side))
+    if otherwise and not has_lobes(tracing.scene, bsdf, _CACHED_LOBES):
+        return BLACK
+    return row(light.cache.radiance, side)
 
 
 @part
@@ -222,8 +238,17 @@ def _highlight(tracing, room, direct, key, path, i, hit, bsdf, direction):
 
 
 @part
-def _emission_met(scene, direct, hit, on, triangle, distance, u, v, specular):
+def _emission_met(tracing, room, direct, hit, on, triangle, distance, u, v, specular):
     """What shines along a ray that a surface sent on and that is not found by points of lights."""
+    shining = _shining(tracing.scene, direct, hit, on, triangle, distance, u, v, specular)
+    if tracing.media.any and shining != BLACK:
+        shining = mul(shining, media_left(tracing, room, on.origin, on.direction, distance))
+    return shining
+
+
+@part
+def _shining(scene, direct, hit, on, triangle, distance, u, v, specular):
+    """The same before media take of it."""
     object_ = scene.object[hit.triangle]
     if on.lobe < GLOSSY:
         normal = lit_normal(scene, hit)

@@ -17,6 +17,8 @@ from ...scene import (
     Lights,
     Lobe,
     Materials,
+    Media,
+    Medium,
     RayKind,
     Scene,
     SceneObjects,
@@ -35,7 +37,7 @@ _PANES = np.array(
 
 
 def tiny_scene() -> Scene:
-    """A room with panes of emission, gloss, glass, translucency and a see-through surface, and lamps of each kind."""
+    """A hazy room with panes of emission, gloss, glass, translucency, coverage, and all kinds of lamps."""
     vertices = np.concatenate([_CORNERS, *(0.3 * _PANE + place for place in _PANES)])
     quads = np.concatenate([_QUADS, 8 + 4 * np.arange(len(_PANES))[:, None] + np.arange(4)]).astype(np.int32)
     triangles = np.concatenate([quads[:, [0, 2, 1]], quads[:, [0, 3, 2]]])
@@ -57,6 +59,7 @@ def tiny_scene() -> Scene:
         objects=SceneObjects(tuple(f"Object {i}" for i in range(n)), yes, yes, yes, yes, yes, yes, no),
         lights=_lamps(),
         world=World(np.ones(3, np.float32), np.linspace(0.1, 1, 96, dtype=np.float32).reshape(4, 8, 3)),
+        media=Media(of_world=Medium(*np.full((2, 3), 0.05, np.float32))),
     )
 
 

@@ -16,5 +16,13 @@ DIFFUSE, GLOSSY, TRANSMITTED, SHADOW = (
 def photon(**values):
     """One of a lamp that comes down slantwise, with other values in place of its own."""
     given = {"origin": triple((0, 0, 1)), "direction": INTO, "power": triple((0.5, 0.4, 0.3)), "path_density": f(0.7)}
-    given |= {"gained": f(1), "specular": True, "came_from": -1, "path": 5, "source": 0, "kind": np.uint8(DIFFUSE)}
+    given |= {
+        "gained": f(1),
+        "specular": True,
+        "dispersed": False,
+        "came_from": -1,
+        "path": 5,
+        "source": 0,
+        "kind": np.uint8(DIFFUSE),
+    }
     return Photon(**given | values)

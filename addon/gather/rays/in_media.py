@@ -1,0 +1,125 @@
+"""Gather rays in media: where one scatters a ray, it takes the direct light there and goes on.
+
+    L(x, ω) = ∫ T(x, y) σs(y) ∫ p(ω' · ω) Li(y, ω') dω' dy
+
+over the points y on the ray. Light that comes to y straight from a lamp has a peak where the ray passes it: y is drawn
+so that all angles at which the lamp sees it are as likely (Kulla and Fajardo 2012). Of other light y is where media
+scatter the ray (`tracing.media`): there one point of an emitter is asked for light, and a direction by the phase
+function p brings the rest.
+"""
+
+import numpy as np
+
+from ...bsdf import phase
+from ...core.compiling import part, routine
+from ...core.sampling.path_numbers import two_numbers
+from ...core.vec3 import BLACK, ONE, ZERO, along, direction_to, dot, largest, length, minus, mul, plus, row, times
+from ...emitters.lamps import sample_lamp
+from ...scene import LightKind
+from ...tracing.media.flight import fly, media_left, scattering_at, span_of_media
+from ...tracing.transparency import closest_hit
+from ..direct.lamp_choice import cell_of, choose_lamp
+from ..direct.sampling import DIFFUSE_RAY, IN_AIR, met_radiance, sample_emitters
+from ..direct.visible import visible_share
+
+_NO_OBJECT = -1
+_STREAM = np.uint64(0x8BB84B93962EACC9)  # of the numbers of a path, beside those for surfaces
+_LAMP, _EMITTER = 2, 4  # the first pairs of numbers that draw a lamp, and another emitter; those before send the ray on
+_KIND = np.int64(DIFFUSE_RAY)  # of rays that a medium scattered
+_SUN = int(LightKind.SUN)
+_HALF, _LEAST_GAP = np.float32(0.5), np.float32(1e-6)  # of a lamp beside a ray, over its distance
+
+
+@routine
+def through_media(tracing, room, light, key, path, i, ray):
+    """What media on the way of a ray bring onto it, and the ray that is left.
+
+    Parameters
+    ----------
+    light : RayLight
+    i : int
+        The first of the path's pairs of numbers that the surface at the end of the ray would take.
+    ray
+        As that of `radiance_along`.
+
+    Returns
+    -------
+    scattered : bool
+        Whether a medium sends the ray elsewhere; its end is that on the new way, then.
+    radiance : triple, W/(m² sr)
+    ray
+    """
+    origin, direction, kind, triangle, distance, u, v, throughput = ray
+    key ^= _STREAM
+    lamplight = _lamplight_scattered(tracing, room, light.direct, key, path, i + _LAMP, origin, direction, distance)
+    radiance = mul(throughput, lamplight)
+    flight = fly(tracing, room, origin, direction, distance)
+    throughput = mul(throughput, flight.weight)
+    if flight.volume < 0:
+        return False, radiance, (origin, direction, kind, triangle, distance, u, v, throughput)
+    origin, g = along(origin, flight.distance, direction), tracing.media.anisotropy[flight.volume]
+    lit = _emission_scattered(tracing, room, light.others, key, path, i + _EMITTER, origin, direction, g)
+    radiance = plus(radiance, mul(throughput, lit))
+    a, b = two_numbers(key, path, i)
+    fate, _ = two_numbers(key, path, i + 1)
+    survival = min(largest(throughput), ONE)
+    if fate >= survival:
+        return True, radiance, (origin, direction, _KIND, triangle, distance, u, v, BLACK)
+    direction = phase.sample(direction, g, a, b)
+    triangle, distance, u, v, tint = closest_hit(tracing, room, origin, direction, DIFFUSE_RAY)
+    throughput = times(mul(throughput, tint), ONE / survival)
+    met = met_radiance(light.others, tracing.scene, triangle, distance, u, v, direction, IN_AIR, _NO_OBJECT)
+    if met != BLACK:
+        left = media_left(tracing, room, origin, direction, distance)
+        radiance = plus(radiance, mul(throughput, mul(left, met)))
+    return True, radiance, (origin, direction, _KIND, triangle, distance, u, v, throughput)
+
+
+@part
+def _lamplight_scattered(tracing, room, direct, key, path, i, origin, direction, far):
+    """What media scatter onto a ray of the light of lamps, by one lamp, one point of it and one of the ray."""
+    start, end = span_of_media(tracing.media, origin, direction, far)
+    if direct.lamp_chance == ZERO or start >= end:
+        return BLACK
+    choice, place = two_numbers(key, path, i)
+    middle = along(origin, _HALF * (start + min(end, start + direct.far)), direction)
+    lamp, chance = choose_lamp(direct.grid, cell_of(direct.grid, middle), choice)
+    if not direct.lamps.seen[DIFFUSE_RAY, lamp]:
+        return BLACK
+    distance, density = _place_on_ray(direct.lamps, lamp, origin, direction, start, end, place)
+    x, (u, v) = along(origin, distance, direction), two_numbers(key, path, i + 1)
+    target, light = sample_lamp(direct.lamps, lamp, x, IN_AIR, u, v, direct.far)
+    if light == BLACK or density <= ZERO:
+        return BLACK
+    towards, _ = direction_to(x, target)
+    share = scattering_at(tracing, room, origin, direction, distance, dot(towards, direction))
+    if share == BLACK:
+        return BLACK
+    passes = visible_share(direct, tracing, room, lamp, x, target)
+    return times(mul(mul(light, share), passes), ONE / (chance * density))
+
+
+@part
+def _place_on_ray(lamps, lamp, origin, direction, start, end, place):
+    """A distance along a ray between two by a number in [0, 1), and its density, 1/m: even in the angle at a lamp."""
+    if lamps.kind[lamp] == _SUN:
+        return start + place * (end - start), ONE / (end - start)
+    to_lamp = minus(row(lamps.position, lamp), origin)
+    nearest = dot(to_lamp, direction)
+    gap = max(length(minus(to_lamp, times(direction, nearest))), _LEAST_GAP * length(to_lamp))
+    first, last = np.arctan((start - nearest) / gap), np.arctan((end - nearest) / gap)
+    offset = gap * np.tan(first + place * (last - first))
+    distance = min(max(nearest + offset, start), end)
+    return distance, gap / ((last - first) * (gap * gap + offset * offset))
+
+
+@part
+def _emission_scattered(tracing, room, others, key, path, i, x, direction, g):
+    """What a medium scatters at a point of the light of meshes and worlds; what rays own of it comes with them."""
+    at = x, IN_AIR, _NO_OBJECT, DIFFUSE_RAY
+    target, light, emitter, lit = sample_emitters(others, tracing.scene, *at, True, key, path, i)
+    if not lit:
+        return BLACK
+    towards, _ = direction_to(x, target)
+    passes = visible_share(others, tracing, room, emitter, x, target)
+    return times(mul(light, passes), phase.density(dot(towards, direction), g))

@@ -1,0 +1,47 @@
+"""Media: what absorbs and scatters light between surfaces, inside of closed meshes or everywhere."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Medium:
+    """A homogeneous medium.
+
+    Attributes
+    ----------
+    absorption, scattering : (3,) float32, 1/m
+    anisotropy : float
+        Mean cosine g of Henyey and Greenstein's phase function.
+    """
+
+    absorption: np.ndarray
+    scattering: np.ndarray
+    anisotropy: float = 0.0
+
+    @property
+    def extinction(self) -> np.ndarray:
+        """Of absorption and scattering together, (3,) float32, 1/m."""
+        return self.absorption + self.scattering
+
+
+@dataclass(frozen=True)
+class Media:
+    """The media of a scene.
+
+    Attributes
+    ----------
+    of_material : tuple of Medium or None
+        What fills the inside of meshes whose triangles have a material; materials after the last have none.
+    of_world : Medium or None
+        What fills all space. Light from infinitely far away does not come through it.
+    """
+
+    of_material: tuple[Medium | None, ...] = ()
+    of_world: Medium | None = None
+
+    @property
+    def any(self) -> bool:
+        """Whether there are any."""
+        return self.of_world is not None or any(medium is not None for medium in self.of_material)
