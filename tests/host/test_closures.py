@@ -304,7 +304,7 @@ def test_volume_alone_is_seen_through():
     tree.links.new(volume.outputs[0], tree.get_output_node("CYCLES").inputs["Volume"])
     warnings = []
     expect(read(material, warnings), coverage=0, tint=1)
-    assert warnings == ["Material 'Material': its volume is not baked."]
+    assert len(warnings) == 1 and "not closed" in warnings[0]
 
 
 def test_textured_factor():

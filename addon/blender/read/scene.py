@@ -17,10 +17,11 @@ from .lamps.lamp_nodes import LampNodes, with_patterns
 from .lamps.lamps import in_light_group, light_group_of
 from .lamps.light_links import Placed, link_lights
 from .lamps.sky_suns import shining, with_places
-from .lamps.world import WorldReading, light_group_of_world, read_world
+from .lamps.world import WorldReading, light_group_of_world, read_world, world_of
 from .materials.materials import READING, MaterialTable
 from .materials.pictures.missing_files import warn_of_missing_files
 from .materials.stretches import Tangents
+from .media.scene_media import reaching, with_media
 from .meshes.meshes import LocalMesh
 from .meshes.placing import Model, Models, PlacedMeshes
 from .meshes.tangents import corner_tangents, tangents_around
@@ -64,7 +65,7 @@ class SceneReading:
         """The whole scene; not while Cycles or anything else bakes. `of` is whose frame it is."""
         lights = with_patterns(self._half_lit.lights, self._nodes_of_lamps, of, self._warnings)
         world, suns = self._world.world(of, self._warnings)
-        return replace(self._half_lit, lights=shining(lights, suns), world=world)
+        return reaching(replace(self._half_lit, lights=shining(lights, suns), world=world))
 
     def moved(self, depsgraph: "bpy.types.Depsgraph", progress: Progress) -> Movement:
         """Where everything is at another time, to which the graph was moved."""
@@ -142,6 +143,7 @@ def read_scene(
         world=World.constant(0),
     )
     scene = replace(scene, frames=_frames(scene, placed, matrices, found.sources, left))
+    scene = with_media(scene, materials.media, world_of(depsgraph), warn)
     warn_of_missing_files(depsgraph, materials.readable_images, warn)
     linked, world = link_lights(scene, found.lamps, objects), read_world(depsgraph, light_group)
     linked = replace(linked, lights=with_places(linked.lights, world.n_suns, world.light.hidden_from))

@@ -5,16 +5,16 @@ from collections.abc import Iterator
 import bpy
 
 from .materials.closures import ADDERS, Closure
-from .materials.nodes import TAKEN_FOR_ONE, all_nodes, is_used, output_node, source
+from .materials.nodes import TAKEN_FOR_ONE, all_nodes, is_used
 from .materials.shaders.hair import HAIR
 from .materials.stretches import tangent_sources
+from .media.volume_shaders import volume_differences, volume_shortcomings
 
 
 def shortcomings(material: "bpy.types.Material", closures: list[Closure], on_fibres: bool = False) -> Iterator[str]:
     """Half sentences about what cannot be baked as it is, on meshes or on hair."""
-    output = output_node(material)
-    if output and source(output.inputs["Volume"]):
-        yield "its volume is not baked"
+    yield from volume_shortcomings(material)
+    yield from volume_differences(material)
     if any(node.type == "PARTICLE_INFO" for node in all_nodes(material.node_tree)):
         yield "what it reads of particles is baked as zero"
     if any(getattr(node, "from_instancer", False) for node in all_nodes(material.node_tree)):

@@ -1,6 +1,6 @@
 """Cases, one feature each: small scenes with probes, for which Cycles' mean light stands in tests/references."""
 
-from . import emitters, lamp_nodes, lamps, light_visibility, motion, shapes, surfaces, textures
+from . import emitters, lamp_nodes, lamps, light_visibility, media, motion, shapes, surfaces, textures
 from .registry import CASES, GROUPS, Case
 
 __all__ = [
@@ -11,6 +11,7 @@ __all__ = [
     "lamp_nodes",
     "lamps",
     "light_visibility",
+    "media",
     "motion",
     "shapes",
     "surfaces",

@@ -22,7 +22,7 @@ SKIPPED = {
 }
 
 
-GROUPS = ("Lamps", "Emitting surfaces and worlds", "Surfaces", "Textures and colours", "Shapes and objects")
+GROUPS = ("Lamps", "Emitting surfaces and worlds", "Surfaces", "Volumes", "Textures and colours", "Shapes and objects")
 """In the order of the page."""
 
 

@@ -70,7 +70,7 @@ def read_world(depsgraph: "bpy.types.Depsgraph", light_group: str = "") -> World
     """
     black = WorldReading(World.constant(0))
     view_layer = depsgraph.view_layer
-    world = _world_of(depsgraph)
+    world = world_of(depsgraph)
     if world is None or not view_layer.use_sky:
         return black
     hidden_from = _hidden_from(world)
@@ -92,11 +92,12 @@ def read_world(depsgraph: "bpy.types.Depsgraph", light_group: str = "") -> World
 
 def light_group_of_world(depsgraph: "bpy.types.Depsgraph") -> str:
     """The name of the light group that the world is in; empty where it is in none."""
-    world = _world_of(depsgraph)
+    world = world_of(depsgraph)
     return str(world.lightgroup) if world else ""
 
 
-def _world_of(depsgraph: "bpy.types.Depsgraph") -> "bpy.types.World | None":
+def world_of(depsgraph: "bpy.types.Depsgraph") -> "bpy.types.World | None":
+    """The world that a view layer shows."""
     return getattr(depsgraph.view_layer, "world_override", None) or depsgraph.scene.world
 
 

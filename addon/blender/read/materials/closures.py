@@ -54,10 +54,10 @@ class Closure:
         return reduce(np.multiply, weights, np.ones((1, 1, 1), np.float32))
 
 
-def read_closures(material: "bpy.types.Material") -> list[Closure]:
-    """The closures of the surface that Cycles renders; none where it is black."""
-    output = output_node(material)
-    return _closures(Place(output.inputs["Surface"]), ()) if output else []
+def read_closures(block: "bpy.types.ID", of: str = "Surface") -> list[Closure]:
+    """The closures of the surface that Cycles renders, or of the Volume; none where it is black, or empty."""
+    output = output_node(block)
+    return _closures(Place(output.inputs[of]), ()) if output else []
 
 
 def _closures(place: Place, factors: tuple[Factor, ...]) -> list[Closure]:

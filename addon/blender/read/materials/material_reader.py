@@ -10,6 +10,7 @@ from ....scene import N_VIEWS
 from ...lightmap.atlas import make_atlas
 from ...temporary import CyclesError
 from ...warn import Warnings
+from ..media.volume_shaders import has_volume, medium_of
 from ..meshes.meshes import attribute
 from ..meshes.object_values import Reading, Values, readings_in
 from ..shortcomings import shortcomings
@@ -50,6 +51,8 @@ class MaterialReader:
     needs_bake : bool
         Whether only Cycles can evaluate some of them.
     normals : Normals
+    medium : Medium or None
+        What fills the meshes that it is on.
     stretched : TangentSource or None
         See `Tangents`.
     """
@@ -75,6 +78,7 @@ class MaterialReader:
         self.views, self.as_seen = [FROM_FRONT], (0,) * N_VIEWS
         self.stretched: TangentSource | None = None
         self.normals = Normals(material if material and uses_nodes(material) else None)
+        self.medium = medium_of(material) if material and not on_fibres else None
         if material and uses_nodes(material):
             self.readings = readings_in(material.node_tree)
             self.closures = read_closures(material)
@@ -155,7 +159,7 @@ class MaterialReader:
 
     def seen(self, read: dict[Reading, np.ndarray]) -> Seen:
         """The material without a bake, on an object of which it reads some values."""
-        seen = Seen([self.surface(read, view) for view in self.views], self.as_seen, self.on_fibres)
+        seen = Seen([self.surface(read, view) for view in self.views], self.as_seen, self.on_fibres, self.medium)
         if not self.readings:
             self.pictures.clear()
         return seen
@@ -197,7 +201,7 @@ class MaterialReader:
         if not uses_nodes(self.material):
             return matte(self.material.diffuse_color[:3])
         output = output_node(self.material)
-        volume_alone = output and source(output.inputs["Volume"]) and not source(output.inputs["Surface"])
+        volume_alone = output and has_volume(self.material) and not source(output.inputs["Surface"])
         return ShaderSum(transparent=np.full((1, 1, 3), float(bool(volume_alone)), np.float32))
 
     def guess(self, place: Place, read: dict[Reading, np.ndarray], view: View) -> np.ndarray:
@@ -242,7 +246,7 @@ class MaterialReader:
         except CyclesError as error:
             self.warn_of_guess(f"its nodes cannot be baked ({error})")
             return self.seen(request.values)
-        return Seen(rows, self.as_seen)
+        return Seen(rows, self.as_seen, medium=self.medium)
 
     def baked_view(self, request: BakeRequest) -> Surface:
         """One of its views as Cycles evaluates it on an object."""

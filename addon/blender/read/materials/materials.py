@@ -3,7 +3,7 @@
 import bpy
 
 from ....core.progress import Progress
-from ....scene import Materials
+from ....scene import Materials, Medium
 from ...warn import Warnings
 from ..meshes.instance_groups import MOST_BAKED_GROUPS, MOST_GROUPS
 from ..meshes.object_values import Reading, Values, of_scene
@@ -114,6 +114,11 @@ class MaterialTable:
             rows.append(entry.seen() if isinstance(entry, PendingMaterial) else entry)
         self._entries = list(rows)
         return materials_of(rows, self._images.textures())
+
+    @property
+    def media(self) -> tuple[Medium | None, ...]:
+        """What fills the meshes that each material is on; only after `materials`."""
+        return tuple(entry.medium for entry in self._entries if isinstance(entry, Seen))
 
     def renewed(self, changed: "list[bpy.types.Material]") -> Materials | None:
         """All materials, some of which are read anew; only after `materials`.

@@ -1,0 +1,127 @@
+"""Volumes: media that absorb and scatter light, inside of meshes and everywhere.
+
+A room with a lamp below its ceiling, with a medium between the lamp, the walls and the probes on them. The probes are
+outside of meshes: where rays of Cycles' bakes start inside of one, they know nothing of its medium, as its renders do.
+Volume bounces, none by default, are as many as the others.
+"""
+
+import bpy
+
+from .registry import case
+from .stage import box, glow, lamp, nodes, probes, quad, room, sky, world
+
+GROUP = "Volumes"
+
+
+def lit_room(where=lambda p: True):
+    bpy.context.scene.cycles.volume_bounces = 32
+    room()
+    probes(n=32, where=where)
+    lamp("AREA", (0.4, 0.2, 1.9), size=1.0, energy=120)
+
+
+def filled(kind, inputs=None, **properties):
+    """A material of a volume shader alone."""
+    tree = nodes("Medium")
+    tree.feed(tree.add("OutputMaterial").inputs["Volume"], tree.add("Volume" + kind, inputs, **properties))
+    return tree.block
+
+
+@case("Fog in the room (Principled Volume)", GROUP, effort=4)
+def fog():
+    lit_room()
+    box("Fog", (0, 0, 0), (1.9, 1.9, 1.8), filled("Principled", {"Density": 0.5}))
+
+
+@case("Smoke that scatters forwards", GROUP, effort=4)
+def smoke_forwards():
+    lit_room()
+    box("Smoke", (0.3, 0.2, 0.4), (1.0, 1.0, 1.0), filled("Scatter", {"Density": 3.0, "Anisotropy": 0.8}))
+
+
+@case("Smoke that scatters backwards, in a color", GROUP, effort=4)
+def smoke_backwards():
+    lit_room()
+    smoke = filled("Scatter", {"Color": (0.9, 0.5, 0.1), "Density": 1.5, "Anisotropy": -0.5})
+    box("Smoke", (0.3, 0.2, 0.4), (1.0, 1.0, 1.0), smoke)
+
+
+@case("Colored water over the floor (Volume Absorption)", GROUP)
+def water():
+    lit_room(lambda p: p[2] > -0.4)
+    box("Water", (0, 0, -1.5), (1.99, 1.99, 0.6), filled("Absorption", {"Color": (0.2, 0.6, 0.9), "Density": 1.0}))
+
+
+@case("Absorption color of a Principled Volume", GROUP, effort=4)
+def absorption_color():
+    lit_room()
+    tinted = {"Color": (0.3, 0.3, 0.3), "Density": 1.0, "Absorption Color": (0.9, 0.2, 0.1)}
+    box("Fog", (0, 0, 0), (1.5, 1.5, 1.5), filled("Principled", tinted))
+
+
+@case("Volume Coefficients", GROUP, effort=4)
+def coefficients():
+    lit_room()
+    parts = {"Absorption Coefficients": (0.1, 0.4, 0.8), "Scatter Coefficients": (0.8, 0.4, 0.2), "Anisotropy": 0.3}
+    box("Fog", (0, 0, 0), (1.5, 1.5, 1.5), filled("Coefficients", parts))
+
+
+@case("Absorption mixed with scattering", GROUP, effort=4)
+def mixed_volumes():
+    lit_room()
+    tree = nodes("Medium")
+    parts = {0: 0.7, 1: tree.add("VolumeAbsorption", {"Color": (0.9, 0.3, 0.3), "Density": 2.0})}
+    parts[2] = tree.add("VolumeScatter", {"Density": 1.5})
+    tree.feed(tree.add("OutputMaterial").inputs["Volume"], tree.add("MixShader", parts))
+    box("Fog", (0, 0, 0), (1.5, 1.5, 1.5), tree.block)
+
+
+@case("Fog inside of fog", GROUP, effort=4)
+def nested_fog():
+    lit_room()
+    box("Fog", (0, 0, 0), (1.7, 1.7, 1.7), filled("Scatter", {"Density": 0.3}))
+    box("Core", (0.2, 0.1, 0.2), (0.7, 0.7, 0.7), filled("Absorption", {"Color": (0.1, 0.5, 0.9), "Density": 2.0}))
+
+
+@case("Glass block with a tinted interior", GROUP, effort=12)
+def tinted_glass():
+    lit_room()
+    tree = nodes("Tinted Glass")
+    output = tree.add("OutputMaterial", {"Surface": tree.add("BsdfGlass", {"Color": (1, 1, 1), "IOR": 1.33})})
+    tree.feed(output.inputs["Volume"], tree.add("VolumeAbsorption", {"Color": (0.9, 0.4, 0.1), "Density": 2.0}))
+    box("Glass", (0, 0, -1.2), (1.2, 1.2, 0.4), tree.block)
+
+
+@case("Glowing panel in fog", GROUP, effort=8)
+def panel_in_fog():
+    bpy.context.scene.cycles.volume_bounces = 32
+    room()
+    probes(n=32)
+    quad("Panel", (0, 0, 1.5), (0.4, 0, 0), (0, -0.4, 0), glow((1, 0.8, 0.5), 20))
+    box("Fog", (0, 0, 0), (1.9, 1.9, 1.9), filled("Scatter", {"Density": 0.5}))
+
+
+@case("Smoke under the sky", GROUP, effort=4)
+def smoke_under_sky():
+    bpy.context.scene.cycles.volume_bounces = 32
+    room(without=("Ceiling", "Right"))
+    probes("Left Front Back Floor", 32)
+    world((0.6, 0.8, 1.0))
+    box("Smoke", (0.5, 0, 0.5), (1.0, 1.0, 1.0), filled("Scatter", {"Density": 1.0, "Anisotropy": 0.4}))
+
+
+@case("Haze of the world (Volume Scatter)", GROUP, effort=4)
+def world_haze():
+    lit_room()
+    tree = sky()
+    tree.feed(tree.add("OutputWorld").inputs["Volume"], tree.add("VolumeScatter", {"Density": 0.3}))
+
+
+@case("Haze of the world, which no sun passes", GROUP, effort=4)
+def world_haze_under_sun():
+    lit_room()
+    bpy.data.objects.remove(bpy.data.objects["Ceiling"])
+    tree = sky()
+    output = tree.add("OutputWorld", {"Surface": tree.add("Background", {"Strength": 1.0})})
+    tree.feed(output.inputs["Volume"], tree.add("VolumeScatter", {"Density": 0.3}))
+    lamp("SUN", (0, 0, 5), (0.3, 0, 0), name="Sun", energy=3)
