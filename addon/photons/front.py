@@ -100,24 +100,6 @@ def put_photon(front, k, photon):
 
 
 @part
-def with_power(photon, power):
-    """The photon with another power."""
-    return Photon(
-        photon.origin,
-        photon.direction,
-        power,
-        photon.path_density,
-        photon.gained,
-        photon.specular,
-        photon.dispersed,
-        photon.came_from,
-        photon.path,
-        photon.source,
-        photon.kind,
-    )
-
-
-@part
 def dispersed(photon, origin, direction, power, survival):
     """The photon after a medium has scattered it, which Russian roulette let survive."""
     return Photon(

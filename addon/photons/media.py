@@ -9,12 +9,12 @@ import numpy as np
 from ..bsdf import phase
 from ..core.compiling import kernel, part
 from ..core.sampling.path_numbers import two_numbers
-from ..core.vec3 import BLACK, ONE, along, largest, mul, times
+from ..core.vec3 import BLACK, ONE, along, largest, mul, put, times
 from ..scene import RayKind
 from ..tracing.embree import INFINITY, intersect
 from ..tracing.media.flight import fly
 from ..tracing.transparency import stopped
-from .front import dispersed, photon_at, put_photon, with_power
+from .front import dispersed, photon_at, put_photon
 
 _MAX_SCATTERINGS = 1 << 10
 _STREAM = np.uint64(0xA0761D6478BD642F)  # that their numbers are apart from those of surfaces
@@ -27,20 +27,21 @@ def pass_media(tracing, room, key, bounce, front, n, hits):
     for k in range(n):
         photon = photon_at(front, k)
         stop = hits.triangle[k], hits.distance[k], hits.u[k], hits.v[k]
-        photon, stop = _flown(tracing, room, key, bounce, photon, stop)
+        photon, left, stop = _flown(tracing, room, key, bounce, photon, stop)
         put_photon(front, k, photon)
+        put(front.power, k, mul(photon.power, left))
         hits.triangle[k], hits.distance[k], hits.u[k], hits.v[k] = stop
 
 
 @part
 def _flown(tracing, room, key, bounce, photon, stop):
-    """A photon where it has passed media, and the surface that stops it there (triangle −1: none)."""
+    """A photon on its last way through media, what is left of its power then, and the surface there (−1: none)."""
     for step in range(_MAX_SCATTERINGS):
         if photon.power == BLACK:
-            return photon, stop
+            break
         flight = fly(tracing, room, photon.origin, photon.direction, stop[1])
         if flight.volume < 0:
-            return with_power(photon, mul(photon.power, flight.weight)), stop
+            return photon, flight.weight, stop
         # Russian roulette, so that no photon gains power
         i = 2 * (_MAX_SCATTERINGS * np.int64(bounce) + step)
         u, v = two_numbers(key ^ _STREAM, photon.path, i)
@@ -55,4 +56,4 @@ def _flown(tracing, room, key, bounce, photon, stop):
         weight = times(mul(flight.weight, tint), ONE / survival)
         photon = dispersed(photon, origin, direction, mul(photon.power, weight), survival)
         stop = triangle, distance, a, b
-    return with_power(photon, BLACK), stop
+    return photon, BLACK, stop

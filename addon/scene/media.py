@@ -1,5 +1,6 @@
 """Media: what absorbs and scatters light between surfaces, inside of closed meshes or everywhere."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,3 +46,14 @@ class Media:
     def any(self) -> bool:
         """Whether there are any."""
         return self.of_world is not None or any(medium is not None for medium in self.of_material)
+
+    def bounded(self, material: np.ndarray, object_: np.ndarray) -> Iterator[tuple[Medium, np.ndarray]]:
+        """Each medium inside of each object, and the triangles around it, (n,) int, of materials and objects (t,)."""
+        filled = [number for number, medium in enumerate(self.of_material) if medium is not None]
+        on = np.flatnonzero(np.isin(material, filled))
+        on = on[np.lexsort((object_[on], material[on]))]
+        starts = np.flatnonzero(np.diff(material[on], prepend=-1) | np.diff(object_[on], prepend=-1))
+        for triangles in np.split(on, starts[1:]) if len(on) else ():
+            medium = self.of_material[material[triangles[0]]]
+            assert medium is not None
+            yield medium, triangles

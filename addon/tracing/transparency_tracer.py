@@ -214,6 +214,12 @@ class TransparencyTracer:
         _transmittances(self.arrays, new_ray(), *rays, kernel_array(t_max, np.float32), blocks, passes)
         return passes
 
+    def dimmed(self, hits: Hits, origins: np.ndarray, directions: np.ndarray) -> Hits:
+        """The hits of rays (n, 3), whose tint is what media leave, too, of the light that shines there."""
+        if not self.arrays.media.any:
+            return hits
+        return replace(hits, tint=hits.tinted(self.media_left(origins, directions, hits.distance)))
+
     def media_left(self, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray) -> np.ndarray:
         """What media leave of light along rays as far as `t_max` (n,), (n, 3) float32."""
         passes = np.empty((len(origins), 3), np.float32)

@@ -31,7 +31,7 @@ def materials(**lobes):
     return Materials.of(2, diffuse=Channel.constant(matte), **columns)
 
 
-def room(material_of_triangle, made_of, mesh=None):
+def room(material_of_triangle, made_of, mesh=None, **more):
     """Mean total irradiance on the walls of a box; `mesh` stands in it."""
     inside = box() if mesh is None else merge(box(), mesh)
     light = lamp(LightKind.POINT, POWER / (4 * np.pi), position=(0.1, 0.2, 0.3))
@@ -40,7 +40,8 @@ def room(material_of_triangle, made_of, mesh=None):
     at = grid_on_walls()
     diffuse = wall_of(at) if mesh is None else np.zeros(len(at), bool)
     at = receivers_at(at.position[~diffuse], at.normal[~diffuse])
-    settings = settings_for("draft", n_photons=200_000, n_cache_elements=5_000, add_direct=True, max_bounces=400)
+    given = {"n_photons": 200_000, "n_cache_elements": 5_000, "add_direct": True, "max_bounces": 400}
+    settings = settings_for("draft", **given, **more)
     return bake(scene, at, settings, EmbreeTracer(scene))
 
 
@@ -143,3 +144,10 @@ def test_layered_walls_lose_nothing_between_the_layers():
     lossless = materials(diffuse=WHITE, f0=f0, f90=WHITE, fresnel_ior=1.5, layer_f0=f0, roughness=0.5)
     result = room(MIRRORED, lossless)
     assert result.value.mean() == pytest.approx(POWER / (16 * (1 - RHO)), rel=0.02)
+
+
+@pytest.mark.parametrize("gather", ["final", "density"])
+def test_what_lets_all_light_through_covers_no_wall(gather):
+    """A box close before the walls, as that around fog may be: closer than photons are looked for."""
+    result = room([0] * 12 + [1] * 12, materials(coverage=0.0), box(0.995, inwards=False), gather=gather)
+    assert result.value.mean() == pytest.approx(POWER / (24 * (1 - RHO)), rel=0.02)

@@ -8,7 +8,9 @@ from photon_bake.addon.bsdf import phase
 from photon_bake.addon.core.compiling import kernel
 from photon_bake.addon.core.sampling.path_numbers import path_key, two_numbers
 from photon_bake.addon.core.vec3 import put, row
+from photon_bake.addon.emitters.lamps import lamp_arrays
 from photon_bake.addon.gather.direct.ray_directions import gather_directions
+from photon_bake.addon.gather.rays.in_media import _place_on_ray
 from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.scene import Channel, LightKind, Materials, Media, Medium, World
 from photon_bake.addon.settings.bake import settings_for
@@ -137,6 +139,20 @@ def test_beer_and_lambert():
     assert left[0] == pytest.approx(np.exp(-(np.array([1, 0.5, 0]) + 0.1) * 2 - 0.7), rel=1e-5)
 
 
+def test_objects_of_one_medium_are_volumes_of_their_own():
+    """Two boxes of one material, among triangles of others; a third of another medium of the first one's object."""
+    boxes = [(box(0.5, False)[0] + np.float32((3 * x, 0, 0)), box(1, False)[1]) for x in range(3)]
+    scene = with_media(plane(0.1, -9), boxes, [medium(1), medium(1), medium(0.5)])
+    material, object_ = (np.int32(of)[scene.material_of_triangle] for of in ([0, 1, 1, 2], [0, 1, 2, 1]))
+    media = Media((None, medium(1), medium(0.5)))
+    scene = replace(scene, material_of_triangle=material, object_of_triangle=object_, media=media)
+    tracer = tracing_of(scene)
+    assert len(tracer.arrays.media.tree) == 3
+    origins, directions = np.float32([(-2, 0, 0), (3, 0, 0)]), np.float32([(1, 0, 0)] * 2)
+    left = tracer.media_left(origins, directions, np.full(2, INFINITY))
+    assert left[:, 0] == pytest.approx(np.exp([-2.5, -1]), rel=1e-5)
+
+
 @pytest.mark.parametrize("scattering", [(1.5, 1.5, 1.5), (0.5, 1.5, 3.0), (2.0, 0.0, 1.0)])
 def test_flights_sum_to_what_passes_and_what_is_scattered(scattering):
     """In a slab of thickness 2 with an absorber in it: T passes, and σs/σt of the rest is scattered without that."""
@@ -221,6 +237,20 @@ def cosine_directions(n, side):
     """Cosine-weighted directions to a side of z, (n, 3) float32."""
     normals = np.tile(np.float32([(0, 0, side)]), (n, 1))
     return gather_directions(normals, n, np.random.default_rng(1))
+
+
+def test_a_ray_that_starts_at_a_lamp_finds_a_finite_place():
+    scene = with_media(plane(0.1, -9), [box(1, False)], [medium(0, 1)], lights=lamp(LightKind.POINT, 1.0))
+    arrays, out = lamp_arrays(scene.lights), np.empty(2, np.float32)
+    places(arrays, scene.lights.position, np.float32([(0, 0, 1)]), out)
+    assert 0 <= out[0] <= 2 and np.isfinite(out).all()
+
+
+@kernel
+def places(lamps, origins, directions, out):
+    out[0], out[1] = _place_on_ray(
+        lamps, 0, row(origins, 0), row(directions, 0), np.float32(0), np.float32(2), np.float32(0.5)
+    )
 
 
 def test_single_scattering_of_a_lamp():

@@ -105,7 +105,8 @@ class PhotonDensity:
         within, r = _nearest_in_slice(self._tree, photons.position, self._normal, x, normals, self._k, self._r_max)
         # What covers a receiver closer than the slice is thick has other photons on its far side
         above = position + (SLICE * r)[:, None] * normals
-        within[occluded | tracer.occluded(position, above)] = -1
+        covered = ~self._tracer.visibility(position, above).any(axis=1)
+        within[occluded | covered] = -1
         lit = np.flatnonzero((within >= 0).any(axis=1))
         share = np.ones(len(x), np.float32)
         share[lit], blocked = surface_share(tracer, rows(x, lit), rows(normals, lit), r[lit])

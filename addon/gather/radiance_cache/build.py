@@ -110,7 +110,7 @@ def gather_at_sides(
         origins, directions, normals = np.empty((3, len(some) * n_rays, 3), np.float32)
         _start(*at, some, points, key, first, origins, directions, normals)
         met = rays.radiance_of_paths(origins, directions, key, first)
-        hits = met.hits
+        hits = rays.tracer.dimmed(met.hits, origins, directions)
         tint = np.ones_like(origins) if hits.tint is None else hits.tint
         where = hits.triangle, tint, directions, normals
         _mean(scene.arrays, hidden.of_object, sky, *where, met.reflected, gathered[chunk])

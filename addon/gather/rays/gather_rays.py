@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,7 +27,7 @@ class Incoming:
     reflected : (n, 3 l) float32, W/(m² sr)
         Radiance from surfaces, and from the world where it comes over surfaces.
     hits : Hits
-        What they met first, and what is left on the way of the light that shines there, by media too.
+        What they met first.
     """
 
     reflected: np.ndarray
@@ -122,8 +122,6 @@ class GatherRays:
             for light, first_step, last_step in steps:
                 numbers = key, first, first_step, last_step
                 _follow(self.tracer.arrays, new_ray(), light, *numbers, rays, specular, of_light)
-        if self.tracer.arrays.media.any:
-            hits = replace(hits, tint=hits.tinted(self.tracer.media_left(origins, directions, hits.distance)))
         joined = radiance[0] if self.n_lights == 1 else np.concatenate(radiance, axis=1)
         return Incoming(joined, hits)
 

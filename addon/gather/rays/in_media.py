@@ -27,7 +27,8 @@ _STREAM = np.uint64(0x8BB84B93962EACC9)  # of the numbers of a path, beside thos
 _LAMP, _EMITTER = 2, 4  # the first pairs of numbers that draw a lamp, and another emitter; those before send the ray on
 _KIND = np.int64(DIFFUSE_RAY)  # of rays that a medium scattered
 _SUN = int(LightKind.SUN)
-_HALF, _LEAST_GAP = np.float32(0.5), np.float32(1e-6)  # of a lamp beside a ray, over its distance
+_HALF = np.float32(0.5)
+_LEAST_GAP = np.float32(1e-6)  # of a lamp beside a ray, m, and over its distance
 
 
 @routine
@@ -106,7 +107,7 @@ def _place_on_ray(lamps, lamp, origin, direction, start, end, place):
         return start + place * (end - start), ONE / (end - start)
     to_lamp = minus(row(lamps.position, lamp), origin)
     nearest = dot(to_lamp, direction)
-    gap = max(length(minus(to_lamp, times(direction, nearest))), _LEAST_GAP * length(to_lamp))
+    gap = max(length(minus(to_lamp, times(direction, nearest))), _LEAST_GAP * (ONE + length(to_lamp)))
     first, last = np.arctan((start - nearest) / gap), np.arctan((end - nearest) / gap)
     offset = gap * np.tan(first + place * (last - first))
     distance = min(max(nearest + offset, start), end)

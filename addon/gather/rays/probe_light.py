@@ -129,8 +129,11 @@ def gather_probes(
     def gather(chunk: slice, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         at = positions[chunk]
         directions = sphere_directions(len(at) * N_BATCHES, k, random)
-        met = rays.radiance_along(np.repeat(at, N_BATCHES * k, 0), directions, random)
-        radiance = met.reflected if direct is None else met.reflected + direct.met(met.hits, directions, SIDES)
+        origins = np.repeat(at, N_BATCHES * k, 0)
+        met = rays.radiance_along(origins, directions, random)
+        radiance = met.reflected
+        if direct is not None:
+            radiance = radiance + direct.met(rays.tracer.dimmed(met.hits, origins, directions), directions, SIDES)
         light = _sums(np.float32(4 * np.pi / k) * radiance, directions, len(at))
         if direct is not None:
             light += _direct_sampled(direct, at, random)

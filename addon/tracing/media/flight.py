@@ -155,7 +155,7 @@ def passed(tracing, room, k, origin, direction, far, most):
         triangle, distance, _, _ = intersect_beyond(tree, room, origin, direction, near, INFINITY)
         if triangle < 0:
             break
-        leaves = is_back(tracing.scene, triangle, direction)
+        leaves = is_back(tracing.scene, media.triangle[media.first[k] + triangle], direction)
         if leaves and (inside or (crossing == 0 and may_start_inside)):
             added = min(distance, far) - since
             if length + added > most:

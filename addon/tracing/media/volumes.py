@@ -1,12 +1,11 @@
 """The volumes that media fill, as kernels take them."""
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from ...core.compiling import by_reference
-from ...scene import Medium, Scene
+from ...scene import Scene
 from ..embree_library import EmbreeTree
 
 
@@ -20,6 +19,10 @@ class MediaArrays(NamedTuple):
         Whether there are any.
     tree : (v,) uint64
         Embree's, of the triangles around each; 0 where the medium fills all space.
+    first : (v,) int32
+        Where the triangles of each tree stand in `triangle`.
+    triangle : (n,) int32
+        Their numbers in the scene.
     low, high : (v, 3) float32, m
         The box around each.
     absorption, scattering : (v, 3) float32, 1/m
@@ -29,6 +32,8 @@ class MediaArrays(NamedTuple):
 
     any: bool
     tree: np.ndarray
+    first: np.ndarray
+    triangle: np.ndarray
     low: np.ndarray
     high: np.ndarray
     absorption: np.ndarray
@@ -47,14 +52,16 @@ class MediaVolumes:
     """
 
     def __init__(self, scene: Scene) -> None:
-        found = list(_bounded(scene))
-        media, bounds = [medium for medium, _ in found], [scene.vertices[scene.triangles[on]] for _, on in found]
-        self._trees = [EmbreeTree(scene.vertices, scene.triangles, on) for _, on in found]
+        found = list(scene.media.bounded(scene.material_of_triangle, scene.object_of_triangle))
+        media, triangles = [medium for medium, _ in found], [on for _, on in found]
+        corners = [scene.corners(on).reshape(-1, 3) for on in triangles]
+        self._trees = [_tree_of(of_volume) for of_volume in corners]
         handles = [tree.handle for tree in self._trees]
-        boxes = [(corners.min((0, 1)), corners.max((0, 1))) for corners in bounds]
+        boxes = [(of_volume.min(0), of_volume.max(0)) for of_volume in corners]
         if scene.media.of_world is not None:
-            media, handles = [*media, scene.media.of_world], [*handles, 0]
+            media, handles, triangles = [*media, scene.media.of_world], [*handles, 0], [*triangles, np.zeros(0, int)]
             boxes.append((np.full(3, -np.inf, np.float32), np.full(3, np.inf, np.float32)))
+        ends = np.cumsum([len(on) for on in triangles])
         low, high = (np.array([box[i] for box in boxes], np.float32).reshape(-1, 3) for i in range(2))
         absorption, scattering = (
             np.array([getattr(medium, name) for medium in media], np.float32).reshape(-1, 3)
@@ -63,6 +70,8 @@ class MediaVolumes:
         self.arrays = MediaArrays(
             any=len(media) > 0,
             tree=np.array(handles, np.uint64),
+            first=np.concatenate([[0], ends])[: len(media)].astype(np.int32),
+            triangle=np.concatenate([np.zeros(0, int), *triangles]).astype(np.int32),
             low=low,
             high=high,
             absorption=absorption,
@@ -72,11 +81,7 @@ class MediaVolumes:
         )
 
 
-def _bounded(scene: Scene) -> Iterator[tuple[Medium, np.ndarray]]:
-    """The medium and the triangles (t,) bool of each volume that triangles bound."""
-    for material, medium in enumerate(scene.media.of_material):
-        if medium is None:
-            continue
-        on = scene.material_of_triangle == material
-        for object_ in np.unique(scene.object_of_triangle[on]):
-            yield medium, on & (scene.object_of_triangle == object_)
+def _tree_of(corners: np.ndarray) -> EmbreeTree:
+    """The tree of triangles by their corners, (3 n, 3) float32, alone: the scene may have many times as many."""
+    n = len(corners) // 3
+    return EmbreeTree(corners, np.arange(3 * n).reshape(n, 3), np.ones(n, bool))

@@ -49,13 +49,10 @@ def _faded(world: World, dark: np.ndarray) -> World:
 
 def _unclosed(scene: Scene) -> Iterator[str]:
     """Names of objects that media fill whose triangles have edges with one side alone."""
-    for material, medium in enumerate(scene.media.of_material):
-        on = np.flatnonzero(scene.material_of_triangle == material) if medium else np.zeros(0, np.int64)
-        for object_ in np.unique(scene.object_of_triangle[on]):
-            corners = scene.vertices[scene.triangles[on[scene.object_of_triangle[on] == object_]]]
-            place = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3).astype(np.int64)
-            edges = np.concatenate([place[:, [0, 1]], place[:, [1, 2]], place[:, [2, 0]]])
-            way = np.where(edges[:, 0] < edges[:, 1], 1, -1)
-            edge = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)[1].ravel()
-            if np.bincount(edge, way).any():
-                yield scene.objects.names[object_]
+    for _, on in scene.media.bounded(scene.material_of_triangle, scene.object_of_triangle):
+        place = np.unique(scene.corners(on).reshape(-1, 3), axis=0, return_inverse=True)[1].reshape(-1, 3)
+        edges = np.concatenate([place[:, [0, 1]], place[:, [1, 2]], place[:, [2, 0]]])
+        way = np.where(edges[:, 0] < edges[:, 1], 1, -1)
+        edge = np.unique(np.sort(edges, axis=1), axis=0, return_inverse=True)[1].ravel()
+        if np.bincount(edge, way).any():
+            yield scene.objects.names[scene.object_of_triangle[on[0]]]

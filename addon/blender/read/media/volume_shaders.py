@@ -14,6 +14,8 @@ Parts = tuple[np.ndarray, np.ndarray]
 """Coefficients of absorption and scattering, (3,) each, 1/m."""
 
 _HENYEY_GREENSTEIN = "HENYEY_GREENSTEIN"
+_DENSEST = 1e9
+"""More, 1/m, would be as opaque; products of it stay finite."""
 
 
 def has_volume(block: "bpy.types.ID") -> bool:
@@ -32,7 +34,8 @@ def medium_of(block: "bpy.types.ID") -> Medium | None:
     if not absorption.any() and not scattering.any():
         return None
     g = float(np.average([g for _, g in parts], weights=weights)) if any(weights) else 0.0
-    return Medium(absorption.astype(np.float32), scattering.astype(np.float32), g)
+    absorption, scattering = np.minimum((absorption, scattering), _DENSEST).astype(np.float32)
+    return Medium(absorption, scattering, g)
 
 
 def volume_shortcomings(block: "bpy.types.ID") -> Iterator[str]:
