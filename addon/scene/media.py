@@ -42,11 +42,6 @@ class Media:
     of_material: tuple[Medium | None, ...] = ()
     of_world: Medium | None = None
 
-    @property
-    def any(self) -> bool:
-        """Whether there are any."""
-        return self.of_world is not None or any(medium is not None for medium in self.of_material)
-
     def bounded(self, material: np.ndarray, object_: np.ndarray) -> Iterator[tuple[Medium, np.ndarray]]:
         """Each medium inside of each object, and the triangles around it, (n,) int, of materials and objects (t,)."""
         filled = [number for number, medium in enumerate(self.of_material) if medium is not None]
