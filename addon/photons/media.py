@@ -6,13 +6,13 @@ first surface, and makes no caustics.
 
 import numpy as np
 
-from ..bsdf import phase
 from ..core.compiling import kernel, part
 from ..core.sampling.path_numbers import two_numbers
 from ..core.vec3 import BLACK, ONE, along, largest, mul, put, times
 from ..scene import RayKind
 from ..tracing.embree import INFINITY, intersect
 from ..tracing.media.flight import fly
+from ..tracing.media.scattering import sample_phase
 from ..tracing.transparency import stopped
 from .front import dispersed, photon_at, put_photon
 
@@ -50,7 +50,7 @@ def _flown(tracing, room, key, bounce, photon, stop):
         if fate >= survival:
             break
         origin = along(photon.origin, flight.distance, photon.direction)
-        direction = phase.sample(photon.direction, tracing.media.anisotropy[flight.volume], u, v)
+        direction = sample_phase(tracing.media, flight.volume, photon.direction, u, v)
         first = intersect(tracing.trees[_DIFFUSE], room, origin, direction, INFINITY)
         triangle, distance, a, b, tint = stopped(tracing, room, origin, direction, _DIFFUSE, photon.kind, True, first)
         weight = times(mul(flight.weight, tint), ONE / survival)

@@ -14,7 +14,7 @@ from .closures import (
 from .light_groups import OTHER, LightGroups
 from .lights import ALL_BOUNCES, AREA_LAMPS, LightKind, LightPattern, Lights, PatternDomain
 from .materials import N_VIEWS, Channel, Materials
-from .media import Media, Medium
+from .media import Media, Medium, VoxelGrid
 from .ray_kinds import RayKind, seen_by
 from .scene import EmitterLinks, Scene, SceneObjects, ShadingFrames
 from .textures import Textures
@@ -48,6 +48,7 @@ __all__ = [
     "SceneObjects",
     "ShadingFrames",
     "Textures",
+    "VoxelGrid",
     "World",
     "angle_cosines",
     "seen_by",

@@ -4,88 +4,29 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.bsdf import phase
 from photon_bake.addon.core.compiling import kernel
-from photon_bake.addon.core.sampling.path_numbers import path_key, two_numbers
-from photon_bake.addon.core.vec3 import put, row
+from photon_bake.addon.core.vec3 import row
 from photon_bake.addon.emitters.lamps import lamp_arrays
 from photon_bake.addon.gather.direct.ray_directions import gather_directions
 from photon_bake.addon.gather.rays.in_media import _place_on_ray
 from photon_bake.addon.pipeline.bake import bake
-from photon_bake.addon.scene import Channel, LightKind, Materials, Media, Medium, World
+from photon_bake.addon.scene import LightKind, Media, World
 from photon_bake.addon.settings.bake import settings_for
-from photon_bake.addon.tracing import TransparencyTracer
 from photon_bake.addon.tracing.embree import EmbreeTracer, new_ray
-from photon_bake.addon.tracing.media.flight import fly, media_left, passed
+from photon_bake.tests.core.media_scenes import RHO, flights, left_of, lengths, medium, tracing_of, with_media
 from photon_bake.tests.core.scenes import (
     ball,
     box,
-    chi_square_of_directions,
     fewer,
     grid_on_walls,
     lamp,
-    merge,
-    of_objects,
     plane,
     receivers_at,
     scene_of,
 )
 
-POWER, RHO = 24.0, 0.5
+POWER = 24.0
 INFINITY = np.float32(np.inf)
-
-
-def medium(absorption, scattering=0.0, g=0.0):
-    return Medium(*(np.broadcast_to(np.float32(c), 3) for c in (absorption, scattering)), g)
-
-
-def with_media(mesh, filled, media, **scene):
-    """A scene of a matte mesh, material 0, with meshes that let all light through and are filled with media."""
-    n = [len(triangles) for _, triangles in (mesh, *filled)]
-    of = np.repeat(np.arange(len(n)), n)
-    made = scene_of(*merge(mesh, *filled), albedo=[RHO] + [0.0] * len(filled), material=of, **scene)
-    coverage = Channel.constant(np.float32([1] + [0] * len(filled)))
-    diffuse = Channel.constant(np.float32([[scene.get("albedo", RHO)] * 3] + [[0] * 3] * len(filled)))
-    materials = Materials.of(len(n), diffuse=diffuse, coverage=coverage, emission=made.materials.emission)
-    return replace(of_objects(made, of), materials=materials, media=Media((None, *media)))
-
-
-@kernel
-def lengths(tracing, room, k, origins, directions, far, most, length, distance):
-    for i in range(len(origins)):
-        at = tracing, room, k, row(origins, i), row(directions, i), far, most
-        length[i], distance[i], _ = passed(*at)
-
-
-@kernel
-def left_of(tracing, room, origins, directions, far, left):
-    for i in range(len(origins)):
-        put(left, i, media_left(tracing, room, row(origins, i), row(directions, i), far[i]))
-
-
-@kernel
-def flights(tracing, room, origins, directions, far, volume, distance, weight):
-    for i in range(len(origins)):
-        flight = fly(tracing, room, row(origins, i), row(directions, i), far)
-        volume[i], distance[i] = flight.volume, flight.distance
-        put(weight, i, flight.weight)
-
-
-@kernel
-def scattered(direction, g, key, out):
-    for i in range(len(out)):
-        u, v = two_numbers(key, i, 0)
-        put(out, i, phase.sample(direction, g, u, v))
-
-
-@kernel
-def densities(cosines, g, out):
-    for i in range(len(out)):
-        out[i] = phase.density(cosines[i], g)
-
-
-def tracing_of(scene):
-    return TransparencyTracer(scene, EmbreeTracer(scene))
 
 
 def test_lengths_inside_of_a_box():
@@ -173,19 +114,6 @@ def test_flights_sum_to_what_passes_and_what_is_scattered(scattering):
     there = weight * (volume == 0)[:, None]
     assert np.abs(there.mean(axis=0) - expected).max() < (5 * there.std(axis=0) / np.sqrt(n)).max()
     assert ((distance > 1) & (distance < 3))[volume == 0].all() and not (volume == 1).any()
-
-
-@pytest.mark.parametrize("g", [0.0, 0.6, -0.4])
-def test_phase_function_is_sampled_by_its_density(g):
-    out = np.empty((fewer(50_000), 3), np.float32)
-    scattered((np.float32(0), np.float32(0), np.float32(1)), np.float32(g), path_key(5, 0), out)
-
-    def pdf(z):
-        found = np.empty(z.size, np.float32)
-        densities(z.ravel().astype(np.float32), np.float32(g), found)
-        return found.reshape(z.shape)
-
-    assert chi_square_of_directions(out, pdf) > 1e-3
 
 
 @pytest.mark.parametrize("g, scattering", [(0.0, 0.8), (0.5, (0.4, 0.8, 1.6))])

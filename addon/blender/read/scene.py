@@ -21,7 +21,7 @@ from .lamps.world import WorldReading, light_group_of_world, read_world, world_o
 from .materials.materials import READING, MaterialTable
 from .materials.pictures.missing_files import warn_of_missing_files
 from .materials.stretches import Tangents
-from .media.scene_media import reaching, with_media
+from .media.scene_media import Instances, reaching, with_media
 from .meshes.meshes import LocalMesh
 from .meshes.placing import Model, Models, PlacedMeshes
 from .meshes.tangents import corner_tangents, tangents_around
@@ -143,7 +143,8 @@ def read_scene(
         world=World.constant(0),
     )
     scene = replace(scene, frames=_frames(scene, placed, matrices, found.sources, left))
-    scene = with_media(scene, materials.media, world_of(depsgraph), warn)
+    instances = Instances(found.sources, matrices, left)
+    scene = with_media(scene, materials.volumes, instances, world_of(depsgraph), warn)
     warn_of_missing_files(depsgraph, materials.readable_images, warn)
     linked, world = link_lights(scene, found.lamps, objects), read_world(depsgraph, light_group)
     linked = replace(linked, lights=with_places(linked.lights, world.n_suns, world.light.hidden_from))

@@ -10,13 +10,13 @@ function p brings the rest.
 
 import numpy as np
 
-from ...bsdf import phase
 from ...core.compiling import part, routine
 from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, ZERO, along, direction_to, dot, largest, length, minus, mul, plus, row, times
 from ...emitters.lamps import sample_lamp
 from ...scene import LightKind
 from ...tracing.media.flight import fly, media_left, scattering_at, span_of_media
+from ...tracing.media.scattering import phase_density, sample_phase
 from ...tracing.transparency import closest_hit
 from ..direct.lamp_choice import cell_of, choose_lamp
 from ..direct.sampling import DIFFUSE_RAY, IN_AIR, met_radiance, sample_emitters
@@ -58,15 +58,15 @@ def through_media(tracing, room, light, key, path, i, ray):
     throughput = mul(throughput, flight.weight)
     if flight.volume < 0:
         return False, radiance, (origin, direction, kind, triangle, distance, u, v, throughput)
-    origin, g = along(origin, flight.distance, direction), tracing.media.anisotropy[flight.volume]
-    lit = _emission_scattered(tracing, room, light.others, key, path, i + _EMITTER, origin, direction, g)
+    origin, volume = along(origin, flight.distance, direction), flight.volume
+    lit = _emission_scattered(tracing, room, light.others, key, path, i + _EMITTER, origin, direction, volume)
     radiance = plus(radiance, mul(throughput, lit))
     a, b = two_numbers(key, path, i)
     fate, _ = two_numbers(key, path, i + 1)
     survival = min(largest(throughput), ONE)
     if fate >= survival:
         return True, radiance, (origin, direction, _KIND, triangle, distance, u, v, BLACK)
-    direction = phase.sample(direction, g, a, b)
+    direction = sample_phase(tracing.media, volume, direction, a, b)
     triangle, distance, u, v, tint = closest_hit(tracing, room, origin, direction, DIFFUSE_RAY)
     throughput = times(mul(throughput, tint), ONE / survival)
     met = met_radiance(light.others, tracing.scene, triangle, distance, u, v, direction, IN_AIR, _NO_OBJECT)
@@ -115,12 +115,12 @@ def _place_on_ray(lamps, lamp, origin, direction, start, end, place):
 
 
 @part
-def _emission_scattered(tracing, room, others, key, path, i, x, direction, g):
-    """What a medium scatters at a point of the light of meshes and worlds; what rays own of it comes with them."""
+def _emission_scattered(tracing, room, others, key, path, i, x, direction, volume):
+    """What a volume scatters at a point of the light of meshes and worlds; what rays own of it comes with them."""
     at = x, IN_AIR, _NO_OBJECT, DIFFUSE_RAY
     target, light, emitter, lit = sample_emitters(others, tracing.scene, *at, True, key, path, i)
     if not lit:
         return BLACK
     towards, _ = direction_to(x, target)
     passes = visible_share(others, tracing, room, emitter, x, target)
-    return times(mul(light, passes), phase.density(dot(towards, direction), g))
+    return times(mul(light, passes), phase_density(tracing.media, volume, dot(towards, direction)))

@@ -4,12 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...bsdf import phase
 from ...core.compiling import part, routine
-from ...core.vec3 import BLACK, ONE, ZERO, mean, mul, plus, row, times
+from ...core.vec3 import BLACK, ONE, ZERO, along, mean, mul, plus, row, times
 from ...scene.hit import is_back
 from ..embree import INFINITY, intersect_beyond
 from ..ray_hash import hashed
+from .density import density_at, mass_between
+from .scattering import phase_density
 
 _MAX_CROSSINGS = 64  # of one volume's surface along a ray
 _BEYOND = np.float32(1 + 2**-19)
@@ -30,7 +31,7 @@ class Flight(NamedTuple):
     distance : float32, m
         Where.
     weight : triple
-        What is left of its light, over the density: of a scattering times σs.
+        What is left of its light, over the probability density: of a scattering times σs.
     """
 
     volume: np.int64
@@ -82,10 +83,10 @@ def _depths(tracing, room, origin, direction, far):
     """Optical depths of media that scatter, and of those that but absorb, as far as `far`."""
     media, scattering, absorbing = tracing.media, BLACK, BLACK
     for k in range(len(media.tree)):
-        length, _, _ = passed(tracing, room, k, origin, direction, far, INFINITY)
-        if length <= ZERO:
+        mass, _, _ = passed(tracing, room, k, origin, direction, far, INFINITY)
+        if mass <= ZERO:
             continue
-        depth = _depth(plus(row(media.absorption, k), row(media.scattering, k)), length)
+        depth = _depth(plus(row(media.absorption, k), row(media.scattering, k)), mass)
         if media.scatters[k]:
             scattering = plus(scattering, depth)
         else:
@@ -101,10 +102,10 @@ def scattering_at(tracing, room, origin, direction, distance, cos):
     """
     media, total, depth = tracing.media, BLACK, BLACK
     for k in range(len(media.tree)):
-        length, _, inside = passed(tracing, room, k, origin, direction, distance, INFINITY)
-        depth = plus(depth, _depth(plus(row(media.absorption, k), row(media.scattering, k)), length))
-        if inside:
-            total = plus(total, times(row(media.scattering, k), phase.density(cos, media.anisotropy[k])))
+        mass, _, density = passed(tracing, room, k, origin, direction, distance, INFINITY)
+        depth = plus(depth, _depth(plus(row(media.absorption, k), row(media.scattering, k)), mass))
+        if density > ZERO:
+            total = plus(total, times(row(media.scattering, k), density * phase_density(media, k, cos)))
     return mul(total, faded(depth))
 
 
@@ -120,34 +121,35 @@ def span_of_media(media, origin, direction, far):
 
 
 @part
-def _depth(extinction, length):
-    """σt times a length that may be infinite."""
-    r = extinction[0] * length if extinction[0] > ZERO else ZERO
-    g = extinction[1] * length if extinction[1] > ZERO else ZERO
-    b = extinction[2] * length if extinction[2] > ZERO else ZERO
+def _depth(extinction, mass):
+    """σt times a mass that may be infinite."""
+    r = extinction[0] * mass if extinction[0] > ZERO else ZERO
+    g = extinction[1] * mass if extinction[1] > ZERO else ZERO
+    b = extinction[2] * mass if extinction[2] > ZERO else ZERO
     return r, g, b
 
 
 @routine
 def passed(tracing, room, k, origin, direction, far, most):
-    """How far a ray flies inside of the k-th volume before `far`, m; and at which distance it has flown `most` there.
+    """What a ray passes of the k-th volume before `far`: lengths inside of it by its density.
 
     Returns
     -------
-    length : float32, m
+    mass : float32, m
     distance : float32, m
-        Infinite where the length is below `most`.
-    inside : bool
-        Whether the ray is inside of the volume at `far`.
+        At which the mass is `most`; infinite where it is below.
+    density : float32
+        That of the volume at `far`; zero outside.
     """
     media, tree = tracing.media, tracing.media.tree[k]
     if tree == 0:
-        return (most, most, True) if far > most else (far, INFINITY, True)
-    length, since, near, inside = ZERO, ZERO, ZERO, False
+        mass, at = mass_between(media, k, origin, direction, ZERO, far, most)
+        return mass, at, density_at(media, k, along(origin, far, direction))
+    mass, since, near, inside = ZERO, ZERO, ZERO, False
     low, high = row(media.low, k), row(media.high, k)
     enters, exits = _box_span(low, high, origin, direction, far)
     if enters > exits:
-        return ZERO, INFINITY, False
+        return ZERO, INFINITY, ZERO
     # Rays that meet an edge of the outline meet one of its faces: what starts or ends nowhere is not counted
     may_start_inside = _is_in_box(low, high, origin)
     least = _ROUNDING * (abs(origin[0]) + abs(origin[1]) + abs(origin[2])) + _TINY  # of what starts on a face
@@ -157,18 +159,18 @@ def passed(tracing, room, k, origin, direction, far, most):
             break
         leaves = is_back(tracing.scene, media.triangle[media.first[k] + triangle], direction)
         if leaves and (inside or (crossing == 0 and may_start_inside)):
-            added = min(distance, far) - since
-            if length + added > most:
-                return most, since + (most - length), False
-            length, inside = length + added, False
+            added, at = mass_between(media, k, origin, direction, since, min(distance, far), most - mass)
+            mass, inside = mass + added, False
+            if at < INFINITY:
+                return most, at, ZERO
             if distance >= far:
-                return length, INFINITY, since < far
+                return mass, INFINITY, density_at(media, k, along(origin, far, direction)) if since < far else ZERO
         elif not leaves and not inside:
             inside, since = True, distance
         if distance >= far:
             break
         near = distance * _BEYOND + least
-    return length, INFINITY, False
+    return mass, INFINITY, ZERO
 
 
 @part

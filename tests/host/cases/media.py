@@ -27,6 +27,27 @@ def filled(kind, inputs=None, **properties):
     return tree.block
 
 
+def filled_with(density, kind="Scatter", inputs=None):
+    """A material of a volume shader whose density is a node that `density` adds to its tree."""
+    tree = nodes("Medium")
+    shader = tree.add("Volume" + kind, (inputs or {}) | {"Density": density(tree)})
+    tree.feed(tree.add("OutputMaterial").inputs["Volume"], shader)
+    return tree.block
+
+
+def coordinate(tree, output, axis="Z"):
+    """A coordinate of a place."""
+    node = tree.add("NewGeometry") if output == "Position" else tree.add("TexCoord")
+    return tree.add("SeparateXYZ", {0: node.outputs[output]}).outputs[axis]
+
+
+def scaled(tree, value, by, offset=0.0):
+    """A value times and plus a number, not below zero."""
+    return tree.add(
+        "Math", {0: tree.add("Math", {0: value, 1: by, 2: offset}, operation="MULTIPLY_ADD"), 1: 0}, operation="MAXIMUM"
+    )
+
+
 @case("Fog in the room (Principled Volume)", GROUP, effort=4)
 def fog():
     lit_room()
@@ -125,3 +146,125 @@ def world_haze_under_sun():
     output = tree.add("OutputWorld", {"Surface": tree.add("Background", {"Strength": 1.0})})
     tree.feed(output.inputs["Volume"], tree.add("VolumeScatter", {"Density": 0.3}))
     lamp("SUN", (0, 0, 5), (0.3, 0, 0), name="Sun", energy=3)
+
+
+@case("Haze by Rayleigh's phase function", GROUP, effort=4)
+def rayleigh_haze():
+    lit_room()
+    haze = filled("Scatter", {"Color": (0.3, 0.6, 1.0), "Density": 0.8}, phase="RAYLEIGH")
+    box("Haze", (0.3, 0.2, 0.2), (1.2, 1.2, 1.2), haze)
+
+
+@case("Fog of droplets (Mie)", GROUP, effort=4)
+def mie_fog():
+    lit_room()
+    fog = filled("Scatter", {"Color": (1, 1, 1), "Density": 2.0}, phase="MIE")
+    fog.node_tree.nodes["Volume Scatter"].inputs["Diameter"].default_value = 3.0
+    box("Fog", (0.3, 0.2, 0.4), (1.0, 1.0, 1.0), fog)
+
+
+@case("Dust by Draine's phase function", GROUP, effort=4)
+def draine_dust():
+    lit_room()
+    dust = filled("Scatter", {"Color": (0.9, 0.8, 0.6), "Density": 2.0, "Anisotropy": 0.3}, phase="DRAINE")
+    dust.node_tree.nodes["Volume Scatter"].inputs["Alpha"].default_value = 5.0
+    box("Dust", (0.3, 0.2, 0.4), (1.0, 1.0, 1.0), dust)
+
+
+@case("Sea water (Fournier–Forand)", GROUP, effort=4)
+def sea_water():
+    lit_room(lambda p: p[2] > -0.4)
+    water = nodes("Water")
+    parts = {"Absorption Coefficients": (1.0, 0.3, 0.1), "Scatter Coefficients": (1.0, 1.2, 1.5)}
+    shader = water.add("VolumeCoefficients", parts, phase="FOURNIER_FORAND")
+    shader.inputs["IOR"].default_value, shader.inputs["Backscatter"].default_value = 1.2, 0.1
+    water.feed(water.add("OutputMaterial").inputs["Volume"], shader)
+    box("Water", (0, 0, -1.5), (1.99, 1.99, 0.6), water.block)
+
+
+@case("Smoke of two phase functions, added", GROUP, effort=4)
+def two_phase_functions():
+    lit_room()
+    tree = nodes("Medium")
+    parts = [tree.add("VolumeScatter", {"Density": 1.5, "Anisotropy": g}) for g in (0.9, -0.6)]
+    tree.feed(tree.add("OutputMaterial").inputs["Volume"], tree.add("AddShader", {0: parts[0], 1: parts[1]}))
+    box("Smoke", (0.3, 0.2, 0.4), (1.0, 1.0, 1.0), tree.block)
+
+
+@case("Fog that lies on the floor (density by height)", GROUP, effort=4)
+def ground_fog():
+    lit_room()
+    fog = filled_with(lambda tree: scaled(tree, coordinate(tree, "Position"), -2.0, 0.5), "Principled")
+    box("Fog", (0, 0, 0), (1.9, 1.9, 1.9), fog)
+
+
+@case("Smoke of a noise texture", GROUP, effort=4)
+def noise_smoke():
+    lit_room()
+
+    def density(tree):
+        noise = tree.add("TexNoise", {"Scale": 1.5, "Detail": 2.0, "Vector": tree.add("TexCoord").outputs["Object"]})
+        return scaled(tree, noise, 30.0, -14.0)
+
+    box("Smoke", (0.3, 0.2, 0.4), (1.0, 1.0, 1.0), filled_with(density, "Principled", {"Anisotropy": 0.3}))
+
+
+@case("Round cloud (spherical gradient), turned", GROUP, effort=4)
+def round_cloud():
+    lit_room()
+
+    def density(tree):
+        place = tree.add("Mapping", {"Vector": tree.add("TexCoord").outputs["Object"]})
+        return scaled(tree, tree.add("TexGradient", {"Vector": place}, gradient_type="SPHERICAL").outputs[1], 8.0)
+
+    cloud = box("Cloud", (0, 0, 0), (1.0, 1.0, 1.0), filled_with(density, "Scatter", {"Color": (0.95, 0.95, 0.95)}))
+    cloud.location, cloud.rotation_euler, cloud.scale = (0.3, 0.2, 0.3), (0.5, 0.3, 0.2), (1.2, 0.9, 0.7)
+
+
+@case("Absorbing ink that differs by generated coordinates", GROUP)
+def ink():
+    lit_room()
+
+    def density(tree):
+        return scaled(tree, coordinate(tree, "Generated", "X"), 4.0)
+
+    box("Ink", (0, 0, -0.5), (1.2, 1.2, 0.8), filled_with(density, "Absorption", {"Color": (0.2, 0.4, 0.8)}))
+
+
+@case("Column of smoke under the sky", GROUP, effort=4)
+def smoke_column():
+    bpy.context.scene.cycles.volume_bounces = 32
+    room(without=("Ceiling", "Right"))
+    probes("Left Front Back Floor", 32)
+    world((0.6, 0.8, 1.0))
+
+    def density(tree):
+        away = tree.add("VectorMath", {0: tree.add("TexCoord").outputs["Object"], 1: (1, 1, 0)}, operation="MULTIPLY")
+        length = tree.add("VectorMath", {0: away}, operation="LENGTH").outputs["Value"]
+        return scaled(tree, length, -8.0, 5.0)
+
+    box("Smoke", (0.2, 0.1, 0), (0.8, 0.8, 1.8), filled_with(density, "Scatter", {"Anisotropy": 0.4}))
+
+
+@case("Fog of two densities, mixed by a checker", GROUP, effort=4)
+def checkered_fog():
+    lit_room()
+    tree = nodes("Medium")
+    place = tree.add("TexCoord").outputs["Object"]
+    parts = {0: tree.add("TexChecker", {"Scale": 1.0, "Vector": place}).outputs[1]}
+    parts |= {1: tree.add("VolumeScatter", {"Density": 0.3}), 2: tree.add("VolumeScatter", {"Density": 3.0})}
+    tree.feed(tree.add("OutputMaterial").inputs["Volume"], tree.add("MixShader", parts))
+    box("Fog", (0.3, 0.2, 0.4), (1.0, 1.0, 1.0), tree.block)
+
+
+@case("Lamp inside of a cloud", GROUP, effort=4)
+def lamp_in_cloud():
+    bpy.context.scene.cycles.volume_bounces = 32
+    room()
+    probes(n=32)
+    lamp("POINT", (0.2, 0.1, 0.1), size=0.2, energy=120)
+
+    def density(tree):
+        return scaled(tree, coordinate(tree, "Position"), 1.0, 0.6)
+
+    box("Cloud", (0, 0, 0), (1.5, 1.5, 1.5), filled_with(density, "Scatter", {"Anisotropy": 0.6}))

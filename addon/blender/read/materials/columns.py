@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....scene import N_ANGLES, N_VIEWS, AngleCurves, Channel, Closures, Materials, Medium, Textures
+from ....scene import N_ANGLES, N_VIEWS, AngleCurves, Channel, Closures, Materials, Textures
+from ..media.volume_shaders import VolumeShader
 from .pictures.images import ImageTable
 from .pictures.texture_grid import Coordinates
 from .sums import ShaderSum, Term
@@ -88,14 +89,14 @@ class Seen:
         Which of them each of `VIEWS` sees.
     one_sided : bool
         Whether what it is on is not there from behind.
-    medium : Medium or None
+    volume : VolumeShader or None
         What fills the meshes that it is on.
     """
 
     rows: list[Surface]
     as_seen: tuple[int, ...]
     one_sided: bool = False
-    medium: Medium | None = None
+    volume: VolumeShader | None = None
 
     @property
     def coordinates(self) -> Coordinates | None:

@@ -67,7 +67,7 @@ class BakeRequest:
         where: tuple = ()
         if sees_object(self.material.node_tree):
             where = (self.obj.name_full, self.matrix.tobytes())
-        names = tuple(_names(place) for place in self.places)
+        names = tuple(path_of(place) for place in self.places)
         tree = tree_key(self.material.node_tree)
         frame = scene_key(self.material, bpy.context.scene)
         read = tuple((reading, value.tobytes()) for reading, value in sorted(self.values.items()))
@@ -90,7 +90,11 @@ def bake_values(request: BakeRequest) -> list[np.ndarray]:
 
 
 def bake_at_corners(
-    material: "bpy.types.Material", places: list[Place], mesh: "bpy.types.Mesh", obj: "bpy.types.Object"
+    material: "bpy.types.Material",
+    places: list[Place],
+    mesh: "bpy.types.Mesh",
+    obj: "bpy.types.Object",
+    matrix: np.ndarray | None = None,
 ) -> dict[Place, np.ndarray]:
     """The values of sockets at the corners of a mesh, (c, 1 or 3) float32.
 
@@ -102,6 +106,8 @@ def bake_at_corners(
         Evaluated.
     obj : bpy.types.Object
         Original, whose mesh it is.
+    matrix : (4, 4) float64, optional
+        Local to world, instead of its own.
 
     Raises
     ------
@@ -119,7 +125,7 @@ def bake_at_corners(
         colors = corners.color_attributes.new("Photon Bake", "FLOAT_COLOR", "CORNER")
         corners.color_attributes.active_color = colors
         stand_in = temporary.add(bpy.data.objects.new(obj.name, corners))
-        stand_in.matrix_world = obj.matrix_world
+        stand_in.matrix_world = obj.matrix_world if matrix is None else matrix.T.tolist()
         emission, scene = _shown_as_light(copy), _scene(stand_in, temporary)
         for some in _passes(places):
             _show(copy.node_tree, emission, [sources[place] for place in some])
@@ -137,7 +143,7 @@ def sees_object(tree: "bpy.types.NodeTree") -> bool:
     return any(node.type in OF_THE_OBJECT for node in all_nodes(tree))
 
 
-def _names(place: Place) -> tuple[str, ...]:
+def path_of(place: Place) -> tuple[str, ...]:
     """Where a socket is in any copy of its node tree."""
     return (*(group.name for group in place.groups), place.socket.node.name, place.socket.identifier)
 
@@ -176,7 +182,7 @@ def _passes(places: list[Place]) -> list[list[Place]]:
 
 def _exposed(tree: "bpy.types.NodeTree", place: Place) -> "bpy.types.NodeSocket":
     """An output at the top of a material's tree that has the value of a socket in one of its groups."""
-    *names, node_name, identifier = _names(place)
+    *names, node_name, identifier = path_of(place)
     groups = []
     for name in names:
         groups.append(tree.nodes[name])

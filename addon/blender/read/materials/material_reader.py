@@ -10,7 +10,7 @@ from ....scene import N_VIEWS
 from ...lightmap.atlas import make_atlas
 from ...temporary import CyclesError
 from ...warn import Warnings
-from ..media.volume_shaders import has_volume, medium_of
+from ..media.volume_shaders import VolumeShader, has_volume
 from ..meshes.meshes import attribute
 from ..meshes.object_values import Reading, Values, readings_in
 from ..shortcomings import shortcomings
@@ -51,7 +51,7 @@ class MaterialReader:
     needs_bake : bool
         Whether only Cycles can evaluate some of them.
     normals : Normals
-    medium : Medium or None
+    volume : VolumeShader or None
         What fills the meshes that it is on.
     stretched : TangentSource or None
         See `Tangents`.
@@ -78,7 +78,7 @@ class MaterialReader:
         self.views, self.as_seen = [FROM_FRONT], (0,) * N_VIEWS
         self.stretched: TangentSource | None = None
         self.normals = Normals(material if material and uses_nodes(material) else None)
-        self.medium = medium_of(material) if material and not on_fibres else None
+        self.volume = VolumeShader.of(material) if material and not on_fibres else None
         if material and uses_nodes(material):
             self.readings = readings_in(material.node_tree)
             self.closures = read_closures(material)
@@ -159,7 +159,7 @@ class MaterialReader:
 
     def seen(self, read: dict[Reading, np.ndarray]) -> Seen:
         """The material without a bake, on an object of which it reads some values."""
-        seen = Seen([self.surface(read, view) for view in self.views], self.as_seen, self.on_fibres, self.medium)
+        seen = Seen([self.surface(read, view) for view in self.views], self.as_seen, self.on_fibres, self.volume)
         if not self.readings:
             self.pictures.clear()
         return seen
@@ -246,7 +246,7 @@ class MaterialReader:
         except CyclesError as error:
             self.warn_of_guess(f"its nodes cannot be baked ({error})")
             return self.seen(request.values)
-        return Seen(rows, self.as_seen, medium=self.medium)
+        return Seen(rows, self.as_seen, volume=self.volume)
 
     def baked_view(self, request: BakeRequest) -> Surface:
         """One of its views as Cycles evaluates it on an object."""

@@ -3,8 +3,9 @@
 import bpy
 
 from ....core.progress import Progress
-from ....scene import Materials, Medium
+from ....scene import Materials
 from ...warn import Warnings
+from ..media.volume_shaders import VolumeShader
 from ..meshes.instance_groups import MOST_BAKED_GROUPS, MOST_GROUPS
 from ..meshes.object_values import Reading, Values, of_scene
 from .columns import Seen, materials_of
@@ -116,9 +117,9 @@ class MaterialTable:
         return materials_of(rows, self._images.textures())
 
     @property
-    def media(self) -> tuple[Medium | None, ...]:
+    def volumes(self) -> tuple[VolumeShader | None, ...]:
         """What fills the meshes that each material is on; only after `materials`."""
-        return tuple(entry.medium for entry in self._entries if isinstance(entry, Seen))
+        return tuple(entry.volume for entry in self._entries if isinstance(entry, Seen))
 
     def renewed(self, changed: "list[bpy.types.Material]") -> Materials | None:
         """All materials, some of which are read anew; only after `materials`.

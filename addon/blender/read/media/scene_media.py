@@ -1,26 +1,70 @@
 """What fills a scene's meshes and its world, and what of that cannot be baked."""
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import compress
 
 import bpy
 import numpy as np
 
 from ....scene import LightKind, Media, Medium, Scene, World
+from ....scene.media import by_object
+from ...temporary import CyclesError
 from ...warn import Warnings, listed
-from .volume_shaders import medium_of, volume_differences, volume_shortcomings
+from ..scene_contents import Source
+from .lattices import cells_over, values_in_cells
+from .volume_shaders import VolumeShader, volume_differences, volume_shortcomings
+
+
+@dataclass(frozen=True)
+class Instances:
+    """What the objects of a scene are instances of.
+
+    Attributes
+    ----------
+    sources : list of Source
+    matrices : (n, 4, 4) float32
+        Local to world, of all instances of the dependency graph.
+    left : (m,) bool
+        Which of the sources' instances are objects of the scene.
+    """
+
+    sources: list[Source]
+    matrices: np.ndarray
+    left: np.ndarray
+
+    def __getitem__(self, number: int) -> "tuple[bpy.types.Object, bpy.types.Mesh, np.ndarray]":
+        """The original object, the evaluated mesh and the matrix of an object of the scene."""
+        every = (
+            (by[0], one.mesh, row) for one in self.sources for row, by in zip(one.rows, one.placed_by, strict=True)
+        )
+        obj, mesh, row = list(compress(every, self.left))[number]
+        assert isinstance(mesh, bpy.types.Mesh)  # fibres have no inside
+        return obj, mesh, self.matrices[row].astype(np.float64)
 
 
 def with_media(
-    scene: Scene, of_materials: tuple[Medium | None, ...], world: "bpy.types.World | None", warnings: Warnings
+    scene: Scene,
+    volumes: tuple[VolumeShader | None, ...],
+    instances: Instances,
+    world: "bpy.types.World | None",
+    warnings: Warnings,
 ) -> Scene:
-    """The scene with the media of its materials, and of its world."""
+    """The scene with the media of its materials and of its world; comes when all else is read, since Cycles bakes."""
     of_world = None
     if world is not None:
-        of_world = medium_of(world)
+        shader = VolumeShader.of(world)
+        of_world = shader.medium() if shader else None
         for what in (*volume_shortcomings(world), *volume_differences(world)):
             warnings.add(f"World '{world.name}': {what}.")
-    scene = replace(scene, media=Media(of_materials, of_world))
+    same = tuple(volume.medium() if volume and not volume.varying else None for volume in volumes)
+    varying = {number for number, volume in enumerate(volumes) if volume and volume.varying}
+    of_object = {}
+    for key, _ in by_object(scene.material_of_triangle, scene.object_of_triangle, varying):
+        volume = volumes[key[0]]
+        assert volume is not None
+        of_object[key] = _medium_in(volume, *instances[key[1]], warnings)
+    scene = replace(scene, media=Media(same, of_world, of_object))
     open_ = [f"'{name}'" for name in dict.fromkeys(_unclosed(scene))]
     if open_:
         warnings.add(
@@ -28,6 +72,28 @@ def with_media(
             "there for rays that leave through the gap: close their meshes."
         )
     return scene
+
+
+def _medium_in(
+    volume: VolumeShader, obj: "bpy.types.Object", mesh: "bpy.types.Mesh", matrix: np.ndarray, warnings: Warnings
+) -> Medium | None:
+    """What fills an object where that differs from place to place."""
+    name = f"Material '{volume.block.name}'"
+    shape, low, size = cells_over(mesh, matrix)
+    local_from_grid = np.eye(4)
+    local_from_grid[:3] = np.column_stack([np.diag(size), low])
+    world_from_grid = matrix @ local_from_grid
+    if not np.isfinite(world_from_grid).all() or abs(np.linalg.det(world_from_grid)) < 1e-30:
+        return None
+    try:
+        values = values_in_cells(volume.block, volume.varying, obj, mesh, matrix)
+    except CyclesError as error:
+        warnings.add(f"{name}: its volume is not baked, as its nodes cannot be ({error}).")
+        return None
+    medium, is_exact = volume.medium_in(values, shape, np.linalg.inv(world_from_grid)[:3])
+    if not is_exact:
+        warnings.add(f"{name}: the color of its volume differs from place to place, and its mean is baked.")
+    return medium
 
 
 def reaching(scene: Scene) -> Scene:
