@@ -20,6 +20,14 @@ class VoxelGrid:
     values: np.ndarray
     grid_from_world: np.ndarray
 
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """The least and the largest corner of the box around it along the world's axes, (3,) float32."""
+        world_from_grid = np.linalg.inv(self.grid_from_world[:, :3].astype(np.float64))
+        corners = np.indices((2, 2, 2)).reshape(3, -1).T * self.values.shape - self.grid_from_world[:, 3]
+        in_world = (corners @ world_from_grid.T).astype(np.float32)
+        return in_world.min(axis=0), in_world.max(axis=0)
+
 
 @dataclass(frozen=True)
 class Medium:
@@ -61,12 +69,15 @@ class Media:
     of_world : Medium or None
         What fills all space. Light from infinitely far away does not come through it.
     of_object : mapping of (int, int) to Medium or None
-        What does so for a material and an object, where it differs from one object to another.
+        What fills the inside of a material and an object, where it differs from one object to another.
+    clouds : tuple of Medium
+        What has no mesh around it, but a density.
     """
 
     of_material: tuple[Medium | None, ...] = ()
     of_world: Medium | None = None
     of_object: Mapping[tuple[int, int], Medium | None] = field(default_factory=dict)
+    clouds: tuple[Medium, ...] = ()
 
     def bounded(self, material: np.ndarray, object_: np.ndarray) -> Iterator[tuple[Medium, np.ndarray]]:
         """Each medium inside of each object, and the triangles around it, (n,) int, of materials and objects (t,)."""

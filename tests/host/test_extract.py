@@ -103,13 +103,6 @@ def test_hidden_from_renders():
     assert len(scene.lights) == 0
 
 
-def test_volumes_are_named_in_a_warning():
-    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Smoke", bpy.data.volumes.new("Smoke")))
-    warnings = []
-    scenes.extracted(warnings)
-    assert warnings == ["1 object(s) are volumes, which are not baked ('Smoke')."]
-
-
 def test_ray_visibility():
     rays = ("diffuse", "shadow", "glossy", "transmission")
     seen = {"All": (1, 1, 1, 1), "Gather": (1, 0, 0, 0), "Shadow": (0, 1, 0, 0), "Gloss": (0, 0, 1, 0)}

@@ -11,7 +11,6 @@ from ...settings.lightmap import MADE_UV_MAP
 from ..lightmap.meshes import MAX_UV_MAPS
 from ..read.materials.nodes import all_nodes
 from ..read.meshes.modifiers import COPIES_FACES, active_modifiers
-from ..read.visibility import NOT_READ
 from ..write.baked_copies import HIDE_RENDER
 from .asked import Asked
 from .found import Found, of_objects
@@ -197,11 +196,6 @@ def _hidden(asked: Asked) -> list[Found]:
     return of_objects(objects, "hidden in renders", why, "show_in_renders", get="no light")
 
 
-def _not_read(asked: Asked) -> list[Found]:
-    objects = [obj for obj in asked.shown if obj.type in NOT_READ]
-    return of_objects(objects, "volumes", "Volumes are not baked.")
-
-
 def _no_material(asked: Asked) -> list[Found]:
     objects = [
         obj for obj in asked.meshes if len(obj.data.polygons) and not any(slot.material for slot in obj.material_slots)
@@ -221,6 +215,5 @@ def _of_objects(rule: Callable[[Asked], list[Found]]) -> Callable[[Asked], list[
 RULES: tuple[Callable[[Asked], list[Found]], ...] = (
     *map(_of_objects, (_no_faces, _no_scale, _not_meshes, _linked, _uv_maps, _attribute, _hidden, _modifiers)),
     *map(_of_objects, (_instancers, _shared, _coarse)),
-    _not_read,
     _no_material,
 )

@@ -21,6 +21,7 @@ from .lamps.world import WorldReading, light_group_of_world, read_world, world_o
 from .materials.materials import READING, MaterialTable
 from .materials.pictures.missing_files import warn_of_missing_files
 from .materials.stretches import Tangents
+from .media.clouds import read_clouds
 from .media.scene_media import Instances, reaching, with_media
 from .meshes.meshes import LocalMesh
 from .meshes.placing import Model, Models, PlacedMeshes
@@ -28,7 +29,7 @@ from .meshes.tangents import corner_tangents, tangents_around
 from .motion.movement import Layout, Movement
 from .scene_contents import SceneContents, Source
 from .transforms import normal_matrices
-from .visibility import RAYS, warn_of_volumes
+from .visibility import RAYS
 
 _WALKED, _PLACED = 0.3, 0.6
 """Parts of the stage after which all is found, and all placed: the rest are materials that Cycles evaluates."""
@@ -122,7 +123,6 @@ def read_scene(
     materials = MaterialTable(warn, for_camera)
     found = SceneContents(depsgraph, materials, light_group, for_camera, warn)
     found.walk(progress.part(0, _WALKED))
-    warn_of_volumes(found.volumes, warn)
     matrices = _matrices(depsgraph)
     placed = _place(found.sources, matrices, materials, progress.part(_WALKED, _PLACED))
     for name in dict.fromkeys(placed.lost_names):
@@ -144,7 +144,8 @@ def read_scene(
     )
     scene = replace(scene, frames=_frames(scene, placed, matrices, found.sources, left))
     instances = Instances(found.sources, matrices, left)
-    scene = with_media(scene, materials.volumes, instances, world_of(depsgraph), warn)
+    clouds = read_clouds([(obj, matrices[row].astype(np.float64)) for obj, row in found.clouds], depsgraph, warn)
+    scene = with_media(scene, materials.volumes, instances, world_of(depsgraph), clouds, warn)
     warn_of_missing_files(depsgraph, materials.readable_images, warn)
     linked, world = link_lights(scene, found.lamps, objects), read_world(depsgraph, light_group)
     linked = replace(linked, lights=with_places(linked.lights, world.n_suns, world.light.hidden_from))

@@ -19,7 +19,7 @@ from .meshes.instance_groups import alike, reads_by_instance
 from .meshes.meshes import LocalMesh, count_triangles, evaluated_mesh, read_mesh, used_slots
 from .meshes.object_values import ObjectValues, Reading, Values, random_of_name
 from .render_graph import is_stand_in
-from .visibility import ALL_RAYS, HAIR_OR_POINTS, LIGHT_RAYS, NOT_READ, rays_that_see
+from .visibility import ALL_RAYS, HAIR_OR_POINTS, LIGHT_RAYS, VOLUMES, rays_that_see
 
 _SURFACES = {"MESH", *HAIR_OR_POINTS}
 _ROWS = 256  # of instances, between two looks at the progress
@@ -118,6 +118,7 @@ class SceneContents:
         self.lamps: list[bpy.types.Object] = []
         self.groups_of_lamps: list[str] = []
         self.nodes_of_lamps: list[LampNodes | None] = []
+        self.clouds: list[tuple[bpy.types.Object, int]] = []
         self._depsgraph = depsgraph
         self._light_group = light_group
         self._counted_rays = ALL_RAYS if for_camera else LIGHT_RAYS
@@ -136,12 +137,6 @@ class SceneContents:
     def sources(self) -> list[Source]:
         """The sources of one mesh follow each other."""
         return [source for of_mesh in self._sources.values() for source in of_mesh.values()]
-
-    @property
-    def volumes(self) -> list["bpy.types.Object"]:
-        """The original objects that show volumes."""
-        looks = [look for look in self._looks.values() if look]
-        return list(dict.fromkeys(one.original for one in looks if one.kind in NOT_READ))
 
     def walk(self, progress: Progress, wanted: set[int] | None = None) -> None:
         """Find all there is, or what objects of some session ids are and instance."""
@@ -166,6 +161,8 @@ class SceneContents:
                 continue
             if look.kind == "LIGHT":
                 self._add_lamp(instance, look.name, placed_by)
+            elif look.kind in VOLUMES and rays & self._counted_rays:
+                self.clouds.append((look.original, row))
             elif look.kind in _SURFACES and rays & self._counted_rays:
                 if not look.known:
                     values = ObjectValues.of(instance, dict(known))

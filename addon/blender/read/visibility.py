@@ -1,10 +1,7 @@
 """Which rays see the objects of a dependency graph; whether they are shown at all is up to the graph."""
 
-from collections.abc import Iterable
-
 import bpy
 
-from ..warn import Warnings, listed
 from .render_graph import is_stand_in
 
 RAYS = ("diffuse", "shadow", "glossy", "transmission", "camera")
@@ -13,8 +10,8 @@ RAYS = ("diffuse", "shadow", "glossy", "transmission", "camera")
 ALL_RAYS, LIGHT_RAYS = 0b11111, 0b01111
 """Masks of all, and of those that light goes along: what the camera alone sees, lights nothing."""
 
-NOT_READ = {"VOLUME"}
-"""Types of objects, and of what geometry nodes make, that Cycles renders and no bake shows."""
+VOLUMES = {"VOLUME"}
+"""Types of objects, and of what geometry nodes make, that have an inside alone."""
 
 HAIR_OR_POINTS = {"CURVES", "POINTCLOUD"}
 """Types of those that light meets but that store none."""
@@ -57,10 +54,3 @@ def rendered_objects(view_layer: "bpy.types.ViewLayer") -> "list[bpy.types.Objec
             found |= dict.fromkeys(obj for obj in one.collection.objects if obj is not None and not obj.hide_render)
             collections += one.children
     return [obj for obj in found if not is_stand_in(obj)]
-
-
-def warn_of_volumes(objects: Iterable["bpy.types.Object"], warnings: Warnings) -> None:
-    """Name the objects that are volumes, which are not baked."""
-    names = [f"'{obj.name}'" for obj in objects]
-    if names:
-        warnings.add(f"{len(names)} object(s) are volumes, which are not baked ({listed(names)}).")

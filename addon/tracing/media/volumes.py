@@ -19,7 +19,7 @@ class MediaArrays(NamedTuple):
     any : bool
         Whether there are any.
     tree : (v,) uint64
-        Embree's, of the triangles around each; 0 where the medium fills all space.
+        Embree's, of the triangles around each; 0 where the medium fills all space, or all of its lattice.
     first : (v,) int32
         Where the triangles of each tree stand in `triangle`.
     triangle : (n,) int32
@@ -68,8 +68,11 @@ class MediaArrays(NamedTuple):
     cells: np.ndarray
 
 
+_EVERYWHERE = np.full(3, -np.inf, np.float32), np.full(3, np.inf, np.float32)
+
+
 class MediaVolumes:
-    """The volumes of a scene that media fill: one for each object and medium, and one of all space.
+    """The volumes of a scene that media fill: one for each object and medium, for each cloud, and for all space.
 
     Attributes
     ----------
@@ -84,9 +87,10 @@ class MediaVolumes:
         self._trees = [_tree_of(of_volume) for of_volume in corners]
         handles = [tree.handle for tree in self._trees]
         boxes = [(of_volume.min(0), of_volume.max(0)) for of_volume in corners]
-        if scene.media.of_world is not None:
-            media, handles, triangles = [*media, scene.media.of_world], [*handles, 0], [*triangles, np.zeros(0, int)]
-            boxes.append((np.full(3, -np.inf, np.float32), np.full(3, np.inf, np.float32)))
+        for medium in (*scene.media.clouds, scene.media.of_world):
+            if medium is not None:
+                media, handles, triangles = [*media, medium], [*handles, 0], [*triangles, np.zeros(0, int)]
+                boxes.append(medium.density.bounds if medium.density else _EVERYWHERE)
         ends = np.cumsum([len(on) for on in triangles])
         low, high = (np.array([box[i] for box in boxes], np.float32).reshape(-1, 3) for i in range(2))
         absorption, scattering = (

@@ -8,7 +8,7 @@ Volume bounces, none by default, are as many as the others.
 import bpy
 
 from .registry import case
-from .stage import box, glow, lamp, nodes, probes, quad, room, sky, world
+from .stage import box, cloud, glow, lamp, nodes, probes, quad, room, sky, world
 
 GROUP = "Volumes"
 
@@ -262,9 +262,32 @@ def lamp_in_cloud():
     bpy.context.scene.cycles.volume_bounces = 32
     room()
     probes(n=32)
-    lamp("POINT", (0.2, 0.1, 0.1), size=0.2, energy=120)
+    lamp("POINT", (0.2, 0.1, 0.1), shadow_soft_size=0.2, energy=120)
 
     def density(tree):
         return scaled(tree, coordinate(tree, "Position"), 1.0, 0.6)
 
     box("Cloud", (0, 0, 0), (1.5, 1.5, 1.5), filled_with(density, "Scatter", {"Anisotropy": 0.6}))
+
+
+@case("Cloud of a volume object's grid", GROUP, effort=4)
+def grid_cloud():
+    lit_room()
+
+    def density(tree, x, y, z):
+        length = tree.add("VectorMath", {0: tree.add("CombineXYZ", {0: x, 1: y, 2: z})}, operation="LENGTH")
+        return scaled(tree, length.outputs["Value"], -6.0, 5.0)
+
+    obj = cloud("Cloud", filled("Principled", {"Color": (0.9, 0.9, 0.9), "Density": 1.0, "Anisotropy": 0.3}), density)
+    obj.location, obj.scale = (0.3, 0.2, 0.2), (1.3, 1.0, 1.1)
+
+
+@case("Dark smoke of a grid by an Attribute node", GROUP, effort=4)
+def grid_smoke():
+    lit_room()
+    tree = nodes("Medium")
+    read = tree.add("Attribute", attribute_name="density").outputs["Fac"]
+    shader = tree.add("VolumeAbsorption", {"Color": (0.5, 0.3, 0.2), "Density": scaled(tree, read, 3.0)})
+    tree.feed(tree.add("OutputMaterial").inputs["Volume"], shader)
+    obj = cloud("Smoke", tree.block, lambda tree, x, y, z: scaled(tree, z, -0.5, 0.5))
+    obj.location, obj.rotation_euler = (0.2, 0.2, 0), (0.2, 0.1, 0.6)

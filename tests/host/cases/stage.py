@@ -118,6 +118,28 @@ def box(name, center, half, material=None):
     return mesh(name, np.array(center) + signs * np.array(half), faces, material)
 
 
+def cloud(name, material, density, n=32, low=(-1, -1, -1), high=(1, 1, 1)):
+    """A volume object whose grid has the node that `density` makes of a tree and of x, y and z, in n voxels a side."""
+    tree = Nodes.__new__(Nodes)
+    tree.block = tree.tree = group = bpy.data.node_groups.new(name, "GeometryNodeTree")
+    group.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+    group.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    place = tree.add("SeparateXYZ", {0: group.nodes.new("GeometryNodeInputPosition")})
+    cube = group.nodes.new("GeometryNodeVolumeCube")
+    for key, value in {"Min": low, "Max": high, **{f"Resolution {axis}": n for axis in "XYZ"}}.items():
+        tree.feed(cube.inputs[key], value)
+    tree.feed(cube.inputs["Density"], density(tree, *place.outputs))
+    made = group.nodes.new("GeometryNodeSetMaterial")
+    made.inputs["Material"].default_value = material
+    tree.feed(made.inputs["Geometry"], cube)
+    tree.feed(group.nodes.new("NodeGroupOutput").inputs[0], made)
+    data = bpy.data.volumes.new(name)
+    data.materials.append(material)
+    obj = put(name, data)
+    obj.modifiers.new("Made", "NODES").node_group = group
+    return obj
+
+
 def room(without=(), paint=None, dim=1.0):
     """The walls, a quad each, facing inward.
 

@@ -48,9 +48,10 @@ def with_media(
     volumes: tuple[VolumeShader | None, ...],
     instances: Instances,
     world: "bpy.types.World | None",
+    clouds: tuple[Medium, ...],
     warnings: Warnings,
 ) -> Scene:
-    """The scene with the media of its materials and of its world; comes when all else is read, since Cycles bakes."""
+    """The scene with all its media; comes when all else is read, since Cycles bakes."""
     of_world = None
     if world is not None:
         shader = VolumeShader.of(world)
@@ -64,7 +65,7 @@ def with_media(
         volume = volumes[key[0]]
         assert volume is not None
         of_object[key] = _medium_in(volume, *instances[key[1]], warnings)
-    scene = replace(scene, media=Media(same, of_world, of_object))
+    scene = replace(scene, media=Media(same, of_world, of_object, clouds))
     open_ = [f"'{name}'" for name in dict.fromkeys(_unclosed(scene))]
     if open_:
         warnings.add(

@@ -12,7 +12,7 @@ from ....bsdf.phase_functions import PhaseFunction, draine, fournier_forand, mie
 from ....scene import Medium, VoxelGrid
 from ..materials.closures import Closure, read_closures
 from ..materials.expressions import constant
-from ..materials.nodes import Place, output_node, source, uses_nodes
+from ..materials.nodes import Place, all_nodes, output_node, source, uses_nodes
 
 Parts = tuple[np.ndarray, np.ndarray]
 """Coefficients of absorption and scattering, (1 or n, 3) each, 1/m."""
@@ -49,6 +49,27 @@ class VolumeShader:
     def varying(self) -> list[Place]:
         """The sockets whose values differ from place to place."""
         return _varying(self.closures)
+
+    @property
+    def grids(self) -> set[str]:
+        """The names of grids that it may read of a volume object."""
+        nodes = all_nodes(self.block.node_tree)
+        named = {node.attribute_name for node in nodes if node.type == "ATTRIBUTE"}
+        return named | {"density"} | {_density_grid(closure) for closure in self.closures}
+
+    def at_voxels(
+        self, value: Callable[[Place], np.ndarray], voxels: Mapping[str, np.ndarray]
+    ) -> dict[Place, np.ndarray]:
+        """What its sockets are by their values, (n, 1, 1 or 3) of voxels or (1, 1, 1 or 3), and by grids, (n,) each."""
+        values = {}
+        for closure in self.closures:
+            for place in _places(closure):
+                values[place] = value(place).reshape(-1, value(place).shape[-1])
+            grid = voxels.get(_density_grid(closure))
+            if grid is not None:
+                density = closure.shader.input("Density")
+                values[density] = values[density] * grid[:, None]
+        return values
 
     def medium(self) -> Medium | None:
         """The medium that is the same everywhere; None where it is empty."""
@@ -189,15 +210,20 @@ _READ |= {"IOR", "Backscatter", "Alpha", "Diameter"}
 
 def _varying(closures: "tuple[Closure, ...] | list[Closure]") -> list[Place]:
     """The sockets of volume shaders, and of what they are mixed by, whose values are not constant."""
-    places = [
-        place
-        for closure in closures
-        for place in (
-            *(closure.shader.input(one.identifier) for one in closure.node.inputs if one.identifier in _READ),
-            *(factor.place for factor in closure.factors),
-        )
-    ]
-    return [place for place in dict.fromkeys(places) if constant(place) is None]
+    places = dict.fromkeys(place for closure in closures for place in _places(closure))
+    return [place for place in places if constant(place) is None]
+
+
+def _places(closure: Closure) -> Iterator[Place]:
+    """The sockets of a volume shader, and of what it is mixed by, that say what medium it is."""
+    yield from (closure.shader.input(one.identifier) for one in closure.node.inputs if one.identifier in _READ)
+    yield from (factor.place for factor in closure.factors)
+
+
+def _density_grid(closure: Closure) -> str:
+    """The grid that a volume shader multiplies its density by, without a node that reads it; empty for none."""
+    attribute = closure.node.inputs.get("Density Attribute")
+    return attribute.default_value if attribute is not None else ""
 
 
 def _absorption(leaf: _Leaf) -> Parts:

@@ -12,14 +12,14 @@ from ....core.errors import BakeError
 from ....receivers import ReceiverMesh
 from ...warn import Warnings, listed
 from ..hair.particles import hair_systems
-from ..visibility import HAIR_OR_POINTS, NOT_READ, objects_of
+from ..visibility import HAIR_OR_POINTS, VOLUMES, objects_of
 from .meshes import evaluated_mesh
 from .vertex_meshes import check_placed, evaluated_receiver_mesh
 
 MAX_COPIES = 1000
 """Of one object's instances; more of them, and it stays as it is, with a warning."""
 
-_LOST = {"LIGHT", *HAIR_OR_POINTS, *NOT_READ}
+_LOST = {"LIGHT", *HAIR_OR_POINTS, *VOLUMES}
 """Types of what would be lost with an original that a copy of meshes stands for."""
 
 
