@@ -1,6 +1,7 @@
 """Light in media: lengths inside of volumes, Beer and Lambert's law, phase functions, balances of power, scattering."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from photon_bake.addon.core.compiling import kernel
 from photon_bake.addon.core.vec3 import row
 from photon_bake.addon.emitters.lamps import lamp_arrays
 from photon_bake.addon.gather.direct.ray_directions import gather_directions
-from photon_bake.addon.gather.rays.in_media import _place_on_ray
+from photon_bake.addon.gather.rays.lamp_angles import place_on_ray
 from photon_bake.addon.pipeline.bake import bake
 from photon_bake.addon.scene import LightKind, Media, World
 from photon_bake.addon.settings.bake import settings_for
@@ -24,6 +25,7 @@ from photon_bake.tests.core.scenes import (
     receivers_at,
     scene_of,
 )
+from scipy.integrate import trapezoid
 
 POWER = 24.0
 INFINITY = np.float32(np.inf)
@@ -167,18 +169,51 @@ def cosine_directions(n, side):
     return gather_directions(normals, n, np.random.default_rng(1))
 
 
+@kernel
+def places(media, lamps, origin, direction, end, numbers, out):
+    for i in range(len(numbers)):
+        at = row(origin, 0), row(direction, 0), np.float32(0), end, numbers[i]
+        out[i, 0], out[i, 1] = place_on_ray(media, lamps, 0, *at)
+
+
+def places_on_ray(scene, origin, direction, end, numbers):
+    """Distances and their densities, (n, 2)."""
+    tracer, out = tracing_of(scene), np.empty((len(numbers), 2), np.float32)
+    ray = np.float32([origin]), np.float32([direction])
+    places(tracer.arrays.media, lamp_arrays(scene.lights), *ray, np.float32(end), np.float32(numbers), out)
+    return out
+
+
 def test_a_ray_that_starts_at_a_lamp_finds_a_finite_place():
     scene = with_media(plane(0.1, -9), [box(1, False)], [medium(0, 1)], lights=lamp(LightKind.POINT, 1.0))
-    arrays, out = lamp_arrays(scene.lights), np.empty(2, np.float32)
-    places(arrays, scene.lights.position, np.float32([(0, 0, 1)]), out)
-    assert 0 <= out[0] <= 2 and np.isfinite(out).all()
+    ((distance, density),) = places_on_ray(scene, scene.lights.position[0], (0, 0, 1), 2, [0.5])
+    assert 0 <= distance <= 2 and np.isfinite(density)
 
 
-@kernel
-def places(lamps, origins, directions, out):
-    out[0], out[1] = _place_on_ray(
-        lamps, 0, row(origins, 0), row(directions, 0), np.float32(0), np.float32(2), np.float32(0.5)
-    )
+@pytest.mark.parametrize("g", [0.0, 0.8, -0.5, 0.97])
+def test_places_on_a_ray_are_drawn_by_their_density(g):
+    """χ² of distances; and what p/d² is over it, differs little where p is not narrow."""
+    light = lamp(LightKind.POINT, 1.0, position=(0.3, 0.2, 0.5))
+    scene = with_media(plane(0.1, -9), [box(1, False)], [medium(0, 1, g)], lights=light)
+    ray = (-0.9, 0, 0.1), np.array((1, 0.1, 0.3)) / np.linalg.norm((1, 0.1, 0.3))
+    numbers = (np.arange(20_000) + np.random.default_rng(1).uniform(size=20_000)) / 20_000
+    distance, density = places_on_ray(scene, *ray, 1.8, numbers).T.astype(np.float64)
+    order = np.argsort(distance)
+    assert (np.diff(distance) >= 0).all()  # the numbers rise
+    edges = np.linspace(0, 1.8, 30)
+    expected = np.array([trapezoid(density[order][i], distance[order][i]) for i in _within(distance[order], edges)])
+    assert np.histogram(distance, edges)[0] / 20_000 == pytest.approx(expected, abs=2e-3)
+    x = np.array(ray[0]) + distance[:, None] * ray[1]
+    to_lamp = scene.lights.position[0] - x
+    d = np.linalg.norm(to_lamp, axis=1)
+    p = (1 - g * g) / (1 + g * g - 2 * g * (to_lamp @ ray[1]) / d) ** 1.5
+    ratio = p / d**2 / density
+    assert ratio.std() / ratio.mean() < (0.1 if abs(g) < 0.9 else 0.5)
+
+
+def _within(values, edges):
+    """Where sorted values are between each two edges."""
+    return [np.flatnonzero((values >= a) & (values <= b)) for a, b in pairwise(edges)]
 
 
 def test_single_scattering_of_a_lamp():

@@ -1,9 +1,11 @@
 """Volume objects: their grids in the world, and what their materials make of them."""
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.blender.read.media import clouds
+from photon_bake.addon.blender.read.media import clouds, smoke
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.cases.stage import cloud
 from photon_bake.tests.host.shader_trees import tree_of
@@ -102,3 +104,28 @@ def test_nothing_is_left_in_the_file():
     before = [len(getattr(bpy.data, kind)) for kind in kinds]
     only_cloud()
     assert before == [len(getattr(bpy.data, kind)) for kind in kinds]
+
+
+def test_smoke_of_a_domain(monkeypatch):
+    """Its cells are over its mesh, x fastest, and its material says how dense they are."""
+    material, tree, _ = tree_of()
+    fill(tree, volume(tree, "Principled", Color=(1, 1, 1, 1), Density=2))
+    obj = scenes.add_cube(material=material)
+    obj.scale = (1, 1.5, 2)
+    bpy.context.view_layer.update()
+    values = np.arange(24, dtype=np.float32)
+    settings = SimpleNamespace(density_grid=values, flame_grid=(), temperature_grid=(), domain_resolution=(2, 3, 4))
+    monkeypatch.setattr(smoke, "_domain", lambda _: settings)
+    (found,) = scenes.extracted().media.of_object.values()
+    at, scattering = in_cells(found)
+    i, j, k = np.indices((2, 3, 4))
+    assert scattering[..., 0] == pytest.approx(2 * (i + 2 * j + 6 * k), abs=1e-4)
+    assert at == pytest.approx(np.stack([i - 0.5, j - 1, k - 1.5], axis=-1), abs=1e-5)
+
+
+def test_a_domain_without_smoke_is_nothing():
+    material, tree, _ = tree_of()
+    fill(tree, volume(tree, "Principled"))
+    obj = scenes.add_cube(material=material)
+    obj.modifiers.new("Smoke", "FLUID").fluid_type = "DOMAIN"
+    assert set(scenes.extracted().media.of_object.values()) == {None}

@@ -145,7 +145,7 @@ def read_scene(
     scene = replace(scene, frames=_frames(scene, placed, matrices, found.sources, left))
     instances = Instances(found.sources, matrices, left)
     clouds = read_clouds([(obj, matrices[row].astype(np.float64)) for obj, row in found.clouds], depsgraph, warn)
-    scene = with_media(scene, materials.volumes, instances, world_of(depsgraph), clouds, warn)
+    scene = with_media(scene, materials.volumes, instances, depsgraph, world_of(depsgraph), clouds, warn)
     warn_of_missing_files(depsgraph, materials.readable_images, warn)
     linked, world = link_lights(scene, found.lamps, objects), read_world(depsgraph, light_group)
     linked = replace(linked, lights=with_places(linked.lights, world.n_suns, world.light.hidden_from))

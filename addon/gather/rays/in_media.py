@@ -2,33 +2,30 @@
 
     L(x, ω) = ∫ T(x, y) σs(y) ∫ p(ω' · ω) Li(y, ω') dω' dy
 
-over the points y on the ray. Light that comes to y straight from a lamp has a peak where the ray passes it: y is drawn
-so that all angles at which the lamp sees it are as likely (Kulla and Fajardo 2012). Of other light y is where media
-scatter the ray (`tracing.media`): there one point of an emitter is asked for light, and a direction by the phase
-function p brings the rest.
+over the points y on the ray. For light that comes to y straight from a lamp, y is drawn by the angle at which the lamp
+sees it and the phase function (`lamp_angles`). Of other light y is where media scatter the ray (`tracing.media`): there
+one point of an emitter is asked for light, and a direction by the phase function p brings the rest.
 """
 
 import numpy as np
 
 from ...core.compiling import part, routine
 from ...core.sampling.path_numbers import two_numbers
-from ...core.vec3 import BLACK, ONE, ZERO, along, direction_to, dot, largest, length, minus, mul, plus, row, times
+from ...core.vec3 import BLACK, ONE, ZERO, along, direction_to, dot, largest, mul, plus, times
 from ...emitters.lamps import sample_lamp
-from ...scene import LightKind
 from ...tracing.media.flight import fly, media_left, scattering_at, span_of_media
 from ...tracing.media.scattering import phase_density, sample_phase
 from ...tracing.transparency import closest_hit
 from ..direct.lamp_choice import cell_of, choose_lamp
 from ..direct.sampling import DIFFUSE_RAY, IN_AIR, met_radiance, sample_emitters
 from ..direct.visible import visible_share
+from .lamp_angles import place_on_ray
 
 _NO_OBJECT = -1
 _STREAM = np.uint64(0x8BB84B93962EACC9)  # of the numbers of a path, beside those for surfaces
 _LAMP, _EMITTER = 2, 4  # the first pairs of numbers that draw a lamp, and another emitter; those before send the ray on
 _KIND = np.int64(DIFFUSE_RAY)  # of rays that a medium scattered
-_SUN = int(LightKind.SUN)
 _HALF = np.float32(0.5)
-_LEAST_GAP = np.float32(1e-6)  # of a lamp beside a ray, m, and over its distance
 
 
 @routine
@@ -87,7 +84,7 @@ def _lamplight_scattered(tracing, room, direct, key, path, i, origin, direction,
     lamp, chance = choose_lamp(direct.grid, cell_of(direct.grid, middle), choice)
     if not direct.lamps.seen[DIFFUSE_RAY, lamp]:
         return BLACK
-    distance, density = _place_on_ray(direct.lamps, lamp, origin, direction, start, end, place)
+    distance, density = place_on_ray(tracing.media, direct.lamps, lamp, origin, direction, start, end, place)
     x, (u, v) = along(origin, distance, direction), two_numbers(key, path, i + 1)
     target, light = sample_lamp(direct.lamps, lamp, x, IN_AIR, u, v, direct.far)
     if light == BLACK or density <= ZERO:
@@ -98,20 +95,6 @@ def _lamplight_scattered(tracing, room, direct, key, path, i, origin, direction,
         return BLACK
     passes = visible_share(direct, tracing, room, lamp, x, target)
     return times(mul(mul(light, share), passes), ONE / (chance * density))
-
-
-@part
-def _place_on_ray(lamps, lamp, origin, direction, start, end, place):
-    """A distance along a ray between two by a number in [0, 1), and its density, 1/m: even in the angle at a lamp."""
-    if lamps.kind[lamp] == _SUN:
-        return start + place * (end - start), ONE / (end - start)
-    to_lamp = minus(row(lamps.position, lamp), origin)
-    nearest = dot(to_lamp, direction)
-    gap = max(length(minus(to_lamp, times(direction, nearest))), _LEAST_GAP * (ONE + length(to_lamp)))
-    first, last = np.arctan((start - nearest) / gap), np.arctan((end - nearest) / gap)
-    offset = gap * np.tan(first + place * (last - first))
-    distance = min(max(nearest + offset, start), end)
-    return distance, gap / ((last - first) * (gap * gap + offset * offset))
 
 
 @part

@@ -114,7 +114,7 @@ def span_of_media(media, origin, direction, far):
     """Between which distances a ray may be inside of media before `far`; the first is not below the second if none."""
     start, end = far, ZERO
     for k in range(len(media.tree)):
-        enters, leaves = _box_span(row(media.low, k), row(media.high, k), origin, direction, far)
+        enters, leaves = box_span(row(media.low, k), row(media.high, k), origin, direction, far)
         if enters < leaves:
             start, end = min(start, enters), max(end, leaves)
     return start, end
@@ -147,7 +147,7 @@ def passed(tracing, room, k, origin, direction, far, most):
         return mass, at, density_at(media, k, along(origin, far, direction))
     mass, since, near, inside = ZERO, ZERO, ZERO, False
     low, high = row(media.low, k), row(media.high, k)
-    enters, exits = _box_span(low, high, origin, direction, far)
+    enters, exits = box_span(low, high, origin, direction, far)
     if enters > exits:
         return ZERO, INFINITY, ZERO
     # Rays that meet an edge of the outline meet one of its faces: what starts or ends nowhere is not counted
@@ -174,7 +174,7 @@ def passed(tracing, room, k, origin, direction, far, most):
 
 
 @part
-def _box_span(low, high, origin, direction, far):
+def box_span(low, high, origin, direction, far):
     """Between which distances a ray is in a box before `far`; the first is above the second where it is not."""
     start, end = ZERO, far
     for i in range(3):

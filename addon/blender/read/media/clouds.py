@@ -69,18 +69,27 @@ def _cloud(obj: "bpy.types.Object", matrix: np.ndarray, shader: VolumeShader, wa
         warnings.add(f"Volume '{obj.name}' has many voxels: it is baked in cells of {share} × {share} × {share}.")
     middles = (np.indices(shape).reshape(3, -1).T + 0.5) @ local_from_grid[:3, :3].T + local_from_grid[:3, 3]
     voxels = {name: _sampled(obj.original, name, middles) for name in names}
+    return medium_of_grids(shader, obj.name, voxels, shape, matrix @ local_from_grid, warnings)
+
+
+def medium_of_grids(
+    shader: VolumeShader,
+    name: str,
+    voxels: dict[str, np.ndarray],
+    shape: tuple[int, int, int],
+    world_from_grid: np.ndarray,
+    warnings: Warnings,
+) -> Medium | None:
+    """The medium by the grids (n,) of an object of some name, in the cells of a lattice, in C order."""
+    material = f"Material '{shader.block.name}'"
     try:
         values = shader.at_voxels(_VoxelEvaluator(no_images, voxels=voxels).value, voxels)
     except UnreadableError as error:
-        name = f"'{shader.block.name}'"
-        warnings.add(f"Material {name}: its volume is not baked on '{obj.name}', as its {error} is not of the grids.")
+        warnings.add(f"{material}: its volume is not baked on '{name}', as its {error} is not of the grids.")
         return None
-    medium, is_exact = shader.medium_in(values, shape, np.linalg.inv(matrix @ local_from_grid)[:3])
+    medium, is_exact = shader.medium_in(values, shape, np.linalg.inv(world_from_grid)[:3])
     if not is_exact:
-        warnings.add(
-            f"Material '{shader.block.name}': the color of its volume differs from place to place, and its mean is "
-            "baked."
-        )
+        warnings.add(f"{material}: the color of its volume differs from place to place, and its mean is baked.")
     return medium
 
 

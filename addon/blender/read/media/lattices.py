@@ -26,8 +26,10 @@ CACHE_BYTES = 64 * 2**20
 _baked = Recent(CACHE_BYTES, lambda values: sum(value.nbytes for value in values.values()))
 
 
-def cells_over(mesh: "bpy.types.Mesh", matrix: np.ndarray) -> tuple[tuple[int, int, int], np.ndarray, np.ndarray]:
-    """Cells about as long along each axis in the world, over all of a mesh.
+def cells_over(
+    mesh: "bpy.types.Mesh", matrix: np.ndarray, shape: tuple[int, ...] | None = None
+) -> tuple[tuple[int, int, int], np.ndarray, np.ndarray]:
+    """Cells over all of a mesh: as many as asked for, or about as long along each axis in the world.
 
     Returns
     -------
@@ -42,7 +44,7 @@ def cells_over(mesh: "bpy.types.Mesh", matrix: np.ndarray) -> tuple[tuple[int, i
     low, high = (getattr(corners.reshape(-1, 3), side)(axis=0).astype(np.float64) for side in ("min", "max"))
     extent = np.maximum(high - low, 1e-6 * max((high - low).max(), 1e-6))
     lengths = extent * np.linalg.norm(matrix[:3, :3], axis=0)
-    shape = [max(ceil(N_CELLS * length / max(lengths.max(), 1e-30) - 1e-6), 1) for length in lengths]
+    shape = shape or [max(ceil(N_CELLS * length / max(lengths.max(), 1e-30) - 1e-6), 1) for length in lengths]
     return (shape[0], shape[1], shape[2]), low, extent / shape
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import compress
 
 import bpy
@@ -12,7 +13,9 @@ from ....scene.media import by_object
 from ...temporary import CyclesError
 from ...warn import Warnings, listed
 from ..scene_contents import Source
+from .clouds import medium_of_grids
 from .lattices import cells_over, values_in_cells
+from .smoke import is_smoke, smoke_grids
 from .volume_shaders import VolumeShader, volume_differences, volume_shortcomings
 
 
@@ -33,6 +36,11 @@ class Instances:
     matrices: np.ndarray
     left: np.ndarray
 
+    @cached_property
+    def are_smoke(self) -> list[bool]:
+        """Which objects of the scene are the domains of gas simulations."""
+        return list(compress((is_smoke(by[0]) for one in self.sources for by in one.placed_by), self.left))
+
     def __getitem__(self, number: int) -> "tuple[bpy.types.Object, bpy.types.Mesh, np.ndarray]":
         """The original object, the evaluated mesh and the matrix of an object of the scene."""
         every = (
@@ -47,6 +55,7 @@ def with_media(
     scene: Scene,
     volumes: tuple[VolumeShader | None, ...],
     instances: Instances,
+    depsgraph: "bpy.types.Depsgraph",
     world: "bpy.types.World | None",
     clouds: tuple[Medium, ...],
     warnings: Warnings,
@@ -59,12 +68,11 @@ def with_media(
         for what in (*volume_shortcomings(world), *volume_differences(world)):
             warnings.add(f"World '{world.name}': {what}.")
     same = tuple(volume.medium() if volume and not volume.varying else None for volume in volumes)
-    varying = {number for number, volume in enumerate(volumes) if volume and volume.varying}
+    filled = {number: volume for number, volume in enumerate(volumes) if volume}
     of_object = {}
-    for key, _ in by_object(scene.material_of_triangle, scene.object_of_triangle, varying):
-        volume = volumes[key[0]]
-        assert volume is not None
-        of_object[key] = _medium_in(volume, *instances[key[1]], warnings)
+    for key, _ in by_object(scene.material_of_triangle, scene.object_of_triangle, set(filled)):
+        if filled[key[0]].varying or instances.are_smoke[key[1]]:
+            of_object[key] = _medium_in(filled[key[0]], *instances[key[1]], depsgraph, warnings)
     scene = replace(scene, media=Media(same, of_world, of_object, clouds))
     open_ = [f"'{name}'" for name in dict.fromkeys(_unclosed(scene))]
     if open_:
@@ -76,16 +84,25 @@ def with_media(
 
 
 def _medium_in(
-    volume: VolumeShader, obj: "bpy.types.Object", mesh: "bpy.types.Mesh", matrix: np.ndarray, warnings: Warnings
+    volume: VolumeShader,
+    obj: "bpy.types.Object",
+    mesh: "bpy.types.Mesh",
+    matrix: np.ndarray,
+    depsgraph: "bpy.types.Depsgraph",
+    warnings: Warnings,
 ) -> Medium | None:
     """What fills an object where that differs from place to place."""
     name = f"Material '{volume.block.name}'"
-    shape, low, size = cells_over(mesh, matrix)
+    grids = smoke_grids(obj.evaluated_get(depsgraph)) if is_smoke(obj) else {}
+    shape, low, size = cells_over(mesh, matrix, next((grid.shape for grid in grids.values()), None))
     local_from_grid = np.eye(4)
     local_from_grid[:3] = np.column_stack([np.diag(size), low])
     world_from_grid = matrix @ local_from_grid
     if not np.isfinite(world_from_grid).all() or abs(np.linalg.det(world_from_grid)) < 1e-30:
         return None
+    if is_smoke(obj):
+        voxels = {grid_name: grid.ravel() for grid_name, grid in grids.items()}
+        return medium_of_grids(volume, obj.name, voxels, shape, world_from_grid, warnings) if grids else None
     try:
         values = values_in_cells(volume.block, volume.varying, obj, mesh, matrix)
     except CyclesError as error:
