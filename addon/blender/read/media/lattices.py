@@ -44,8 +44,8 @@ def cells_over(
     low, high = (getattr(corners.reshape(-1, 3), side)(axis=0).astype(np.float64) for side in ("min", "max"))
     extent = np.maximum(high - low, 1e-6 * max((high - low).max(), 1e-6))
     lengths = extent * np.linalg.norm(matrix[:3, :3], axis=0)
-    shape = shape or [max(ceil(N_CELLS * length / max(lengths.max(), 1e-30) - 1e-6), 1) for length in lengths]
-    return (shape[0], shape[1], shape[2]), low, extent / shape
+    n = shape or [max(ceil(N_CELLS * length / max(lengths.max(), 1e-30) - 1e-6), 1) for length in lengths]
+    return (n[0], n[1], n[2]), low, extent / n
 
 
 def values_in_cells(

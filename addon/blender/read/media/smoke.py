@@ -14,7 +14,9 @@ def is_smoke(obj: "bpy.types.Object") -> bool:
 def smoke_grids(obj: "bpy.types.Object") -> dict[str, np.ndarray]:
     """The grids over the bounds of an evaluated domain's mesh, (x, y, z) float32 each, by name; those that it has."""
     settings = _domain(obj)
-    found = {}
+    found: dict[str, np.ndarray] = {}
+    if settings is None:
+        return found
     for name, member in _GRIDS.items():
         values = np.array(getattr(settings, member), np.float32)
         shape = np.array(settings.domain_resolution[:])
