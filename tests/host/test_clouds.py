@@ -129,3 +129,21 @@ def test_a_domain_without_smoke_is_nothing():
     obj = scenes.add_cube(material=material)
     obj.modifiers.new("Smoke", "FLUID").fluid_type = "DOMAIN"
     assert set(scenes.extracted().media.of_object.values()) == {None}
+
+
+def test_a_file_of_grids(tmp_path):
+    obj, tree, _ = shown()
+    graph, path = bpy.context.evaluated_depsgraph_get(), str(tmp_path / "cloud.vdb")
+    assert obj.evaluated_get(graph).data.grids.save(path)
+    made = only_cloud()
+    file = bpy.data.volumes.new("File")
+    file.filepath = path
+    file.materials.append(obj.data.materials[0])
+    bpy.data.objects.remove(obj)
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new("File", file))
+    said = []
+    found = only_cloud(said)
+    assert said == [] and found.density.values == pytest.approx(made.density.values, abs=1e-5)
+    assert found.density.grid_from_world == pytest.approx(made.density.grid_from_world, abs=1e-4)
+    file.filepath = "/nowhere/cloud.vdb"
+    assert scenes.extracted(said).media.clouds == () and "is missing" in said[0]
