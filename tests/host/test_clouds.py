@@ -132,7 +132,7 @@ def test_a_domain_without_smoke_is_nothing():
 
 
 def test_a_file_of_grids(tmp_path):
-    obj, tree, _ = shown()
+    obj, _, _ = shown()
     graph, path = bpy.context.evaluated_depsgraph_get(), str(tmp_path / "cloud.vdb")
     assert obj.evaluated_get(graph).data.grids.save(path)
     made = only_cloud()
