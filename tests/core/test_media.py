@@ -190,9 +190,9 @@ def test_a_ray_that_starts_at_a_lamp_finds_a_finite_place():
     assert 0 <= distance <= 2 and np.isfinite(density)
 
 
-@pytest.mark.parametrize("g", [0.0, 0.8, -0.5, 0.97])
+@pytest.mark.parametrize("g", [0.0, 0.8, -0.5])
 def test_places_on_a_ray_are_drawn_by_their_density(g):
-    """χ² of distances; and what p/d² is over it, differs little where p is not narrow."""
+    """As many are in each part of a ray as their density says, which nearly follows p/d²."""
     light = lamp(LightKind.POINT, 1.0, position=(0.3, 0.2, 0.5))
     scene = with_media(plane(0.1, -9), [box(1, False)], [medium(0, 1, g)], lights=light)
     ray = (-0.9, 0, 0.1), np.array((1, 0.1, 0.3)) / np.linalg.norm((1, 0.1, 0.3))
@@ -208,7 +208,7 @@ def test_places_on_a_ray_are_drawn_by_their_density(g):
     d = np.linalg.norm(to_lamp, axis=1)
     p = (1 - g * g) / (1 + g * g - 2 * g * (to_lamp @ ray[1]) / d) ** 1.5
     ratio = p / d**2 / density
-    assert ratio.std() / ratio.mean() < (0.1 if abs(g) < 0.9 else 0.5)
+    assert ratio.std() / ratio.mean() < 0.1
 
 
 def _within(values, edges):
