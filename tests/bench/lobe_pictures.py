@@ -53,6 +53,7 @@ SHADERS = {
     "Glass BSDF": ("BsdfGlass", {"Color": (0.9, 1, 0.95), "Roughness": 0.0}, {}),
     "Refraction BSDF": ("BsdfRefraction", {"Color": (1, 0.9, 0.8), "Roughness": 0.2, "IOR": 1.3}, {}),
     "Sheen BSDF": ("BsdfSheen", {"Color": (0.7, 0.6, 0.9), "Roughness": 0.5}, {}),
+    "Sheen BSDF, velvet": ("BsdfSheen", {"Color": (0.7, 0.6, 0.9), "Roughness": 0.5}, {"distribution": "ASHIKHMIN"}),
     "Toon BSDF": ("BsdfToon", {"Color": RED}, {}),
 }
 

@@ -9,7 +9,7 @@ part of this project, but Cycles' values of them are, in truth/material_files.js
 
 A file's meshes stand as they are between a grey ground and a ceiling, in the light of a spot lamp that shines on little
 else. Probes, tiny triangles that only camera rays see, lie on the ground and on the meshes; a row is the mean of
-E_indirect / π over either.
+E_indirect / π over either. Each probe gathers for itself: interpolation between so few is an error of its own.
 """
 
 import argparse
@@ -36,7 +36,13 @@ N_PROBES = 64  # on each
 BOUND = 0.03  # of the mean
 SAMPLES, ENOUGH, LEAST_RUNS, MOST_RUNS = 256, 0.005, 4, 64
 SEEDS = (1, 2, 3, 4)
-WORK = {"n_photons": 200_000, "n_gather_rays": 512, "n_cache_elements": 20_000, "n_cache_rays": 8}  # of one bake
+WORK = {
+    "n_photons": 200_000,
+    "n_gather_rays": 2048,
+    "n_cache_elements": 20_000,
+    "n_cache_rays": 8,
+    "interpolate": False,
+}
 
 
 def main():
