@@ -13,9 +13,11 @@ from ...addon.core.parameters import meaning_of
 from ...addon.pipeline.refinement import BUDGET, TOLERANCE, RefineOptions
 from ...addon.settings.bake import CHOICES, BakeSettings, Quality, settings_for
 from ...addon.settings.camera import CameraSettings
+from ...addon.settings.frames import KEEPINGS, PLAYBACK_FOLDER, Frames, Keeping, parse_frames
 from ...addon.settings.lightmap import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
 from ...addon.settings.probes import ProbeSettings
 from ...addon.ui.properties.scene import CHOICE_MEANINGS
+from ..jobs.frame_bakes import check_frames
 from .camera_options import OF_CAMERAS, add_camera_options, camera_settings, pass_folder
 from .probe_options import OF_PROBES, add_probe_options, probe_folder, probe_settings
 
@@ -105,8 +107,12 @@ class Options:
         None: no probes are asked for.
     probe_output : Path
         Folder for probes.
-    frames : range or None
+    frames : Frames or None
         None: the current frame.
+    keeping : 'texture' or 'attributes'
+        How vertices keep the light of several frames.
+    vertex_output : Path
+        Folder for images of vertices' light.
     preview : Path or None
         PNG with all lightmaps.
     save : Path or None
@@ -135,7 +141,9 @@ class Options:
     camera_output: Path
     probes: ProbeSettings | None
     probe_output: Path
-    frames: range | None
+    frames: Frames | None
+    keeping: Keeping
+    vertex_output: Path
     preview: Path | None
     save: Path | None
     report: Path | None
@@ -195,6 +203,8 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         probes=probes,
         probe_output=probe_folder(given, loaded_file),
         frames=given.frames,
+        keeping=given.keeping or "texture",
+        vertex_output=Path(given.output or Path(loaded_file).parent / PLAYBACK_FOLDER).absolute(),
         preview=None if given.preview is None else Path(given.preview).absolute(),
         save=None if given.save is None else Path(given.save or loaded_file).absolute(),
         report=None if given.report is None else Path(given.report).absolute(),
@@ -225,14 +235,22 @@ def _refuse_mixtures(parser: ArgumentParser, given: Namespace, targets: list[str
     for option, is_default in (("--no-fit", given.fit), ("--no-vertex-denoise", given.denoise)):
         if not is_default and "vertex" not in targets:
             parser.error(f"{option} is for light on vertices: give --target vertex too")
-    if given.output is not None and targets == ["vertex"]:
+    files = targets != ["vertex"] or (given.frames is not None and given.keeping != "attributes")
+    if given.output is not None and not files:
         parser.error("--output is for files: give --target lightmap, camera or probes too")
-    if targets != ["vertex"] and given.output is None and not loaded_file:
+    if files and given.output is None and not loaded_file:
         parser.error("the files have no folder: give --output DIR")
     if given.show and not {"vertex", "lightmap"} & set(targets):
         parser.error("--show is for light in materials: give --target vertex or lightmap too")
-    if given.frames is not None and targets != ["camera"]:
-        parser.error("--frames is for a camera's pass alone: bake other targets without it")
+    if given.keeping is not None and (given.frames is None or "vertex" not in targets):
+        parser.error("--frames-as is for frames of vertices: give --frames and --target vertex too")
+    if given.frames is not None:
+        try:
+            check_frames(given.frames, targets, given.copies)
+        except BakeError as error:
+            parser.error(str(error))
+        if given.refine is not None:
+            parser.error("--refine is for the light of one frame: refine first, and bake frames after it")
 
 
 def _given(given: Namespace, names: list[str]) -> dict[str, Any]:
@@ -256,6 +274,10 @@ def _parser() -> ArgumentParser:
     meaning = "an object to bake, with commas in its name if it has any; repeatable"
     add("--object", type=_name, dest="objects", action="append", metavar="NAME", help=meaning)
     add("--attribute", type=_name, default="Indirect", metavar="NAME", help="color attribute; default %(default)s")
+    meaning = "frames of the animation; STEP may be a fraction for vertices; default: the current one"
+    add("--frames", type=_frames, metavar="A-B[:STEP]", help=meaning)
+    meaning = "keep frames of vertices in an image that a modifier plays back, or an attribute each; default texture"
+    add("--frames-as", dest="keeping", type=_one_of(*KEEPINGS), metavar="|".join(KEEPINGS), help=meaning)
     meaning = "give objects whose mesh cannot hold their light copies with meshes of their own"
     add("--copies", action="store_true", help=meaning)
     meaning = (
@@ -322,6 +344,13 @@ def _one_of(*choices: str) -> Callable[[str], str]:
         raise ArgumentTypeError(f"there is no {text!r}; choose {' or '.join(choices)}")
 
     return check
+
+
+def _frames(text: str) -> Frames:
+    try:
+        return parse_frames(text)
+    except BakeError as error:
+        raise ArgumentTypeError(str(error)) from error
 
 
 def _name(text: str) -> str:

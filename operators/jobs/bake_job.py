@@ -1,6 +1,6 @@
 """A bake in three steps, for the button, for scripts and for the command line: one solve for all that is asked for."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -236,8 +236,13 @@ class BakeJob:
             )
             self.warnings.append(Advice(sentence))
 
-    def write(self, solved: Solved, progress: Progress) -> Written:
+    def write(self, solved: Solved, progress: Progress, writes: Sequence[Callable[[], Written]] = ()) -> Written:
         """Write what can be written of the light; for the main thread.
+
+        Parameters
+        ----------
+        writes : sequence of callable, optional
+            What writes each of the outputs, where that is not its own `write`.
 
         Raises
         ------
@@ -250,14 +255,14 @@ class BakeJob:
         with edit_mode_left():
             self.check_strict([*written.warnings, *(one for output in solved.outputs for one in output.concerns())])
             refusals = []
-            for output in solved.outputs:
+            for write in writes or [output.write for output in solved.outputs]:
                 try:
-                    written.add(output.write())
+                    written.add(write())
                 except BakeError as error:
                     refusals.append(str(error))
                 except Exception as error:  # a fault of ours; what is written already can still be undone
                     written.failures.append(describe(error))
-            if len(self.targets) > 1 and not refusals:
+            if len(self.targets) > 1 and not refusals and not writes:
                 complete_copies(self.object_names)
         if refusals and len(refusals) == len(solved.outputs):
             raise BakeError(" ".join(refusals))
