@@ -143,7 +143,7 @@ def _bake_frames(
 
     def of_vertices(request: VertexRequest) -> VertexRecording:
         name = scene_name(bpy.context.scene)
-        return VertexRecording(request, frames, options.keeping, options.vertex_output, name)
+        return VertexRecording(request, frames, options.keeping, options.playback_output, name)
 
     recordings = [recording_of(request, frames, of_vertices) for request in _requests(options)]
     bakes, failures = FrameBakes(frames, recordings), []
@@ -158,6 +158,7 @@ def _bake_frames(
         bakes.go_back()
     report.warnings = list(dict.fromkeys([*report.warnings, *written.warnings, *_show(options)]))
     report.files += [str(path) for path in written.files]
+    report.counts |= {"frames": len(frames), "repeated_frames": bakes.n_repeated}
     return failures + written.failures
 
 
@@ -180,7 +181,7 @@ def _bake_frame(
         job.check_strict()
         if not report.files:
             job.check_space(len(options.frames or [0]), options.save)
-        solved = job.solve(options.settings, progress)
+        solved = job.solve(options.settings, progress, before=bakes.before if bakes else None)
         written = bakes.take(time, job, solved, progress) if bakes else job.write(solved, progress)
         job.warnings += [] if bakes else _show(options)
     finally:

@@ -13,12 +13,12 @@ from ...addon.core.parameters import meaning_of
 from ...addon.pipeline.refinement import BUDGET, TOLERANCE, RefineOptions
 from ...addon.settings.bake import CHOICES, BakeSettings, Quality, settings_for
 from ...addon.settings.camera import CameraSettings
-from ...addon.settings.frames import KEEPINGS, PLAYBACK_FOLDER, Frames, Keeping, parse_frames
+from ...addon.settings.frames import Frames, Keeping
 from ...addon.settings.lightmap import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
 from ...addon.settings.probes import ProbeSettings
 from ...addon.ui.properties.scene import CHOICE_MEANINGS
-from ..jobs.frame_bakes import check_frames
 from .camera_options import OF_CAMERAS, add_camera_options, camera_settings, pass_folder
+from .frame_options import add_frame_options, playback_folder, refuse_frames, writes_playback
 from .probe_options import OF_PROBES, add_probe_options, probe_folder, probe_settings
 
 COMMAND = "photon_bake"
@@ -111,7 +111,7 @@ class Options:
         None: the current frame.
     keeping : 'texture' or 'attributes'
         How vertices keep the light of several frames.
-    vertex_output : Path
+    playback_output : Path
         Folder for images of vertices' light.
     preview : Path or None
         PNG with all lightmaps.
@@ -143,7 +143,7 @@ class Options:
     probe_output: Path
     frames: Frames | None
     keeping: Keeping
-    vertex_output: Path
+    playback_output: Path
     preview: Path | None
     save: Path | None
     report: Path | None
@@ -204,7 +204,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         probe_output=probe_folder(given, loaded_file),
         frames=given.frames,
         keeping=given.keeping or "texture",
-        vertex_output=Path(given.output or Path(loaded_file).parent / PLAYBACK_FOLDER).absolute(),
+        playback_output=playback_folder(given, loaded_file),
         preview=None if given.preview is None else Path(given.preview).absolute(),
         save=None if given.save is None else Path(given.save or loaded_file).absolute(),
         report=None if given.report is None else Path(given.report).absolute(),
@@ -235,6 +235,14 @@ def _refuse_mixtures(parser: ArgumentParser, given: Namespace, targets: list[str
     for option, is_default in (("--no-fit", given.fit), ("--no-vertex-denoise", given.denoise)):
         if not is_default and "vertex" not in targets:
             parser.error(f"{option} is for light on vertices: give --target vertex too")
+    files = targets != ["vertex"] or writes_playback(given, targets)
+    if given.output is not None and not files:
+        parser.error("--output is for files: give --target lightmap, camera or probes too")
+    if files and given.output is None and not loaded_file:
+        parser.error("the files have no folder: give --output DIR")
+    if given.show and not {"vertex", "lightmap"} & set(targets):
+        parser.error("--show is for light in materials: give --target vertex or lightmap too")
+    refuse_frames(parser, given, targets)
     files = targets != ["vertex"] or (given.frames is not None and given.keeping != "attributes")
     if given.output is not None and not files:
         parser.error("--output is for files: give --target lightmap, camera or probes too")
@@ -274,10 +282,6 @@ def _parser() -> ArgumentParser:
     meaning = "an object to bake, with commas in its name if it has any; repeatable"
     add("--object", type=_name, dest="objects", action="append", metavar="NAME", help=meaning)
     add("--attribute", type=_name, default="Indirect", metavar="NAME", help="color attribute; default %(default)s")
-    meaning = "frames of the animation; STEP may be a fraction for vertices; default: the current one"
-    add("--frames", type=_frames, metavar="A-B[:STEP]", help=meaning)
-    meaning = "keep frames of vertices in an image that a modifier plays back, or an attribute each; default texture"
-    add("--frames-as", dest="keeping", type=_one_of(*KEEPINGS), metavar="|".join(KEEPINGS), help=meaning)
     meaning = "give objects whose mesh cannot hold their light copies with meshes of their own"
     add("--copies", action="store_true", help=meaning)
     meaning = (
@@ -308,6 +312,7 @@ def _parser() -> ArgumentParser:
     add("--no-interpolation", dest="interpolate", action="store_false", default=None, help=meaning)
     add("--output", metavar="DIR", help=f"folder for images; default: {LIGHTMAP_FOLDER} beside the loaded file")
     _add_lightmap_options(parser)
+    add_frame_options(parser)
     add_camera_options(parser)
     add_probe_options(parser)
     add("--save", nargs="?", const="", metavar="FILE.blend", help="save the file, here or over the loaded one")
@@ -344,13 +349,6 @@ def _one_of(*choices: str) -> Callable[[str], str]:
         raise ArgumentTypeError(f"there is no {text!r}; choose {' or '.join(choices)}")
 
     return check
-
-
-def _frames(text: str) -> Frames:
-    try:
-        return parse_frames(text)
-    except BakeError as error:
-        raise ArgumentTypeError(str(error)) from error
 
 
 def _name(text: str) -> str:

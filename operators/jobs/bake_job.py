@@ -12,6 +12,7 @@ import bpy
 from ...addon.blender import READING, SceneReading, displace, in_render_graph, read_scene
 from ...addon.blender.read.as_read import Placement, edit_mode_left, named
 from ...addon.blender.write.baked_copies import complete_copies, originals_shown
+from ...addon.core.content import content_digest
 from ...addon.core.errors import Advice, BakeError, Cancelled, refuse_differences
 from ...addon.core.inspector import Inspector
 from ...addon.core.parallel import Workers, aside
@@ -172,10 +173,21 @@ class BakeJob:
         """Objects that get light, each once."""
         return list(dict.fromkeys(name for target in self.targets for name in target.object_names))
 
-    def solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None = None) -> Solved:
+    def solve(
+        self,
+        settings: BakeSettings,
+        progress: Progress,
+        inspector: Inspector | None = None,
+        before: Solved | None = None,
+    ) -> Solved:
         """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it.
 
         It ends soon after it is cancelled, whatever is being done.
+
+        Parameters
+        ----------
+        before : Solved, optional
+            The light of another frame, which this one has as well where nothing has changed.
 
         Raises
         ------
@@ -185,9 +197,11 @@ class BakeJob:
         """
         compiler.wait(progress)
         check_libraries()
-        return aside(lambda: self._solve(settings, progress, inspector), progress.check)
+        return aside(lambda: self._solve(settings, progress, inspector, before), progress.check)
 
-    def _solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None) -> Solved:
+    def _solve(
+        self, settings: BakeSettings, progress: Progress, inspector: Inspector | None, before: Solved | None
+    ) -> Solved:
         from ...addon.gather import Irradiance
         from ...addon.pipeline.outputs import developed, expose  # here, as Blender's start should not wait for SciPy
         from ...addon.tracing.embree import EmbreeTracer
@@ -197,6 +211,9 @@ class BakeJob:
         tracer = EmbreeTracer(self.scene)
         samples = [target.samples(self.scene, tracer, workers, self.warnings) for target in self.targets]
         self.check_strict()
+        content = self._content(samples, settings)
+        if before is not None and content and content == before.content:
+            return before.of_targets(self.targets)
         if self.shutter:
             exposures = exposed_over(
                 self.shutter, self.scene, self.light_groups, samples, settings, tracer, workers, inspector
@@ -215,7 +232,15 @@ class BakeJob:
             one.irradiance if isinstance(one, VertexLight) else part
             for one, part in zip(outputs, lit.totals, strict=True)
         ]
-        return Solved(Irradiance.join(shown, lit.counts), outputs)
+        return Solved(Irradiance.join(shown, lit.counts), outputs, content)
+
+    def _content(self, samples: Sequence[Any], settings: BakeSettings) -> bytes:
+        """A digest of all that the light is made of; empty where it is averaged over the shutter."""
+        if self.shutter:
+            return b""
+        where = [(one.receivers, getattr(one, "eyes", None)) for one in samples]
+        cameras = [target.camera for target in self.targets if isinstance(target, CameraTarget)]
+        return content_digest(self.scene, self.groups, where, cameras, settings)
 
     def _say(self, lit: "Lit") -> None:
         """Warn of what the solve found, and count it."""

@@ -27,12 +27,18 @@ class FrameBakes:
     Attributes
     ----------
     scene : bpy.types.Scene
+    before : Solved or None
+        The light of the frame that was taken last.
+    n_repeated : int
+        Frames in which nothing had changed, so that the light is that of the frame before.
     """
 
     def __init__(self, frames: Frames, recordings: Sequence[Recording]) -> None:
         self.frames, self._recordings = frames, recordings
         self.scene = bpy.context.scene
         self._at_first = self.scene.frame_current, self.scene.frame_subframe
+        self.before: Solved | None = None
+        self.n_repeated = 0
 
     def go_to(self, time: float) -> None:
         """Show a frame, also where it is shown already: what has keys may have been changed since."""
@@ -56,6 +62,8 @@ class FrameBakes:
         BakeError
             If nothing of it can be written, or what takes light is not what it was in the frames before.
         """
+        self.n_repeated += self.before is not None and solved.content == self.before.content != b""
+        self.before = solved
         outputs = zip(self._recordings, solved.outputs, strict=True)
         return job.write(solved, progress, [partial(one.add, time, output) for one, output in outputs])
 

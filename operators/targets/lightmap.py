@@ -240,6 +240,10 @@ class Lightmaps:
     n_covered: int
     apart: "Mapping[str, Lightmaps]" = field(default_factory=dict)
 
+    def of_target(self, target: LightmapTarget) -> "Lightmaps":
+        """See `Output.of_target`."""
+        return replace(self, target=target)
+
     @staticmethod
     def together(apart: "Mapping[str, Lightmaps]") -> "Lightmaps":
         """See `Output.together`."""

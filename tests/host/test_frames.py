@@ -1,5 +1,7 @@
 """Bakes of several frames: files, playback, and what is refused."""
 
+import json
+
 import bpy
 import numpy as np
 import pytest
@@ -7,8 +9,10 @@ from photon_bake.addon.blender.playback import MODIFIER, remove_playback
 from photon_bake.addon.core.errors import BakeError
 from photon_bake.addon.output.vertex_animation import AnimationLayout
 from photon_bake.addon.settings.frames import Frames, frame_label, parse_frames
+from photon_bake.addon.ui.state import bake_state
 from photon_bake.operators.command_line.command import run
 
+from .camera_scenes import add_camera
 from .scenes import add_cube, add_lamp, add_plane
 
 QUICK = ["--quality", "draft", "--photons", "5000", "--gather-rays", "32"]
@@ -128,6 +132,60 @@ def test_the_layout_is_the_first_frame_s(empty_scene, tmp_path):
     assert run([*QUICK, *options, "--frames", "1-2"]) == 0
     shapes = {pixels_of(path).shape for path in tmp_path.iterdir() if "Box" in path.name}
     assert len(shapes) == 1 and bpy.context.scene.frame_current == 2
+
+
+def test_frames_in_which_nothing_changes_are_baked_once(room, tmp_path):
+    report = tmp_path / "report.json"
+    targets = ["--target", "vertex", "--target", "lightmap", "--target", "camera", "--size", "32", "--atlas", "shared"]
+    add_camera(bpy.context.scene, (0, -6, 3))
+    frames = ["--frames", "2-6", "--report", str(report), "--output", str(tmp_path / "out")]
+    assert run([*QUICK, *targets, *frames]) == 0
+    counts = json.loads(report.read_text())["counts"]
+    assert (counts["frames"], counts["repeated_frames"]) == (5, 3)  # all stands still from frame 3 on
+    files = sorted(p.name for p in (tmp_path / "out").glob("*Atlas*"))
+    assert files == [f"Scene_Atlas_indirect.000{i}.exr" for i in range(2, 7)]
+    assert len(list((tmp_path / "out").glob("*_indirect_000*.exr"))) == 5
+    bpy.context.scene.frame_set(2)
+    moving = colors_of("Floor", evaluated=True)
+    bpy.context.scene.frame_set(3)
+    still = colors_of("Floor", evaluated=True)
+    bpy.context.scene.frame_set(6)
+    assert np.array_equal(colors_of("Floor", evaluated=True), still) and not np.array_equal(moving, still)
+
+
+def test_the_button_bakes_the_scene_s_frames(room, tmp_path):
+    scene = bpy.context.scene
+    scene.frame_start, scene.frame_end, scene.frame_step = 1, 5, 2
+    properties = scene.photon_bake
+    properties.quality, properties.n_photons, properties.n_gather_rays = "draft", 5000, 32
+    properties.frames.use, properties.frames.folder = True, str(tmp_path)
+    scene.frame_set(4)
+    assert bpy.ops.photon_bake.bake_indirect() == {"FINISHED"}
+    assert bake_state.outcome.places == ["3 frames of Indirect on 2 objects"] and scene.frame_current == 4
+    assert {path.parent for path in bake_state.outcome.files} == {tmp_path}
+    light = []
+    for frame in (1, 2, 3, 5):
+        scene.frame_set(frame)
+        light.append(colors_of("Floor", evaluated=True))
+    np.testing.assert_allclose(light[1], 0.5 * (light[0] + light[2]), rtol=1e-4)
+    assert np.array_equal(light[2], light[3])
+    assert bpy.ops.photon_bake.remove_playback() == {"FINISHED"}
+    assert not bpy.ops.photon_bake.remove_playback.poll()
+
+
+def test_a_failure_on_the_way_leaves_the_frame(room, tmp_path):
+    scene, box = bpy.context.scene, bpy.data.objects["Box"]
+    for frame, hidden in ((1, False), (2, True)):
+        box.hide_render = hidden
+        box.keyframe_insert("hide_render", frame=frame)
+    scene.frame_start, scene.frame_end = 1, 2
+    properties = scene.photon_bake
+    properties.quality, properties.n_photons, properties.n_gather_rays = "draft", 5000, 32
+    properties.frames.use, properties.frames.folder = True, str(tmp_path)
+    scene.frame_set(7)
+    with pytest.raises(RuntimeError, match="Object 'Box' does not take light in all frames"):
+        bpy.ops.photon_bake.bake_indirect()
+    assert scene.frame_current == 7 and not bpy.data.objects["Floor"].modifiers
 
 
 def test_an_object_that_is_hidden_later_is_named(room, tmp_path, capfd):

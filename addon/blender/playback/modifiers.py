@@ -1,6 +1,6 @@
 """The modifiers that play light back, put in and taken out."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import bpy
 
@@ -29,7 +29,7 @@ def add_playback(obj: "bpy.types.Object", tracks: Sequence[Track], frames: Frame
     obj.modifiers.move(len(obj.modifiers) - 1, 0)
 
 
-def has_playback(objects: "Sequence[bpy.types.Object]") -> bool:
+def has_playback(objects: "Iterable[bpy.types.Object]") -> bool:
     """Whether some object plays light back."""
     return any(_ours(modifier) for obj in objects for modifier in obj.modifiers)
 
