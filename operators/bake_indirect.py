@@ -50,6 +50,8 @@ class PHOTON_BAKE_OT_bake_indirect(Solving, bpy.types.Operator):
         )
     }
 
+    _bakes: FrameBakes | None = None
+
     @classmethod
     def description(cls, context: Any, properties: Any) -> str:
         targets = context.scene.photon_bake.targets
@@ -130,7 +132,7 @@ class PHOTON_BAKE_OT_bake_indirect(Solving, bpy.types.Operator):
         return written
 
     def _fail(self, error: Exception) -> set[str]:
-        if getattr(self, "_bakes", None):
+        if self._bakes is not None:
             self._bakes.go_back()
         return super()._fail(error)
 

@@ -1,7 +1,6 @@
 """The options of the command ``photon_bake``."""
 
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, get_args
@@ -14,12 +13,14 @@ from ...addon.pipeline.refinement import BUDGET, TOLERANCE, RefineOptions
 from ...addon.settings.bake import CHOICES, BakeSettings, Quality, settings_for
 from ...addon.settings.camera import CameraSettings
 from ...addon.settings.frames import Frames, Keeping
-from ...addon.settings.lightmap import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
+from ...addon.settings.lightmap import LIGHTMAP_FOLDER, LightmapSettings
 from ...addon.settings.probes import ProbeSettings
 from ...addon.ui.properties.scene import CHOICE_MEANINGS
 from .camera_options import OF_CAMERAS, add_camera_options, camera_settings, pass_folder
 from .frame_options import add_frame_options, playback_folder, refuse_frames, writes_playback
+from .lightmap_options import OF_LIGHTMAPS, add_lightmap_options, lightmap_folder, lightmap_settings
 from .probe_options import OF_PROBES, add_probe_options, probe_folder, probe_settings
+from .words import one_of, sentence
 
 COMMAND = "photon_bake"
 TARGETS = ("vertex", "lightmap", "camera", "probes")
@@ -49,26 +50,6 @@ KNOB_OPTIONS = {
 _METAVARS = {"gather_share": "FRACTION", "noise": "FRACTION", "time": "SECONDS", "memory": "MB", "motion_blur": "STEPS"}
 
 _ALONE: dict[str, dict[str, Any]] = {"motion_blur": {"nargs": "?", "const": 8}}  # what may be left out
-
-LIGHTMAP_OPTIONS = {
-    "--uv": "uv_map",
-    "--density": "density",
-    "--size": "size",
-    "--max-size": "max_size",
-    "--padding": "padding",
-    "--range": "value_range",
-}
-"""Those that are a number or a name of `LightmapSettings`."""
-
-LIGHTMAP_CHOICE_OPTIONS = {"--atlas": "atlas", "--format": "file_format", "--denoise": "denoiser"}
-
-_LIGHTMAP_KNOBS = [*LIGHTMAP_OPTIONS.values(), *LIGHTMAP_CHOICE_OPTIONS.values(), "directional"]
-_OF_LIGHTMAPS = {
-    **LIGHTMAP_OPTIONS,
-    **LIGHTMAP_CHOICE_OPTIONS,
-    "--directional": "directional",
-    "--preview": "preview",
-}
 
 
 @dataclass(frozen=True)
@@ -173,7 +154,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
     _refuse_mixtures(parser, given, targets, loaded_file)
     try:
         settings = settings_for(given.quality, **_given(given, [*KNOB_OPTIONS.values(), *CHOICES, *_FLAGS]))
-        lightmaps = LightmapSettings(**_given(given, [*_LIGHTMAP_KNOBS])) if "lightmap" in targets else None
+        lightmaps = lightmap_settings(given) if "lightmap" in targets else None
         camera = camera_settings(given) if "camera" in targets else None
         probes = probe_settings(given) if "probes" in targets else None
         refine = None if given.refine is None else RefineOptions(given.refine, **_given(given, ["budget"]))
@@ -197,7 +178,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         light_groups=given.light_groups,
         targets=targets,
         lightmaps=lightmaps,
-        output=Path(given.output or Path(loaded_file).parent / LIGHTMAP_FOLDER).absolute(),
+        output=lightmap_folder(given, loaded_file),
         camera=camera,
         camera_output=pass_folder(given, loaded_file),
         probes=probes,
@@ -216,7 +197,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
 def _refuse_mixtures(parser: ArgumentParser, given: Namespace, targets: list[str], loaded_file: str) -> None:
     """End with a line about options that say nothing beside the others, or that shut each other out."""
     of_targets = (
-        (_OF_LIGHTMAPS, "lightmap", "lightmaps"),
+        (OF_LIGHTMAPS, "lightmap", "lightmaps"),
         (OF_CAMERAS, "camera", "a camera's pass"),
         (OF_PROBES, "probes", "probes"),
     )
@@ -243,22 +224,6 @@ def _refuse_mixtures(parser: ArgumentParser, given: Namespace, targets: list[str
     if given.show and not {"vertex", "lightmap"} & set(targets):
         parser.error("--show is for light in materials: give --target vertex or lightmap too")
     refuse_frames(parser, given, targets)
-    files = targets != ["vertex"] or (given.frames is not None and given.keeping != "attributes")
-    if given.output is not None and not files:
-        parser.error("--output is for files: give --target lightmap, camera or probes too")
-    if files and given.output is None and not loaded_file:
-        parser.error("the files have no folder: give --output DIR")
-    if given.show and not {"vertex", "lightmap"} & set(targets):
-        parser.error("--show is for light in materials: give --target vertex or lightmap too")
-    if given.keeping is not None and (given.frames is None or "vertex" not in targets):
-        parser.error("--frames-as is for frames of vertices: give --frames and --target vertex too")
-    if given.frames is not None:
-        try:
-            check_frames(given.frames, targets, given.copies)
-        except BakeError as error:
-            parser.error(str(error))
-        if given.refine is not None:
-            parser.error("--refine is for the light of one frame: refine first, and bake frames after it")
 
 
 def _given(given: Namespace, names: list[str]) -> dict[str, Any]:
@@ -276,7 +241,7 @@ def _parser() -> ArgumentParser:
     )
     add = parser.add_argument
     meaning = "where the light goes; repeatable, for one bake of all; default vertex"
-    add("--target", type=_one_of(*TARGETS), action="append", metavar="|".join(TARGETS), help=meaning)
+    add("--target", type=one_of(*TARGETS), action="append", metavar="|".join(TARGETS), help=meaning)
     meaning = "objects to bake; repeatable; default: every renderable mesh object"
     add("--objects", type=_names, action="extend", metavar="NAME[,NAME…]", help=meaning)
     meaning = "an object to bake, with commas in its name if it has any; repeatable"
@@ -298,20 +263,20 @@ def _parser() -> ArgumentParser:
     meaning = "bake the light of each light group apart too, by one solve, for the light mixer"
     add("--light-groups", action="store_true", help=meaning)
     for name, choices in CHOICES.items():
-        add(f"--{name}", type=_one_of(*choices), metavar="|".join(choices), help=_sentence(CHOICE_MEANINGS[name]))
+        add(f"--{name}", type=one_of(*choices), metavar="|".join(choices), help=sentence(CHOICE_MEANINGS[name]))
     qualities = get_args(Quality)
     add("--quality", choices=qualities, default="medium", metavar="|".join(qualities), help="default %(default)s")
     knobs = {knob.name: knob for knob in fields(BakeSettings)}
     for option, name in KNOB_OPTIONS.items():
         knob = knobs[name]
         metavar, alone = _METAVARS.get(name, "N"), _ALONE.get(name, {})
-        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(meaning_of(knob)), **alone)
+        add(option, dest=name, type=knob.type, metavar=metavar, help=sentence(meaning_of(knob)), **alone)
     for option, name in (("--direct", "add_direct"), ("--open-side", "open_side"), ("--normal-maps", "normal_maps")):
-        add(option, dest=name, action="store_true", default=None, help=_sentence(knobs[name].metadata["meaning"]))
+        add(option, dest=name, action="store_true", default=None, help=sentence(knobs[name].metadata["meaning"]))
     meaning = "gather at every point, which takes longer where there are many"
     add("--no-interpolation", dest="interpolate", action="store_false", default=None, help=meaning)
     add("--output", metavar="DIR", help=f"folder for images; default: {LIGHTMAP_FOLDER} beside the loaded file")
-    _add_lightmap_options(parser)
+    add_lightmap_options(parser)
     add_frame_options(parser)
     add_camera_options(parser)
     add_probe_options(parser)
@@ -321,34 +286,6 @@ def _parser() -> ArgumentParser:
     add("--strict", action="store_true", help=meaning)
     add("--show", action="store_true", help="show the light in materials, as Use Baked Light does")
     return parser
-
-
-def _add_lightmap_options(parser: ArgumentParser) -> None:
-    group = parser.add_argument_group("lightmaps (--target lightmap)")
-    add = group.add_argument
-    knobs = {knob.name: knob for knob in fields(LightmapSettings)}
-    for option, name in LIGHTMAP_OPTIONS.items():
-        knob = knobs[name]
-        metavar = "NAME" if knob.type is str else "N"
-        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(meaning_of(knob)))
-    for option, name in LIGHTMAP_CHOICE_OPTIONS.items():
-        choices = LIGHTMAP_CHOICES[name]
-        meaning = f"{_sentence(CHOICE_MEANINGS[name])}; default {knobs[name].default}"
-        add(option, dest=name, type=_one_of(*choices), metavar="|".join(choices), help=meaning)
-    meaning = _sentence(knobs["directional"].metadata["meaning"])
-    add("--directional", action="store_true", default=None, help=meaning)
-    add("--preview", metavar="FILE.png", help="write a picture of all lightmaps")
-
-
-def _one_of(*choices: str) -> Callable[[str], str]:
-    """A check for one of `choices`."""
-
-    def check(text: str) -> str:
-        if text in choices:
-            return text
-        raise ArgumentTypeError(f"there is no {text!r}; choose {' or '.join(choices)}")
-
-    return check
 
 
 def _name(text: str) -> str:
@@ -365,8 +302,3 @@ def _names(text: str) -> list[str]:
     if not names:
         raise ArgumentTypeError("give the names of objects, with commas between them")
     return names
-
-
-def _sentence(meaning: str) -> str:
-    """A knob's meaning as argparse wants it: in lower case at the start, and % doubled."""
-    return (meaning[0].lower() + meaning[1:]).replace("%", "%%")
