@@ -12,7 +12,6 @@ import bpy
 from ...addon.blender import READING, SceneReading, displace, in_render_graph, read_scene
 from ...addon.blender.read.as_read import Placement, edit_mode_left, named
 from ...addon.blender.write.baked_copies import complete_copies, originals_shown
-from ...addon.core.content import content_digest
 from ...addon.core.errors import Advice, BakeError, Cancelled, refuse_differences
 from ...addon.core.inspector import Inspector
 from ...addon.core.parallel import Workers, aside
@@ -27,6 +26,7 @@ from ...addon.ui.state import duration
 from ..targets.camera import CameraTarget
 from ..targets.target import Request, Solved, Target
 from ..targets.vertices import VertexLight
+from .content import content_digest
 from .describe import describe
 from .shutter import Moment, exposed_over, read_shutter
 from .written import Written

@@ -4,9 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from photon_bake.addon.core.content import content_digest
-
-from .scenes import box, scene_of
+from photon_bake.operators.jobs.content import content_digest
+from photon_bake.tests.core.scenes import box, scene_of
 
 
 @dataclass(frozen=True)
