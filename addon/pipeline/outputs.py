@@ -42,6 +42,12 @@ class Samples(Protocol):
         That comes first, so that the light is gathered in the time that is left.
         """
 
+    def kept(self) -> Any:
+        """What `lit_by` gave: arrays, plain values, mappings and dataclasses of them, or None."""
+
+    def with_kept(self, kept: Any) -> "Samples":
+        """The same with what `lit_by` gave others that were read like these."""
+
     @staticmethod
     def over_time(shots: "Sequence[tuple[Any, Irradiance]]") -> "tuple[Any, Irradiance]":
         """The samples and their light as a shutter shows them that was open at several times, from those of each."""

@@ -27,7 +27,9 @@ from ..jobs.bake_job import BakeJob
 from ..jobs.describe import describe
 from ..jobs.folders import scene_name
 from ..jobs.frame_bakes import FrameBakes
+from ..jobs.light_store import LightStore
 from ..jobs.versions import versions
+from ..jobs.written import Written
 from ..refine import draft_of
 from ..targets.camera import CameraRequest
 from ..targets.lightmap import LightmapRequest
@@ -104,7 +106,7 @@ def _bake(options: Options, progress: Progress, report: Report, baked: Callable[
         if options.refine is not None:
             counts = _refine(options, options.refine, progress, report)
         if options.frames is None:
-            failures += _bake_frame(options, progress, report)
+            failures += _bake_frame(options, progress, report, store=options.state.store())
             baked()
         else:
             failures += _bake_frames(options, options.frames, progress, report, baked)
@@ -146,24 +148,36 @@ def _bake_frames(
         return VertexRecording(request, frames, options.keeping, options.playback_output, name)
 
     recordings = [recording_of(request, frames, of_vertices) for request in _requests(options)]
-    bakes, failures = FrameBakes(frames, recordings), []
+    bakes, store, shard, failures = FrameBakes(frames, recordings), options.state.store(), options.state.shard, []
+    times = shard.part(frames.times) if shard else frames.times
     try:
-        for time in frames.times:
+        for time in dict.fromkeys([frames.times[0], *times]):  # the first is read in any case: it has the layout
             bakes.go_to(time)
-            failures += _bake_frame(options, progress, report, bakes, time)
-            baked()
+            if store:
+                store.frame = f"frame {time:g}"
+            failures += _bake_frame(options, progress, report, bakes, time, store, solves=time in times)
+            if time in times:
+                baked()
         bakes.go_back()
-        written = bakes.finish()
+        written = Written() if shard else bakes.finish()
     finally:
         bakes.go_back()
-    report.warnings = list(dict.fromkeys([*report.warnings, *written.warnings, *_show(options)]))
+    shown = [] if shard else _show(options)
+    report.warnings = list(dict.fromkeys([*report.warnings, *written.warnings, *shown]))
     report.files += [str(path) for path in written.files]
-    report.counts |= {"frames": len(frames), "repeated_frames": bakes.n_repeated}
+    report.counts |= {"frames": len(times), "repeated_frames": bakes.n_repeated}
+    report.counts |= {"found_frames": store.n_found} if store else {}
     return failures + written.failures
 
 
 def _bake_frame(
-    options: Options, progress: Progress, report: Report, bakes: FrameBakes | None = None, time: float = 0.0
+    options: Options,
+    progress: Progress,
+    report: Report,
+    bakes: FrameBakes | None = None,
+    time: float = 0.0,
+    store: LightStore | None = None,
+    solves: bool = True,
 ) -> list[str]:
     """Bake what is asked for in the current frame; the report has the files of all frames, and else the last one's.
 
@@ -173,16 +187,22 @@ def _bake_frame(
         Sentences about what could not be written.
     """
     requests, named = bakes.requests(time) if bakes else _requests(options), (options.objects, options.light_group)
-    earlier, job = report.warnings, None
+    earlier, job, written = report.warnings, None, Written()
     try:
         with hushed(1):  # Cycles' log, where it evaluates nodes
             apart, steps = options.light_groups, options.settings.motion_blur
             job = BakeJob.prepare(bpy.context, requests, progress, *named, options.strict, apart, steps)
         job.check_strict()
+        if bakes and time == bakes.frames.times[0]:
+            bakes.begin(job)
+        if not solves:
+            return []
         if not report.files:
             job.check_space(len(options.frames or [0]), options.save)
-        solved = job.solve(options.settings, progress, before=bakes.before if bakes else None)
-        written = bakes.take(time, job, solved, progress) if bakes else job.write(solved, progress)
+        before = bakes.before if bakes else None
+        solved = job.solve(options.settings, progress, before=before, store=store)
+        if not options.state.shard:
+            written = bakes.take(time, job, solved, progress) if bakes else job.write(solved, progress)
         job.warnings += [] if bakes else _show(options)
     finally:
         report.warnings = list(dict.fromkeys([*earlier, *(job.warnings if job else [])]))
@@ -299,7 +319,7 @@ def _summary(report: Report) -> str:
     where = " and ".join(f"{n} {thing}" + ("s" if n != 1 else "") for thing, n in places if n)
     saved = f"; saved to {report.saved}" if report.saved else "; not saved"
     return (
-        f"Baked {report.counts['receivers'] + n_probes:,} points of {where or 'nothing'} "
+        f"Baked {report.counts.get('receivers', 0) + n_probes:,} points of {where or 'nothing'} "
         f"in {duration(report.total_seconds)}{noise}{memory}{saved}."
     )
 

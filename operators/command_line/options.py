@@ -20,6 +20,7 @@ from .camera_options import OF_CAMERAS, add_camera_options, camera_settings, pas
 from .frame_options import add_frame_options, playback_folder, refuse_frames, writes_playback
 from .lightmap_options import OF_LIGHTMAPS, add_lightmap_options, lightmap_folder, lightmap_settings
 from .probe_options import OF_PROBES, add_probe_options, probe_folder, probe_settings
+from .state_options import StateOptions, add_state_options, state_options
 from .words import one_of, sentence
 
 COMMAND = "photon_bake"
@@ -94,6 +95,8 @@ class Options:
         How vertices keep the light of several frames.
     playback_output : Path
         Folder for images of vertices' light.
+    state : StateOptions
+        What is kept of the light.
     preview : Path or None
         PNG with all lightmaps.
     save : Path or None
@@ -125,6 +128,7 @@ class Options:
     frames: Frames | None
     keeping: Keeping
     playback_output: Path
+    state: StateOptions
     preview: Path | None
     save: Path | None
     report: Path | None
@@ -186,6 +190,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         frames=given.frames,
         keeping=given.keeping or "texture",
         playback_output=playback_folder(given, loaded_file),
+        state=state_options(parser, given),
         preview=None if given.preview is None else Path(given.preview).absolute(),
         save=None if given.save is None else Path(given.save or loaded_file).absolute(),
         report=None if given.report is None else Path(given.report).absolute(),
@@ -278,6 +283,7 @@ def _parser() -> ArgumentParser:
     add("--output", metavar="DIR", help=f"folder for images; default: {LIGHTMAP_FOLDER} beside the loaded file")
     add_lightmap_options(parser)
     add_frame_options(parser)
+    add_state_options(parser)
     add_camera_options(parser)
     add_probe_options(parser)
     add("--save", nargs="?", const="", metavar="FILE.blend", help="save the file, here or over the loaded one")

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -28,6 +28,7 @@ from ..targets.target import Request, Solved, Target
 from ..targets.vertices import VertexLight
 from .content import content_digest
 from .describe import describe
+from .light_store import LightStore
 from .shutter import Moment, exposed_over, read_shutter
 from .written import Written
 
@@ -179,6 +180,7 @@ class BakeJob:
         progress: Progress,
         inspector: Inspector | None = None,
         before: Solved | None = None,
+        store: LightStore | None = None,
     ) -> Solved:
         """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it.
 
@@ -188,6 +190,8 @@ class BakeJob:
         ----------
         before : Solved, optional
             The light of another frame, which this one has as well where nothing has changed.
+        store : LightStore, optional
+            Where light is kept, and perhaps found.
 
         Raises
         ------
@@ -197,10 +201,15 @@ class BakeJob:
         """
         compiler.wait(progress)
         check_libraries()
-        return aside(lambda: self._solve(settings, progress, inspector, before), progress.check)
+        return aside(lambda: self._solve(settings, progress, inspector, before, store), progress.check)
 
     def _solve(
-        self, settings: BakeSettings, progress: Progress, inspector: Inspector | None, before: Solved | None
+        self,
+        settings: BakeSettings,
+        progress: Progress,
+        inspector: Inspector | None,
+        before: Solved | None,
+        store: LightStore | None,
     ) -> Solved:
         from ...addon.gather import Irradiance
         from ...addon.pipeline.outputs import developed, expose  # here, as Blender's start should not wait for SciPy
@@ -219,8 +228,13 @@ class BakeJob:
                 self.shutter, self.scene, self.light_groups, samples, settings, tracer, workers, inspector
             )
         else:
+            found = store.find(content, samples) if store else None
             groups = list(self.groups.values()) or [self.scene]
-            exposures = [expose(self.scene, groups, samples, settings, tracer, workers, inspector, started)]
+            if found is None:
+                found = expose(self.scene, groups, samples, settings, tracer, workers, inspector, started)
+                if store:
+                    store.keep(content, found)
+            exposures = [found]
         lit = developed(exposures, workers)
         self._say(lit)
         outputs = [
@@ -240,7 +254,8 @@ class BakeJob:
             return b""
         where = [(one.receivers, getattr(one, "eyes", None)) for one in samples]
         cameras = [target.camera for target in self.targets if isinstance(target, CameraTarget)]
-        return content_digest(self.scene, self.groups, where, cameras, settings)
+        light = replace(settings, n_threads=0, memory=BakeSettings.memory)  # which it does not depend on
+        return content_digest(self.scene, self.groups, where, cameras, light)
 
     def _say(self, lit: "Lit") -> None:
         """Warn of what the solve found, and count it."""

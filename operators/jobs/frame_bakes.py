@@ -54,6 +54,11 @@ class FrameBakes:
         """What is asked for in a frame."""
         return [one.request(time) for one in self._recordings]
 
+    def begin(self, job: BakeJob) -> None:
+        """Take note of what the first frame's bake has read, which those of others have in common."""
+        for recording, target in zip(self._recordings, job.targets, strict=True):
+            recording.begin(target)
+
     def take(self, time: float, job: BakeJob, solved: Solved, progress: Progress) -> Written:
         """Write the files of a frame, and keep the rest of its light; for the main thread.
 

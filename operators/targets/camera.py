@@ -151,6 +151,15 @@ class CameraSamples:
         beside = light_beside(solution.scene, points, solution, n_gloss_rays, workers)
         return replace(self, points=points, beside=beside, solved_by=solution.settings)
 
+    def kept(self) -> Any:
+        """See `Samples.kept`."""
+        return {"beside": self.beside, "beyond": self.points.beyond, "solved_by": self.solved_by}
+
+    def with_kept(self, kept: Any) -> "CameraSamples":
+        """See `Samples.with_kept`."""
+        points = replace(self.points, beyond=kept["beyond"])
+        return replace(self, points=points, beside=kept["beside"], solved_by=kept["solved_by"])
+
     def _exposed(self, irradiance: "Irradiance") -> CameraPass:
         from ...addon.pipeline.camera_pass import camera_pass
 

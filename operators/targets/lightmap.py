@@ -186,6 +186,14 @@ class TexelSamples:
         """See `Samples.lit_by`: nothing is."""
         return self
 
+    def kept(self) -> Any:
+        """See `Samples.kept`."""
+        return None
+
+    def with_kept(self, kept: Any) -> "TexelSamples":
+        """See `Samples.with_kept`."""
+        return self
+
     def at_rest(self, light: "Irradiance") -> "Irradiance":
         """Light whose slope is over the normals that texels have at rest."""
         slope = None if self.ride is None or light.slope is None else self.ride.at_rest(light.slope)

@@ -133,6 +133,14 @@ class ProbeSamples:
         light = probe_light(solution, self.target.places.positions, self.target.settings.n_probe_rays, workers)
         return replace(self, light=light, settings=solution.settings)
 
+    def kept(self) -> Any:
+        """See `Samples.kept`."""
+        return {"light": self.light, "settings": self.settings}
+
+    def with_kept(self, kept: Any) -> "ProbeSamples":
+        """See `Samples.with_kept`."""
+        return replace(self, light=kept["light"], settings=kept["settings"])
+
     def share(self, n: int) -> "ProbeSamples":
         """The same with one of n shares of the rays."""
         settings = self.target.settings

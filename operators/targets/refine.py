@@ -1,7 +1,7 @@
 """Meshes that are refined until a draft's light is linear between their vertices, as a target of a bake."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -104,6 +104,14 @@ class RefineSamples:
         """See `Samples.lit_by`: keeps the solution, to gather more of it."""
         return RefineSamples(self.receivers, self.target, solution)
 
+    def kept(self) -> Any:
+        """See `Samples.kept`: meshes are refined at once."""
+        raise NotImplementedError
+
+    def with_kept(self, kept: Any) -> "RefineSamples":
+        """See `Samples.with_kept`."""
+        raise NotImplementedError
+
     @staticmethod
     def over_time(shots: "Sequence[tuple[RefineSamples, Irradiance]]") -> "tuple[RefineSamples, Irradiance]":
         """See `Samples.over_time`: meshes are refined for one time."""
@@ -129,6 +137,10 @@ class Refined:
     refinement: Refinement
     target: RefineTarget
     progress: Progress
+
+    def of_target(self, target: RefineTarget) -> "Refined":
+        """See `Output.of_target`."""
+        return replace(self, target=target)
 
     @staticmethod
     def together(apart: "Mapping[str, Refined]") -> "Refined":

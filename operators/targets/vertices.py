@@ -211,6 +211,14 @@ class AttributeSamples:
         """See `Samples.lit_by`: by points between vertices, unless samples of the faces tell of these."""
         return self if self.samples else replace(self, beside=self.target.wide.lit_by(solution, workers.seed))
 
+    def kept(self) -> Any:
+        """See `Samples.kept`."""
+        return None
+
+    def with_kept(self, kept: Any) -> "AttributeSamples":
+        """See `Samples.with_kept`."""
+        return self
+
     @staticmethod
     def over_time(
         shots: "Sequence[tuple[AttributeSamples, Irradiance]]",

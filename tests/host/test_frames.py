@@ -239,5 +239,5 @@ def test_a_frame_of_many_vertices_has_several_rows():
 def pixels_of(path):
     import OpenEXR
 
-    with OpenEXR.File(str(path)) as file:
-        return np.array(file.channels()["RGB"].pixels if "RGB" in file.channels() else file.channels()["R"].pixels)
+    with OpenEXR.File(str(path), separate_channels=True) as file:
+        return np.stack([file.channels()[name].pixels for name in sorted(file.channels())], axis=-1)

@@ -16,6 +16,9 @@ from .vertices import VertexRecording
 class Recording(Protocol):
     """The light of several frames of one target."""
 
+    def begin(self, target: Any) -> None:
+        """Take note of what is read of the first frame, which others have in common."""
+
     def request(self, time: float) -> Request:
         """What is asked for in a frame."""
 

@@ -15,6 +15,9 @@ class FileRecording:
     def __init__(self, asked: Request) -> None:
         self._asked = asked
 
+    def begin(self, target: Any) -> None:
+        """See `Recording.begin`: nothing."""
+
     def request(self, time: float) -> Request:
         """See `Recording.request`."""
         if isinstance(self._asked, ProbeRequest):

@@ -6,10 +6,11 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from ....addon.blender.lightmap.layout import Layout
 from ....addon.core.errors import BakeError
 from ....addon.settings.frames import Frames, frame_label
 from ...jobs.written import Written
-from ..lightmap import LightmapRequest, Lightmaps, WrittenImages
+from ..lightmap import LightmapRequest, Lightmaps, LightmapTarget, WrittenImages
 
 
 class LightmapRecording:
@@ -18,12 +19,16 @@ class LightmapRecording:
     def __init__(self, asked: LightmapRequest, frames: Frames) -> None:
         self._asked, self._frames = asked, frames
         self._first: tuple[Lightmaps, WrittenImages] | None = None
+        self._layout: Layout | None = None
+
+    def begin(self, target: LightmapTarget) -> None:
+        """See `Recording.begin`."""
+        self._layout = target.layout
 
     def request(self, time: float) -> LightmapRequest:
         """See `Recording.request`."""
-        layout = self._first[0].target.layout if self._first else None
         preview = self._asked.preview if self._first is None else None
-        return replace(self._asked, frame=frame_label(time), layout=layout, preview=preview)
+        return replace(self._asked, frame=frame_label(time), layout=self._layout, preview=preview)
 
     def add(self, time: float, output: Lightmaps) -> Written:
         """See `Recording.add`."""

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -53,6 +54,9 @@ class VertexRecording:
         self._recorded: list[_Frame] = []
         if keeping == "texture":
             check_folder(folder, "the light of vertices")
+
+    def begin(self, target: Any) -> None:
+        """See `Recording.begin`: nothing."""
 
     def request(self, time: float) -> VertexRequest:
         """See `Recording.request`."""
