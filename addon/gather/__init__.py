@@ -17,6 +17,7 @@ from .radiance_cache.importance_pilot import ImportancePilot, importance_pilot
 from .radiance_cache.radiance_cache import RadianceCache
 from .rays.camera_gloss import camera_gloss, reflected_direct
 from .rays.camera_highlights import reflected_highlights
+from .rays.camera_media import scattered_in_media
 from .rays.gather_rays import GatherRays
 from .rays.probe_light import ProbeLight, caustics_at_probes, gather_probes
 from .screen_volume.screen_volume import screen_irradiance
@@ -48,6 +49,7 @@ __all__ = [
     "importance_pilot",
     "reflected_direct",
     "reflected_highlights",
+    "scattered_in_media",
     "screen_irradiance",
     "search_radius",
     "splat_gloss",

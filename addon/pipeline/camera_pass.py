@@ -10,6 +10,7 @@ from ..gather import (
     camera_gloss,
     reflected_direct,
     reflected_highlights,
+    scattered_in_media,
     splat_gloss,
     splat_irradiance,
 )
@@ -31,17 +32,20 @@ class LightBeside:
     Attributes
     ----------
     caustics, glossy : (height, width, 3) float32, W/(m² sr)
+    volume : (height, width, 3) float32 or None, W/(m² sr)
+        None in a scene without media.
     error : (height, width) float32, W/(m² sr)
-        Standard error of both together, its mean over colours.
+        Standard error of all together, its mean over colours.
     """
 
     caustics: np.ndarray
     glossy: np.ndarray
+    volume: np.ndarray | None
     error: np.ndarray
 
 
 def light_beside(
-    scene: Scene, points: CameraPoints, solution: Solution, n_gloss_rays: int, workers: Workers
+    scene: Scene, points: CameraPoints, solution: Solution, n_gloss_rays: int, n_media_rays: int, workers: Workers
 ) -> LightBeside:
     """What the points' pixels show beside the light that is gathered for them.
 
@@ -49,6 +53,8 @@ def light_beside(
     ----------
     n_gloss_rays : int
         Of a point that reflects all light in its glossy lobe.
+    n_media_rays : int
+        Of a pixel before which there are media.
     """
     gloss, of_gloss = _gloss(scene, points, solution, n_gloss_rays, workers)
     caustics, of_caustics = _caustics(points, solution, workers.part(*_OF_CAUSTICS))
@@ -57,8 +63,11 @@ def light_beside(
         scene, points, solution.direct, solution.tracer, n_gloss_rays, workers
     )
     glossy = points.beyond + points.picture(gloss + highlights) + _picture(points, direct)
-    errors = [of_caustics, of_gloss, _root_of_squares(points, of_highlights)]
-    return LightBeside(caustics, glossy, np.sqrt(np.sum([one**2 for one in errors], axis=0)))
+    errors, volume = [of_caustics, of_gloss, _root_of_squares(points, of_highlights)], None
+    if points.transmittance is not None:
+        volume, of_volume = scattered_in_media(points, solution.rays, n_media_rays, workers)
+        errors.append(of_volume)
+    return LightBeside(caustics, glossy, volume, np.sqrt(np.sum([one**2 for one in errors], axis=0)))
 
 
 def camera_pass(points: CameraPoints, light: Irradiance, beside: LightBeside | None) -> CameraPass:
@@ -83,6 +92,8 @@ def camera_pass(points: CameraPoints, light: Irradiance, beside: LightBeside | N
         normal=points.normal,
         depth=points.depth,
         error=np.hypot(error, beside.error) if beside else error,
+        volume=beside.volume if beside else None,
+        transmittance=points.transmittance,
     )
 
 

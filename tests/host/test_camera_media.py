@@ -1,0 +1,44 @@
+"""A camera's pass of a room of fog, against Cycles' own passes."""
+
+import bpy
+import numpy as np
+import pytest
+from photon_bake.addon.core.progress import Progress
+from photon_bake.addon.settings.bake import settings_for
+from photon_bake.addon.settings.camera import CameraSettings
+from photon_bake.operators.jobs.bake_job import BakeJob
+from photon_bake.operators.targets.camera import CameraRequest
+from photon_bake.tests.host.camera_scenes import add_ball, add_fog, build_room, coloured
+from photon_bake.tests.host.cycles_passes import render_passes
+
+
+def our_pass(folder, **settings):
+    """The pass of the scene's camera."""
+    job = BakeJob.prepare(bpy.context, [CameraRequest(CameraSettings(pass_denoiser="none", **settings), folder)], Progress())
+    solved = job.solve(settings_for("medium", n_photons=400_000, n_cache_rays=64), Progress())
+    return solved.outputs[0].passes
+
+
+def picture(channels, name):
+    return np.stack([channels[f"{name}.{c}"] for c in "RGB"], axis=-1)
+
+
+def blocks(image):
+    return image.reshape(4, 8, 6, 8, 3).mean(axis=(1, 3))
+
+
+@pytest.mark.parametrize("fog", [{"Density": 0.5, "Anisotropy": 0.3}, {"Density": 2.0, "Color": (0.9, 0.6, 0.3, 1)}])
+def test_what_fog_scatters_is_cycles_pass(empty_scene, tmp_path, fog):
+    """VolumeInd in means over blocks of 8 × 8 pixels, as near as two of Cycles' renders are; and the mean of all."""
+    build_room(empty_scene)
+    add_fog(empty_scene, **fog)
+    layer = bpy.context.view_layer
+    layer.cycles.use_pass_volume_indirect = layer.use_pass_diffuse_color = True
+    truth = render_passes(empty_scene, tmp_path / "cycles.exr", samples=1024)
+    ours = our_pass(tmp_path, n_media_rays=256)
+    found, expected = blocks(ours.volume), blocks(picture(truth, "VolumeInd"))
+    print(found.mean((0,1)), expected.mean((0,1)), np.sqrt(((found-expected)**2).mean())/expected.mean(), ours.error.mean())
+    assert found.mean(axis=(0, 1)) == pytest.approx(expected.mean(axis=(0, 1)), rel=0.02)
+    assert np.sqrt(np.mean((found - expected) ** 2)) < 0.03 * expected.mean()
+    print(blocks(ours.albedo).mean((0,1)), blocks(picture(truth, "DiffCol")).mean((0,1)))
+    assert blocks(ours.albedo) == pytest.approx(blocks(picture(truth, "DiffCol")), rel=0.03, abs=0.005)
