@@ -17,7 +17,7 @@ from .radiance_cache.importance_pilot import ImportancePilot, importance_pilot
 from .radiance_cache.radiance_cache import RadianceCache
 from .rays.camera_gloss import camera_gloss, reflected_direct
 from .rays.camera_highlights import reflected_highlights
-from .rays.camera_media import scattered_in_media
+from .rays.camera_media import scattered_in_media, scattered_in_mirrors
 from .rays.gather_rays import GatherRays
 from .rays.probe_light import ProbeLight, caustics_at_probes, gather_probes
 from .screen_volume.screen_volume import screen_irradiance
@@ -50,6 +50,7 @@ __all__ = [
     "reflected_direct",
     "reflected_highlights",
     "scattered_in_media",
+    "scattered_in_mirrors",
     "screen_irradiance",
     "search_radius",
     "splat_gloss",

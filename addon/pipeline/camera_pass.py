@@ -11,6 +11,7 @@ from ..gather import (
     reflected_direct,
     reflected_highlights,
     scattered_in_media,
+    scattered_in_mirrors,
     splat_gloss,
     splat_irradiance,
 )
@@ -66,7 +67,8 @@ def light_beside(
     errors, volume = [of_caustics, of_gloss, _root_of_squares(points, of_highlights)], None
     if points.transmittance is not None:
         volume, of_volume = scattered_in_media(points, solution.rays, n_media_rays, workers)
-        errors.append(of_volume)
+        mirrored, of_mirrored = scattered_in_mirrors(scene, points, solution.rays, n_media_rays, workers)
+        glossy, errors = glossy + mirrored, [*errors, of_volume, of_mirrored]
     return LightBeside(caustics, glossy, volume, np.sqrt(np.sum([one**2 for one in errors], axis=0)))
 
 

@@ -3,6 +3,7 @@
 import bpy
 import numpy as np
 import pytest
+from photon_bake.addon.blender.compositing.nodes import add_pass
 from photon_bake.addon.core.progress import Progress
 from photon_bake.addon.settings.bake import settings_for
 from photon_bake.addon.settings.camera import CameraSettings
@@ -10,11 +11,15 @@ from photon_bake.operators.jobs.bake_job import BakeJob
 from photon_bake.operators.targets.camera import CameraRequest
 from photon_bake.tests.host.camera_scenes import add_ball, add_fog, build_room, coloured
 from photon_bake.tests.host.cycles_passes import render_passes
+from photon_bake.tests.host.scenes import set_world
+from photon_bake.tests.host.test_compositor import bake_pass, composed
 
 
 def our_pass(folder, **settings):
     """The pass of the scene's camera."""
-    job = BakeJob.prepare(bpy.context, [CameraRequest(CameraSettings(pass_denoiser="none", **settings), folder)], Progress())
+    job = BakeJob.prepare(
+        bpy.context, [CameraRequest(CameraSettings(pass_denoiser="none", **settings), folder)], Progress()
+    )
     solved = job.solve(settings_for("medium", n_photons=400_000, n_cache_rays=64), Progress())
     return solved.outputs[0].passes
 
@@ -27,7 +32,7 @@ def blocks(image):
     return image.reshape(4, 8, 6, 8, 3).mean(axis=(1, 3))
 
 
-@pytest.mark.parametrize("fog", [{"Density": 0.5, "Anisotropy": 0.3}, {"Density": 2.0, "Color": (0.9, 0.6, 0.3, 1)}])
+@pytest.mark.parametrize("fog", [{"Density": 0.5, "Anisotropy": 0.3}, {"Density": 1.0, "Color": (0.9, 0.6, 0.3, 1)}])
 def test_what_fog_scatters_is_cycles_pass(empty_scene, tmp_path, fog):
     """VolumeInd in means over blocks of 8 × 8 pixels, as near as two of Cycles' renders are; and the mean of all."""
     build_room(empty_scene)
@@ -37,8 +42,32 @@ def test_what_fog_scatters_is_cycles_pass(empty_scene, tmp_path, fog):
     truth = render_passes(empty_scene, tmp_path / "cycles.exr", samples=1024)
     ours = our_pass(tmp_path, n_media_rays=256)
     found, expected = blocks(ours.volume), blocks(picture(truth, "VolumeInd"))
-    print(found.mean((0,1)), expected.mean((0,1)), np.sqrt(((found-expected)**2).mean())/expected.mean(), ours.error.mean())
+    print(
+        found.mean((0, 1)),
+        expected.mean((0, 1)),
+        np.sqrt(((found - expected) ** 2).mean()) / expected.mean(),
+        ours.error.mean(),
+    )
     assert found.mean(axis=(0, 1)) == pytest.approx(expected.mean(axis=(0, 1)), rel=0.02)
     assert np.sqrt(np.mean((found - expected) ** 2)) < 0.03 * expected.mean()
-    print(blocks(ours.albedo).mean((0,1)), blocks(picture(truth, "DiffCol")).mean((0,1)))
+    print(blocks(ours.albedo).mean((0, 1)), blocks(picture(truth, "DiffCol")).mean((0, 1)))
     assert blocks(ours.albedo) == pytest.approx(blocks(picture(truth, "DiffCol")), rel=0.03, abs=0.005)
+
+
+@pytest.mark.parametrize("ball", [None, "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfGlass"])
+def test_direct_light_and_the_pass_are_the_full_render_of_a_room_of_fog(empty_scene, tmp_path, ball):
+    """Means over blocks of 8 × 8 pixels; with a mirror, or glass, in the fog before and behind it."""
+    build_room(empty_scene)
+    add_fog(empty_scene, Density=0.4)
+    if ball:
+        set_world((1, 1, 1))
+        bpy.data.objects.remove(bpy.data.objects["Lamp"])
+        add_ball("Ball", (0.3, -0.1, -0.3), 0.5, coloured("Ball", (0.9, 0.8, 0.7), ball, Roughness=0.0))
+    full = picture(render_passes(empty_scene, tmp_path / "full.exr", samples=512), "Combined")
+    add_pass(empty_scene, [bake_pass(tmp_path, n_media_rays=64)])
+    ours = composed(empty_scene, tmp_path / "ours.exr", 128)
+    off = np.abs(blocks(ours) - blocks(full)).max(axis=2) / blocks(full).mean()
+    print(ball, ours.mean((0, 1)), full.mean((0, 1)), np.sqrt((off**2).mean()), off.max())
+    print(((blocks(ours) - blocks(full)).mean(axis=2) / blocks(full).mean()).round(3))
+    assert ours.mean() == pytest.approx(full.mean(), rel=0.02)
+    assert np.sqrt((off**2).mean()) < 0.03 and off.max() < 0.1

@@ -9,6 +9,8 @@ from ...core.vec3 import BLACK, ONE, ZERO, mean, mul, plus, row, times
 from ..embree import INFINITY
 from .flight import faded, passed
 
+_TINY, _BELOW_ONE = np.float32(1e-30), np.float32(1 - 2**-24)
+
 
 class Scattering(NamedTuple):
     """Where media scatter a ray.
@@ -33,7 +35,7 @@ def forced_scattering(tracing, room, origin, direction, far, place, choice):
 
     The distance has the density Σ σt e^(−∫σt) over volumes that scatter and their channels, over its integral: with
     one volume and no color it is in proportion to the light that comes from there, and the weight is the albedo times
-    what does not pass, 1 − T. Even numbers are even along the ray.
+    what does not pass, 1 − T. The first number rises along the ray.
     """
     media, total = tracing.media, ZERO
     for k in range(len(media.tree)):
@@ -45,15 +47,26 @@ def forced_scattering(tracing, room, origin, direction, far, place, choice):
         if not media.scatters[k] or left < ZERO:
             continue
         mass, _, _ = passed(tracing, room, k, origin, direction, far, INFINITY)
-        for channel in range(3):
-            stopped = _stopped(media, k, channel, mass)
-            if ZERO <= left < stopped:
-                most = -np.log1p(-left) / _extinction(media, k, channel)
-                _, distance, _ = passed(tracing, room, k, origin, direction, far, most)
-            left -= stopped
+        stopped = _stopped(media, k, 0, mass) + _stopped(media, k, 1, mass) + _stopped(media, k, 2, mass)
+        if left < stopped:
+            channel, choice = _channel(media, k, mass, choice * stopped)
+            most = -np.log1p(-left / stopped * _stopped(media, k, channel, mass)) / _extinction(media, k, channel)
+            _, distance, _ = passed(tracing, room, k, origin, direction, far, most)
+        left -= stopped
     if distance >= far:
         return Scattering(np.int64(-1), far, BLACK)
     return _at(tracing, room, origin, direction, distance, total, choice)
+
+
+@part
+def _channel(media, k, mass, choice):
+    """A channel of a volume by how much it stops of each, and what is left of the number, in [0, 1)."""
+    for channel in range(2):
+        stopped = _stopped(media, k, channel, mass)
+        if choice < stopped:
+            return channel, choice / stopped
+        choice -= stopped
+    return 2, min(choice / max(_stopped(media, k, 2, mass), _TINY), _BELOW_ONE)
 
 
 @routine
