@@ -8,12 +8,14 @@ from ..core.parallel import Workers
 from ..gather import (
     Irradiance,
     camera_gloss,
+    caustic_points,
     reflected_direct,
     reflected_highlights,
     scattered_in_media,
     scattered_in_mirrors,
     splat_gloss,
     splat_irradiance,
+    volume_caustics,
 )
 from ..output.camera import CameraPass
 from ..output.camera.passes import LEAST_ALBEDO
@@ -66,7 +68,7 @@ def light_beside(
     glossy = points.beyond + points.picture(gloss + highlights) + _picture(points, direct)
     errors, volume = [of_caustics, of_gloss, _root_of_squares(points, of_highlights)], None
     if points.transmittance is not None:
-        volume, of_volume = scattered_in_media(points, solution.rays, n_media_rays, workers)
+        volume, of_volume = _volume(scene, points, solution, n_media_rays, workers)
         mirrored, of_mirrored = scattered_in_mirrors(scene, points, solution.rays, n_media_rays, workers)
         glossy, errors = glossy + mirrored, [*errors, of_volume, of_mirrored]
     return LightBeside(caustics, glossy, volume, np.sqrt(np.sum([one**2 for one in errors], axis=0)))
@@ -124,6 +126,19 @@ def _caustics(points: CameraPoints, solution: Solution, workers: Workers) -> tup
         radiance[k] = points.front[k] * irradiance / np.float32(np.pi)
         stderr[k] = points.front[k].mean(axis=1) * of_irradiance / np.float32(np.pi)
     return points.picture(radiance), points.picture(stderr[:, None])[..., 0]
+
+
+def _volume(
+    scene: Scene, points: CameraPoints, solution: Solution, n_rays: int, workers: Workers
+) -> tuple[np.ndarray, np.ndarray]:
+    """Radiance (height, width, 3) that media scatter before the first surfaces, and its standard error in pixels."""
+    scattered, of_scattered = scattered_in_media(points, solution.rays, n_rays, workers)
+    settings, setup = solution.settings, solution.setup
+    photons = caustic_points(
+        scene, setup.photon_tracer, solution.sources, settings.n_photons, settings.max_bounces, workers
+    )
+    caustics, of_caustics = volume_caustics(points, photons, solution.tracer, workers)
+    return scattered + caustics, np.hypot(of_scattered, of_caustics)
 
 
 def _gloss(

@@ -1,16 +1,22 @@
 """What media do between a camera and surfaces: closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from photon_bake.addon.core.compiling import kernel
+from photon_bake.addon.core.parallel import Workers
 from photon_bake.addon.core.vec3 import put, row
-from photon_bake.addon.scene import LightKind
+from photon_bake.addon.emitters import Sphere, light_sources
+from photon_bake.addon.gather import caustic_points, volume_caustics
+from photon_bake.addon.scene import Channel, LightKind, Materials
 from photon_bake.addon.tracing.embree import new_ray
 from photon_bake.addon.tracing.media.forced import forced_scattering
 from photon_bake.tests.core.media_scenes import RHO, medium, tracing_of, with_media
 from photon_bake.tests.core.scenes import box, fewer, lamp, plane
 from photon_bake.tests.core.test_camera_pass import pass_of
 from photon_bake.tests.core.test_camera_points import camera_at, camera_with, points_of
+from scipy.integrate import trapezoid
 
 POWER = 24.0
 
@@ -113,3 +119,47 @@ def _turned(ways, cos, phi):
     sin = np.sqrt(1 - cos**2)[:, None]
     around = np.cos(phi)[:, None] * aside + np.sin(phi)[:, None] * np.cross(ways, aside)
     return cos[:, None] * ways + sin * around
+
+
+@pytest.mark.parametrize("g", [0.0, 0.6])
+def test_a_lamp_in_a_mirror_lights_fog(g):
+    """As the lamp behind the mirror would, at first: ∫ T σs p I e^(−σt r)/r² dt along each ray, by quadrature."""
+    sigma, absorbed, place = np.float32([0.1, 0.2, 0.4]), 0.05, np.array([0.3, 0.5, 1.0])
+    light = lamp(LightKind.POINT, POWER / (4 * np.pi), position=place)
+    scene = mirror_in_fog(medium(absorbed, sigma, g), light)
+    camera = camera_at((-6, 0, 1.4), 24, 16, angle=0.6)
+    points = points_of(scene, camera, 2)[1]
+    tracer = tracing_of(scene)
+    sources = light_sources(scene, Sphere(np.zeros(3), 4.0))
+    found = caustic_points(scene, tracer, sources, fewer(400_000), 8, Workers())
+    once = np.unique(found.path, return_index=True)[1]
+    assert len(once) < len(found)
+    seen, said = volume_caustics(points, found.where(once), tracer, Workers())
+    rays = camera.rays(camera.middles)
+    t = np.linspace(3, 12, 4000)[:, None]
+    total = np.zeros((len(rays.directions), 3))
+    for i, way in enumerate(rays.directions.astype(np.float64)):
+        x = camera.position + t * way
+        from_lamp = x - place * [1, 1, -1]
+        r = np.linalg.norm(from_lamp, axis=1, keepdims=True)
+        cos = -(from_lamp / r) @ way
+        phase = (1 - g * g) / (4 * np.pi * (1 + g * g - 2 * g * cos) ** 1.5)
+        within = (np.abs(x - [0, 0, 1.5]) < [2, 2, 1.5]).all(axis=1)
+        left = np.exp(-(sigma + absorbed) * (t - t[np.argmax(within)] + r))
+        bright = left * sigma * phase[:, None] * POWER / (4 * np.pi) / r**2
+        total[i] = trapezoid(np.where(within[:, None], bright, 0), t, axis=0)
+    expected = total.reshape(16, 24, 3)
+    assert seen.mean(axis=(0, 1)) == pytest.approx(expected.mean(axis=(0, 1)), rel=0.02)
+    off = (seen - expected).mean(axis=2)
+    assert np.sqrt(np.mean(off**2)) < 0.1 * expected.mean() and said.mean() < 0.1 * expected.mean()
+
+
+def mirror_in_fog(fog, light):
+    """A block of fog, 4 m wide and 3 m high, over a mirror."""
+    block = box(1, inwards=False)
+    block = block[0] * np.float32([2, 2, 1.5]) + np.float32([0, 0, 1.5001]), block[1]
+    scene = with_media(plane(60, 0), [block], [fog], lights=light)
+    shine, dark = (Channel.constant(np.float32([[value] * 3, [0] * 3])) for value in (1, 0))
+    rough, coverage = Channel.constant(np.zeros(2, np.float32)), Channel.constant(np.float32([1, 0]))
+    materials = Materials.of(2, diffuse=dark, f0=shine, f90=shine, roughness=rough, coverage=coverage)
+    return replace(scene, materials=materials)

@@ -71,3 +71,22 @@ def test_direct_light_and_the_pass_are_the_full_render_of_a_room_of_fog(empty_sc
     print(((blocks(ours) - blocks(full)).mean(axis=2) / blocks(full).mean()).round(3))
     assert ours.mean() == pytest.approx(full.mean(), rel=0.02)
     assert np.sqrt((off**2).mean()) < 0.03 and off.max() < 0.1
+
+
+def test_what_a_glass_ball_focuses_in_fog(empty_scene, tmp_path):
+    """Volume, with what photons bring through glass, against VolumeInd; the lamp is large, so that Cycles finds it."""
+    build_room(empty_scene)
+    add_fog(empty_scene, Density=1.0)
+    bpy.data.lights[0].size = 1.0
+    add_ball("Glass", (0, -0.1, 0.4), 0.4, coloured("Glass", (1, 1, 1), "ShaderNodeBsdfGlass", Roughness=0.0))
+    bpy.context.view_layer.cycles.use_pass_volume_indirect = True
+    expected = blocks(picture(render_passes(empty_scene, tmp_path / "cycles.exr", samples=4096), "VolumeInd"))
+    found = blocks(our_pass(tmp_path, n_media_rays=128).volume)
+    print(
+        found.mean((0, 1)),
+        expected.mean((0, 1)),
+        ((found - expected).mean(axis=2) / expected.mean()).round(3),
+        (expected.mean(axis=2)).round(3),
+    )
+    assert found.mean(axis=(0, 1)) == pytest.approx(expected.mean(axis=(0, 1)), rel=0.02)
+    assert np.sqrt(np.mean((found - expected) ** 2)) < 0.05 * expected.mean()
