@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.bsdf import phase
-from photon_bake.addon.bsdf.phase_functions import draine, fournier_forand, mie, rayleigh, rings_of
+from photon_bake.addon.bsdf.phase import sampling as phase
+from photon_bake.addon.bsdf.phase.functions import draine, fournier_forand, mie, rayleigh, rings_of
 from photon_bake.addon.core.compiling import kernel
 from photon_bake.addon.core.sampling.path_numbers import path_key, two_numbers
 from photon_bake.addon.core.vec3 import put

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from photon_bake.addon.bsdf import phase
+from photon_bake.addon.bsdf.phase import sampling as phase
 from photon_bake.addon.bsdf.subsurface import interface, medium
 from photon_bake.addon.core.sampling.warps import cosine_hemisphere
 from photon_bake.addon.core.vec3 import put, row

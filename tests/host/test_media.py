@@ -3,7 +3,7 @@
 import bpy
 import numpy as np
 import pytest
-from photon_bake.addon.bsdf.phase_functions import draine, fournier_forand, mie, rayleigh, rings_of
+from photon_bake.addon.bsdf.phase.functions import draine, fournier_forand, mie, rayleigh, rings_of
 from photon_bake.tests.host import scenes
 from photon_bake.tests.host.shader_trees import mixed, tree_of
 

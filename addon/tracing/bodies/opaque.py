@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...bsdf import phase
+from ...bsdf.phase import sampling as phase
 from ...bsdf.subsurface.interface import enter
 from ...bsdf.subsurface.medium import medium_at
 from ...core.compiling import kernel, part, routine

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...bsdf import phase
+from ...bsdf.phase import sampling as phase
 from ...core.compiling import part, routine
 from ...core.sampling.path_numbers import two_numbers
 from ...core.vec3 import BLACK, ONE, TWO, ZERO, along, largest, minus, mul, times

@@ -1,6 +1,6 @@
 """How the volumes of a scene scatter light: each by its own phase function."""
 
-from ...bsdf import phase
+from ...bsdf.phase import sampling as phase
 from ...core.compiling import part
 
 

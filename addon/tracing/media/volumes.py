@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...bsdf.phase import N_RINGS
+from ...bsdf.phase.sampling import N_RINGS
 from ...core.compiling import by_reference
 from ...scene import Medium, Scene
 from ..embree_library import EmbreeTree

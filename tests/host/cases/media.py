@@ -12,6 +12,9 @@ from .stage import box, cloud, glow, lamp, nodes, probes, quad, room, sky, world
 
 GROUP = "Volumes"
 
+BOTH_PHASES = "their mean; Cycles' is brighter than with either alone"
+LARGE_LAMP = "all its light; in Cycles media within a lamp's radius, which it sees as a disc, get less"
+
 
 def lit_room(where=lambda p: True):
     bpy.context.scene.cycles.volume_bounces = 32
@@ -182,7 +185,7 @@ def sea_water():
     box("Water", (0, 0, -1.5), (1.99, 1.99, 0.6), water.block)
 
 
-@case("Smoke of two phase functions, added", GROUP, effort=4)
+@case("Smoke of two phase functions, added", GROUP, effort=4, differs=BOTH_PHASES)
 def two_phase_functions():
     lit_room()
     tree = nodes("Medium")
@@ -259,10 +262,19 @@ def checkered_fog():
 
 @case("Lamp inside of a cloud", GROUP, effort=4)
 def lamp_in_cloud():
+    cloud_around_lamp(0.02)
+
+
+@case("Lamp of 0.2 m inside of a cloud", GROUP, differs=LARGE_LAMP, effort=4)
+def large_lamp_in_cloud():
+    cloud_around_lamp(0.2)
+
+
+def cloud_around_lamp(radius):
     bpy.context.scene.cycles.volume_bounces = 32
     room()
     probes(n=32)
-    lamp("POINT", (0.2, 0.1, 0.1), shadow_soft_size=0.2, energy=120)
+    lamp("POINT", (0.2, 0.1, 0.1), shadow_soft_size=radius, energy=120)
 
     def density(tree):
         return scaled(tree, coordinate(tree, "Position"), 1.0, 0.6)

@@ -8,7 +8,7 @@ from math import prod
 import bpy
 import numpy as np
 
-from ....bsdf.phase_functions import PhaseFunction, draine, fournier_forand, mie, rayleigh, rings_of
+from ....bsdf.phase.functions import PhaseFunction, draine, fournier_forand, mie, rayleigh, rings_of
 from ....scene import Medium, VoxelGrid
 from ..materials.closures import Closure, read_closures
 from ..materials.expressions import constant

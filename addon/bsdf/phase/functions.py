@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .phase import N_RINGS
+from .sampling import N_RINGS
 
 PhaseFunction = Callable[[np.ndarray], np.ndarray]
 """Density by solid angle, 1/sr, of versines."""

@@ -6,9 +6,9 @@ p = 1 / (2π n (vᵢ₊₁ − vᵢ)); densities by solid angle.
 
 import numpy as np
 
-from ..core.compiling import part, routine
-from ..core.sampling.warps import at_versine
-from ..core.vec3 import ONE, TWO, to_world
+from ...core.compiling import part, routine
+from ...core.sampling.warps import at_versine
+from ...core.vec3 import ONE, TWO, to_world
 
 N_RINGS = 4096
 
