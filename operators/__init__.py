@@ -21,6 +21,7 @@ from .live import PHOTON_BAKE_OT_live
 from .refine import PHOTON_BAKE_OT_refine, PHOTON_BAKE_OT_restore_meshes, PhotonBakeObjectName
 from .remedy import PHOTON_BAKE_OT_check, PHOTON_BAKE_OT_remedy, PHOTON_BAKE_OT_select_found
 from .remove_copies import PHOTON_BAKE_OT_remove_copies
+from .remove_playback import PHOTON_BAKE_OT_remove_playback
 from .settings.add_preset import PHOTON_BAKE_OT_add_preset
 from .settings.copy_object_settings import PHOTON_BAKE_OT_copy_object_settings
 from .settings.reset_mixer import PHOTON_BAKE_OT_reset_mixer
@@ -34,6 +35,7 @@ CLASSES = (
     PHOTON_BAKE_OT_add_pass,
     PHOTON_BAKE_OT_remove_pass,
     PHOTON_BAKE_OT_remove_copies,
+    PHOTON_BAKE_OT_remove_playback,
     PhotonBakeObjectName,
     PHOTON_BAKE_OT_refine,
     PHOTON_BAKE_OT_restore_meshes,

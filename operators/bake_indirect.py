@@ -1,5 +1,6 @@
 """Bake Indirect: the button, and the same from a script."""
 
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -17,11 +18,13 @@ from .baked_light import shown_after_bake
 from .jobs.bake_job import BakeJob
 from .jobs.describe import describe
 from .jobs.folders import path_of, scene_name, without_folder
+from .jobs.frame_bakes import FrameBakes, check_frames
 from .jobs.solving import Solver, Solving
 from .jobs.written import Written
 from .targets.camera import CameraRequest
 from .targets.lightmap import LightmapRequest
 from .targets.probes import ProbeRequest
+from .targets.recordings import VertexRecording, recording_of
 from .targets.target import Request, Solved
 from .targets.vertices import VertexRequest
 
@@ -47,6 +50,8 @@ class PHOTON_BAKE_OT_bake_indirect(Solving, bpy.types.Operator):
         )
     }
 
+    _bakes: FrameBakes | None = None
+
     @classmethod
     def description(cls, context: Any, properties: Any) -> str:
         targets = context.scene.photon_bake.targets
@@ -62,26 +67,80 @@ class PHOTON_BAKE_OT_bake_indirect(Solving, bpy.types.Operator):
 
     def _prepare(self, context: Any) -> None:
         self._scene, properties = context.scene.name, context.scene.photon_bake
-        progress = bake_state.start(properties.gather, properties.targets, context.scene.session_uid)
+        self._bakes, self._files = bakes_of(context.scene, self._with_copies(properties)), list[Path]()
+        n_times = len(self._bakes.frames) if self._bakes else 1
+        targets, uid = properties.targets, context.scene.session_uid
+        self._progress = bake_state.start(properties.gather, targets, uid, n_times)
         self._gather, self._foretold = properties.gather, _foretold(context)
         self._asked, self._compiled = key_of(context.scene), compiler.seconds
-        copies = self.copies or properties.bake_copies
-        requests, names = requests_of(properties, copies), None
+        self._next = 0
+        self._prepare_next(context)
+
+    def _with_copies(self, properties: Any) -> bool:
+        return self.copies or properties.bake_copies
+
+    def _prepare_next(self, context: Any) -> None:
+        """Read the current frame, or of several the next one."""
+        properties, copies = context.scene.photon_bake, self._with_copies(context.scene.photon_bake)
+        if self._bakes:
+            self._time = self._bakes.frames.times[self._next]
+            self._bakes.go_to(self._time)
+            requests = self._bakes.requests(self._time)
+        else:
+            requests = requests_of(properties, copies)
+        names, warnings = None, self._job.warnings if self._job and self._next else []
         if properties.selected_only and properties.targets != {"camera"}:  # a camera sees all objects
             names = selected_objects(context, copies)
         group, apart = properties.light_group, properties.light_groups == "apart"
         steps = properties.motion_blur
-        job = BakeJob.prepare(context, requests, progress, names, group, properties.strict, apart, steps)
+        job = BakeJob.prepare(context, requests, self._progress, names, group, properties.strict, apart, steps)
+        job.warnings = list(dict.fromkeys([*warnings, *job.warnings]))
         self._job = job
         job.check_strict()
-        job.check_space()
-        self._solver = Solver(job, properties.settings(), progress, debug_views.start())
+        if self._next == 0:
+            job.check_space(len(self._bakes.frames) if self._bakes else 1)
+        before = self._bakes.before if self._bakes else None
+        self._solver = Solver(job, properties.settings(), self._progress, debug_views.start(), before)
+        self._next += 1
+
+    def _goes_on(self, context: Any) -> bool:
+        """See `Solving._goes_on`: takes the light of a frame that others follow."""
+        if self._bakes is None or self._next == len(self._bakes.frames):
+            return False
+        self._take(self._solver.solved())
+        bake_state.next_time()
+        self._prepare_next(context)
+        return True
+
+    def _take(self, solved: Solved) -> Written:
+        """Write what there is of a frame."""
+        assert self._bakes is not None and self._job is not None
+        with own_changes():
+            written = self._bakes.take(self._time, self._job, solved, self._progress)
+        self._files += written.files
+        return written
+
+    def _write(self, solved: Solved) -> Written:
+        """Write the light, or of several frames the last one's, and what plays them back."""
+        assert self._job is not None  # as it was solved
+        if self._bakes is None:
+            return self._job.write(solved, self._progress)
+        written = self._take(solved)
+        self._bakes.go_back()
+        written.add(self._bakes.finish())
+        written.files = self._files + [path for path in written.files if path not in self._files]
+        return written
+
+    def _fail(self, error: Exception) -> set[str]:
+        if self._bakes is not None:
+            self._bakes.go_back()
+        return super()._fail(error)
 
     def _finish(self) -> set[str]:
-        job, solved = self._job, self._solver.solved()
-        assert job is not None  # as it was solved
+        solved, job = self._solver.solved(), self._job
+        assert job is not None
         with own_changes():
-            written = job.write(solved, self._solver.progress)
+            written = self._write(solved)
             scene = bpy.data.scenes.get(self._scene)
             if scene is not None:
                 job.warnings += shown_after_bake(scene, scene.photon_bake.shown.after_bake)
@@ -90,7 +149,8 @@ class PHOTON_BAKE_OT_bake_indirect(Solving, bpy.types.Operator):
         bake_state.stop(outcome)
         if scene is not None:
             follow(scene)
-        learn(self._gather, self._foretold, bake_state.seconds - (compiler.seconds - self._compiled))
+        if self._bakes is None:
+            learn(self._gather, self._foretold, bake_state.seconds - (compiler.seconds - self._compiled))
         if bpy.app.background:  # in a window the panel says them
             for warning in job.warnings:
                 self.report({"WARNING"}, warning)
@@ -98,6 +158,23 @@ class PHOTON_BAKE_OT_bake_indirect(Solving, bpy.types.Operator):
         if written.failures:  # a script's call raises this; what was written stays, and can be undone
             self.report({"ERROR"}, f"{' '.join(written.failures)} The rest was written.")
         return {"FINISHED"}
+
+
+def bakes_of(scene: Any, copies: bool) -> FrameBakes | None:
+    """The bakes of the scene's frames; None where the current one alone is baked."""
+    properties = scene.photon_bake
+    frames = properties.frames.of_scene(scene)
+    if frames is None:
+        return None
+    check_frames(frames, properties.targets, copies)
+
+    def of_vertices(request: VertexRequest) -> VertexRecording:
+        keeping, folder = properties.frames.keeping, Path()
+        if keeping == "texture":
+            folder = path_of(properties.frames.folder, "the light of vertices has")
+        return VertexRecording(request, frames, keeping, folder, scene_name(scene))
+
+    return FrameBakes(frames, [recording_of(one, frames, of_vertices) for one in requests_of(properties, copies)])
 
 
 def _foretold(context: Any) -> float:

@@ -97,6 +97,7 @@ class BakeState:
         self._outcomes.pop(scene, None)
         self._shares: dict[str, float] = {}
         self._started = perf_counter()
+        self._n_times, self._n_done = 1, 0
 
     @property
     def outcome(self) -> Outcome:
@@ -127,12 +128,20 @@ class BakeState:
     def running(self) -> bool:
         return self.progress is not None
 
-    def start(self, gather: Gather, targets: Collection[str] = (), scene: int = 0) -> Progress:
-        """Forget the last bake of a scene, and follow a new one through the progress returned."""
+    def start(self, gather: Gather, targets: Collection[str] = (), scene: int = 0, n_times: int = 1) -> Progress:
+        """Forget the last bake of a scene, and follow a new one through the progress returned.
+
+        Its stages are gone through so many times.
+        """
         self._begin(scene)
+        self._n_times = n_times
         self._shares = shares_of(gather, targets)
         self.progress = Progress(self._listen)
         return self.progress
+
+    def next_time(self) -> None:
+        """The stages have been gone through, and begin anew."""
+        self._done, self._n_done = {}, self._n_done + 1
 
     def stop(self, outcome: Outcome | None = None) -> None:
         """Say how the bake ended."""
@@ -166,7 +175,8 @@ class BakeState:
     def _listen(self, stage: str, fraction: float) -> None:
         self.stage = stage
         self._done[stage] = fraction
-        self.fraction = max(self.fraction, share_done(self._shares, self._done))
+        done = (self._n_done + share_done(self._shares, self._done)) / self._n_times
+        self.fraction = max(self.fraction, done)
 
 
 def shares_of(gather: Gather, targets: Collection[str]) -> dict[str, float]:

@@ -1,6 +1,6 @@
 """The options of the command ``photon_bake`` that are for a camera's pass."""
 
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentParser, Namespace
 from dataclasses import fields
 from pathlib import Path
 
@@ -24,7 +24,7 @@ CAMERA_CHOICE_OPTIONS = {
 """Those that are one of several names."""
 
 _KNOBS = [*CAMERA_OPTIONS.values(), *CAMERA_CHOICE_OPTIONS.values()]
-OF_CAMERAS = {**CAMERA_OPTIONS, **CAMERA_CHOICE_OPTIONS, "--frames": "frames"}
+OF_CAMERAS = {**CAMERA_OPTIONS, **CAMERA_CHOICE_OPTIONS}
 """Options that say nothing without a camera."""
 
 
@@ -34,7 +34,6 @@ def add_camera_options(parser: ArgumentParser) -> None:
         "camera (--target camera)", f"Files go to --output, by default to {PASS_FOLDER} beside the loaded file."
     )
     add = group.add_argument
-    add("--frames", type=_frames, metavar="A-B", help="frames of the animation, a file each; default: the current one")
     knobs = {knob.name: knob for knob in fields(CameraSettings)}
     for option, name in CAMERA_OPTIONS.items():
         knob = knobs[name]
@@ -62,15 +61,3 @@ def camera_settings(given: Namespace) -> CameraSettings:
 def pass_folder(given: Namespace, loaded_file: str) -> Path:
     """The folder that a camera's files go to."""
     return Path(given.output or Path(loaded_file).parent / PASS_FOLDER).absolute()
-
-
-def _frames(text: str) -> range:
-    """``A-B`` or ``A`` as a range of frames."""
-    first, _, last = text.partition("-") if not text.startswith("-") else (text, "", "")
-    try:
-        frames = range(int(first), int(last or first) + 1)
-    except ValueError:
-        frames = range(0)
-    if len(frames) == 0:
-        raise ArgumentTypeError(f"{text!r} are no frames; give A-B, such as 1-24")
-    return frames

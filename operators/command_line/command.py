@@ -20,16 +20,19 @@ from ...addon.core.progress import Progress
 from ...addon.output import Report, atomic_path, check_writable, hushed, peak_memory_mb
 from ...addon.pipeline.refinement import RefineOptions
 from ...addon.pipeline.warm_up import compiler
+from ...addon.settings.frames import Frames
 from ...addon.ui.state import duration, shares_of
 from ..baked_light import shown_after_bake
 from ..jobs.bake_job import BakeJob
 from ..jobs.describe import describe
 from ..jobs.folders import scene_name
+from ..jobs.frame_bakes import FrameBakes
 from ..jobs.versions import versions
 from ..refine import draft_of
 from ..targets.camera import CameraRequest
 from ..targets.lightmap import LightmapRequest
 from ..targets.probes import ProbeRequest
+from ..targets.recordings import VertexRecording, recording_of
 from ..targets.refine import RefineRequest
 from ..targets.target import Request
 from ..targets.vertices import VertexRequest
@@ -95,26 +98,21 @@ def _bake(options: Options, progress: Progress, report: Report, baked: Callable[
         if path is not None:
             check_writable(path)
     failures: list[str] = []
-    scene = bpy.context.scene
-    current = scene.frame_current
     meshes = {obj: obj.data for obj in bpy.data.objects if obj.type == "MESH"} if options.refine else {}
     counts = {}
     try:
         if options.refine is not None:
             counts = _refine(options, options.refine, progress, report)
-        for frame in options.frames or [current]:
-            if frame != scene.frame_current:
-                scene.frame_set(frame)
+        if options.frames is None:
             failures += _bake_frame(options, progress, report)
             baked()
+        else:
+            failures += _bake_frames(options, options.frames, progress, report, baked)
     except BaseException:
         for obj, mesh in meshes.items():
             if obj.data != mesh:
                 obj.data = mesh
         raise
-    finally:
-        if scene.frame_current != current:
-            scene.frame_set(current)
     if options.save is not None:
         progress.update(SAVING, 0)
         saved, failure = _save_somewhere(options.save)
@@ -138,7 +136,35 @@ def _refine(options: Options, refine: RefineOptions, progress: Progress, report:
     return {name: solved.counts[name] for name in ("refined_meshes", "added_vertices")}
 
 
-def _bake_frame(options: Options, progress: Progress, report: Report) -> list[str]:
+def _bake_frames(
+    options: Options, frames: Frames, progress: Progress, report: Report, baked: Callable[[], None]
+) -> list[str]:
+    """Bake what is asked for in several frames; returns sentences about what could not be written."""
+
+    def of_vertices(request: VertexRequest) -> VertexRecording:
+        name = scene_name(bpy.context.scene)
+        return VertexRecording(request, frames, options.keeping, options.playback_output, name)
+
+    recordings = [recording_of(request, frames, of_vertices) for request in _requests(options)]
+    bakes, failures = FrameBakes(frames, recordings), []
+    try:
+        for time in frames.times:
+            bakes.go_to(time)
+            failures += _bake_frame(options, progress, report, bakes, time)
+            baked()
+        bakes.go_back()
+        written = bakes.finish()
+    finally:
+        bakes.go_back()
+    report.warnings = list(dict.fromkeys([*report.warnings, *written.warnings, *_show(options)]))
+    report.files += [str(path) for path in written.files]
+    report.counts |= {"frames": len(frames), "repeated_frames": bakes.n_repeated}
+    return failures + written.failures
+
+
+def _bake_frame(
+    options: Options, progress: Progress, report: Report, bakes: FrameBakes | None = None, time: float = 0.0
+) -> list[str]:
     """Bake what is asked for in the current frame; the report has the files of all frames, and else the last one's.
 
     Returns
@@ -146,7 +172,7 @@ def _bake_frame(options: Options, progress: Progress, report: Report) -> list[st
     list of str
         Sentences about what could not be written.
     """
-    requests, named = _requests(options), (options.objects, options.light_group)
+    requests, named = bakes.requests(time) if bakes else _requests(options), (options.objects, options.light_group)
     earlier, job = report.warnings, None
     try:
         with hushed(1):  # Cycles' log, where it evaluates nodes
@@ -155,9 +181,9 @@ def _bake_frame(options: Options, progress: Progress, report: Report) -> list[st
         job.check_strict()
         if not report.files:
             job.check_space(len(options.frames or [0]), options.save)
-        solved = job.solve(options.settings, progress)
-        written = job.write(solved, progress)
-        job.warnings += _show(options)
+        solved = job.solve(options.settings, progress, before=bakes.before if bakes else None)
+        written = bakes.take(time, job, solved, progress) if bakes else job.write(solved, progress)
+        job.warnings += [] if bakes else _show(options)
     finally:
         report.warnings = list(dict.fromkeys([*earlier, *(job.warnings if job else [])]))
     report.objects = job.object_names

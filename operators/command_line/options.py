@@ -1,7 +1,6 @@
 """The options of the command ``photon_bake``."""
 
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, get_args
@@ -13,11 +12,15 @@ from ...addon.core.parameters import meaning_of
 from ...addon.pipeline.refinement import BUDGET, TOLERANCE, RefineOptions
 from ...addon.settings.bake import CHOICES, BakeSettings, Quality, settings_for
 from ...addon.settings.camera import CameraSettings
-from ...addon.settings.lightmap import LIGHTMAP_CHOICES, LIGHTMAP_FOLDER, LightmapSettings
+from ...addon.settings.frames import Frames, Keeping
+from ...addon.settings.lightmap import LIGHTMAP_FOLDER, LightmapSettings
 from ...addon.settings.probes import ProbeSettings
 from ...addon.ui.properties.scene import CHOICE_MEANINGS
 from .camera_options import OF_CAMERAS, add_camera_options, camera_settings, pass_folder
+from .frame_options import add_frame_options, playback_folder, refuse_frames, writes_playback
+from .lightmap_options import OF_LIGHTMAPS, add_lightmap_options, lightmap_folder, lightmap_settings
 from .probe_options import OF_PROBES, add_probe_options, probe_folder, probe_settings
+from .words import one_of, sentence
 
 COMMAND = "photon_bake"
 TARGETS = ("vertex", "lightmap", "camera", "probes")
@@ -47,26 +50,6 @@ KNOB_OPTIONS = {
 _METAVARS = {"gather_share": "FRACTION", "noise": "FRACTION", "time": "SECONDS", "memory": "MB", "motion_blur": "STEPS"}
 
 _ALONE: dict[str, dict[str, Any]] = {"motion_blur": {"nargs": "?", "const": 8}}  # what may be left out
-
-LIGHTMAP_OPTIONS = {
-    "--uv": "uv_map",
-    "--density": "density",
-    "--size": "size",
-    "--max-size": "max_size",
-    "--padding": "padding",
-    "--range": "value_range",
-}
-"""Those that are a number or a name of `LightmapSettings`."""
-
-LIGHTMAP_CHOICE_OPTIONS = {"--atlas": "atlas", "--format": "file_format", "--denoise": "denoiser"}
-
-_LIGHTMAP_KNOBS = [*LIGHTMAP_OPTIONS.values(), *LIGHTMAP_CHOICE_OPTIONS.values(), "directional"]
-_OF_LIGHTMAPS = {
-    **LIGHTMAP_OPTIONS,
-    **LIGHTMAP_CHOICE_OPTIONS,
-    "--directional": "directional",
-    "--preview": "preview",
-}
 
 
 @dataclass(frozen=True)
@@ -105,8 +88,12 @@ class Options:
         None: no probes are asked for.
     probe_output : Path
         Folder for probes.
-    frames : range or None
+    frames : Frames or None
         None: the current frame.
+    keeping : 'texture' or 'attributes'
+        How vertices keep the light of several frames.
+    playback_output : Path
+        Folder for images of vertices' light.
     preview : Path or None
         PNG with all lightmaps.
     save : Path or None
@@ -135,7 +122,9 @@ class Options:
     camera_output: Path
     probes: ProbeSettings | None
     probe_output: Path
-    frames: range | None
+    frames: Frames | None
+    keeping: Keeping
+    playback_output: Path
     preview: Path | None
     save: Path | None
     report: Path | None
@@ -165,7 +154,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
     _refuse_mixtures(parser, given, targets, loaded_file)
     try:
         settings = settings_for(given.quality, **_given(given, [*KNOB_OPTIONS.values(), *CHOICES, *_FLAGS]))
-        lightmaps = LightmapSettings(**_given(given, [*_LIGHTMAP_KNOBS])) if "lightmap" in targets else None
+        lightmaps = lightmap_settings(given) if "lightmap" in targets else None
         camera = camera_settings(given) if "camera" in targets else None
         probes = probe_settings(given) if "probes" in targets else None
         refine = None if given.refine is None else RefineOptions(given.refine, **_given(given, ["budget"]))
@@ -189,12 +178,14 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
         light_groups=given.light_groups,
         targets=targets,
         lightmaps=lightmaps,
-        output=Path(given.output or Path(loaded_file).parent / LIGHTMAP_FOLDER).absolute(),
+        output=lightmap_folder(given, loaded_file),
         camera=camera,
         camera_output=pass_folder(given, loaded_file),
         probes=probes,
         probe_output=probe_folder(given, loaded_file),
         frames=given.frames,
+        keeping=given.keeping or "texture",
+        playback_output=playback_folder(given, loaded_file),
         preview=None if given.preview is None else Path(given.preview).absolute(),
         save=None if given.save is None else Path(given.save or loaded_file).absolute(),
         report=None if given.report is None else Path(given.report).absolute(),
@@ -206,7 +197,7 @@ def parse(arguments: list[str], loaded_file: str) -> Options:
 def _refuse_mixtures(parser: ArgumentParser, given: Namespace, targets: list[str], loaded_file: str) -> None:
     """End with a line about options that say nothing beside the others, or that shut each other out."""
     of_targets = (
-        (_OF_LIGHTMAPS, "lightmap", "lightmaps"),
+        (OF_LIGHTMAPS, "lightmap", "lightmaps"),
         (OF_CAMERAS, "camera", "a camera's pass"),
         (OF_PROBES, "probes", "probes"),
     )
@@ -225,14 +216,14 @@ def _refuse_mixtures(parser: ArgumentParser, given: Namespace, targets: list[str
     for option, is_default in (("--no-fit", given.fit), ("--no-vertex-denoise", given.denoise)):
         if not is_default and "vertex" not in targets:
             parser.error(f"{option} is for light on vertices: give --target vertex too")
-    if given.output is not None and targets == ["vertex"]:
+    files = targets != ["vertex"] or writes_playback(given, targets)
+    if given.output is not None and not files:
         parser.error("--output is for files: give --target lightmap, camera or probes too")
-    if targets != ["vertex"] and given.output is None and not loaded_file:
+    if files and given.output is None and not loaded_file:
         parser.error("the files have no folder: give --output DIR")
     if given.show and not {"vertex", "lightmap"} & set(targets):
         parser.error("--show is for light in materials: give --target vertex or lightmap too")
-    if given.frames is not None and targets != ["camera"]:
-        parser.error("--frames is for a camera's pass alone: bake other targets without it")
+    refuse_frames(parser, given, targets)
 
 
 def _given(given: Namespace, names: list[str]) -> dict[str, Any]:
@@ -250,7 +241,7 @@ def _parser() -> ArgumentParser:
     )
     add = parser.add_argument
     meaning = "where the light goes; repeatable, for one bake of all; default vertex"
-    add("--target", type=_one_of(*TARGETS), action="append", metavar="|".join(TARGETS), help=meaning)
+    add("--target", type=one_of(*TARGETS), action="append", metavar="|".join(TARGETS), help=meaning)
     meaning = "objects to bake; repeatable; default: every renderable mesh object"
     add("--objects", type=_names, action="extend", metavar="NAME[,NAME…]", help=meaning)
     meaning = "an object to bake, with commas in its name if it has any; repeatable"
@@ -272,20 +263,21 @@ def _parser() -> ArgumentParser:
     meaning = "bake the light of each light group apart too, by one solve, for the light mixer"
     add("--light-groups", action="store_true", help=meaning)
     for name, choices in CHOICES.items():
-        add(f"--{name}", type=_one_of(*choices), metavar="|".join(choices), help=_sentence(CHOICE_MEANINGS[name]))
+        add(f"--{name}", type=one_of(*choices), metavar="|".join(choices), help=sentence(CHOICE_MEANINGS[name]))
     qualities = get_args(Quality)
     add("--quality", choices=qualities, default="medium", metavar="|".join(qualities), help="default %(default)s")
     knobs = {knob.name: knob for knob in fields(BakeSettings)}
     for option, name in KNOB_OPTIONS.items():
         knob = knobs[name]
         metavar, alone = _METAVARS.get(name, "N"), _ALONE.get(name, {})
-        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(meaning_of(knob)), **alone)
+        add(option, dest=name, type=knob.type, metavar=metavar, help=sentence(meaning_of(knob)), **alone)
     for option, name in (("--direct", "add_direct"), ("--open-side", "open_side"), ("--normal-maps", "normal_maps")):
-        add(option, dest=name, action="store_true", default=None, help=_sentence(knobs[name].metadata["meaning"]))
+        add(option, dest=name, action="store_true", default=None, help=sentence(knobs[name].metadata["meaning"]))
     meaning = "gather at every point, which takes longer where there are many"
     add("--no-interpolation", dest="interpolate", action="store_false", default=None, help=meaning)
     add("--output", metavar="DIR", help=f"folder for images; default: {LIGHTMAP_FOLDER} beside the loaded file")
-    _add_lightmap_options(parser)
+    add_lightmap_options(parser)
+    add_frame_options(parser)
     add_camera_options(parser)
     add_probe_options(parser)
     add("--save", nargs="?", const="", metavar="FILE.blend", help="save the file, here or over the loaded one")
@@ -294,34 +286,6 @@ def _parser() -> ArgumentParser:
     add("--strict", action="store_true", help=meaning)
     add("--show", action="store_true", help="show the light in materials, as Use Baked Light does")
     return parser
-
-
-def _add_lightmap_options(parser: ArgumentParser) -> None:
-    group = parser.add_argument_group("lightmaps (--target lightmap)")
-    add = group.add_argument
-    knobs = {knob.name: knob for knob in fields(LightmapSettings)}
-    for option, name in LIGHTMAP_OPTIONS.items():
-        knob = knobs[name]
-        metavar = "NAME" if knob.type is str else "N"
-        add(option, dest=name, type=knob.type, metavar=metavar, help=_sentence(meaning_of(knob)))
-    for option, name in LIGHTMAP_CHOICE_OPTIONS.items():
-        choices = LIGHTMAP_CHOICES[name]
-        meaning = f"{_sentence(CHOICE_MEANINGS[name])}; default {knobs[name].default}"
-        add(option, dest=name, type=_one_of(*choices), metavar="|".join(choices), help=meaning)
-    meaning = _sentence(knobs["directional"].metadata["meaning"])
-    add("--directional", action="store_true", default=None, help=meaning)
-    add("--preview", metavar="FILE.png", help="write a picture of all lightmaps")
-
-
-def _one_of(*choices: str) -> Callable[[str], str]:
-    """A check for one of `choices`."""
-
-    def check(text: str) -> str:
-        if text in choices:
-            return text
-        raise ArgumentTypeError(f"there is no {text!r}; choose {' or '.join(choices)}")
-
-    return check
 
 
 def _name(text: str) -> str:
@@ -338,8 +302,3 @@ def _names(text: str) -> list[str]:
     if not names:
         raise ArgumentTypeError("give the names of objects, with commas between them")
     return names
-
-
-def _sentence(meaning: str) -> str:
-    """A knob's meaning as argparse wants it: in lower case at the start, and % doubled."""
-    return (meaning[0].lower() + meaning[1:]).replace("%", "%%")

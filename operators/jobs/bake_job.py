@@ -1,6 +1,6 @@
 """A bake in three steps, for the button, for scripts and for the command line: one solve for all that is asked for."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,6 +26,7 @@ from ...addon.ui.state import duration
 from ..targets.camera import CameraTarget
 from ..targets.target import Request, Solved, Target
 from ..targets.vertices import VertexLight
+from .content import content_digest
 from .describe import describe
 from .shutter import Moment, exposed_over, read_shutter
 from .written import Written
@@ -172,10 +173,21 @@ class BakeJob:
         """Objects that get light, each once."""
         return list(dict.fromkeys(name for target in self.targets for name in target.object_names))
 
-    def solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None = None) -> Solved:
+    def solve(
+        self,
+        settings: BakeSettings,
+        progress: Progress,
+        inspector: Inspector | None = None,
+        before: Solved | None = None,
+    ) -> Solved:
         """Bake, while `inspector` looks on; touches none of Blender's data, so any thread may call it.
 
         It ends soon after it is cancelled, whatever is being done.
+
+        Parameters
+        ----------
+        before : Solved, optional
+            The light of another frame, which this one has as well where nothing has changed.
 
         Raises
         ------
@@ -185,9 +197,11 @@ class BakeJob:
         """
         compiler.wait(progress)
         check_libraries()
-        return aside(lambda: self._solve(settings, progress, inspector), progress.check)
+        return aside(lambda: self._solve(settings, progress, inspector, before), progress.check)
 
-    def _solve(self, settings: BakeSettings, progress: Progress, inspector: Inspector | None) -> Solved:
+    def _solve(
+        self, settings: BakeSettings, progress: Progress, inspector: Inspector | None, before: Solved | None
+    ) -> Solved:
         from ...addon.gather import Irradiance
         from ...addon.pipeline.outputs import developed, expose  # here, as Blender's start should not wait for SciPy
         from ...addon.tracing.embree import EmbreeTracer
@@ -197,6 +211,9 @@ class BakeJob:
         tracer = EmbreeTracer(self.scene)
         samples = [target.samples(self.scene, tracer, workers, self.warnings) for target in self.targets]
         self.check_strict()
+        content = self._content(samples, settings)
+        if before is not None and content and content == before.content:
+            return before.of_targets(self.targets)
         if self.shutter:
             exposures = exposed_over(
                 self.shutter, self.scene, self.light_groups, samples, settings, tracer, workers, inspector
@@ -215,7 +232,15 @@ class BakeJob:
             one.irradiance if isinstance(one, VertexLight) else part
             for one, part in zip(outputs, lit.totals, strict=True)
         ]
-        return Solved(Irradiance.join(shown, lit.counts), outputs)
+        return Solved(Irradiance.join(shown, lit.counts), outputs, content)
+
+    def _content(self, samples: Sequence[Any], settings: BakeSettings) -> bytes:
+        """A digest of all that the light is made of; empty where it is averaged over the shutter."""
+        if self.shutter:
+            return b""
+        where = [(one.receivers, getattr(one, "eyes", None)) for one in samples]
+        cameras = [target.camera for target in self.targets if isinstance(target, CameraTarget)]
+        return content_digest(self.scene, self.groups, where, cameras, settings)
 
     def _say(self, lit: "Lit") -> None:
         """Warn of what the solve found, and count it."""
@@ -236,8 +261,13 @@ class BakeJob:
             )
             self.warnings.append(Advice(sentence))
 
-    def write(self, solved: Solved, progress: Progress) -> Written:
+    def write(self, solved: Solved, progress: Progress, writes: Sequence[Callable[[], Written]] = ()) -> Written:
         """Write what can be written of the light; for the main thread.
+
+        Parameters
+        ----------
+        writes : sequence of callable, optional
+            What writes each of the outputs, where that is not its own `write`.
 
         Raises
         ------
@@ -250,14 +280,14 @@ class BakeJob:
         with edit_mode_left():
             self.check_strict([*written.warnings, *(one for output in solved.outputs for one in output.concerns())])
             refusals = []
-            for output in solved.outputs:
+            for write in writes or [output.write for output in solved.outputs]:
                 try:
-                    written.add(output.write())
+                    written.add(write())
                 except BakeError as error:
                     refusals.append(str(error))
                 except Exception as error:  # a fault of ours; what is written already can still be undone
                     written.failures.append(describe(error))
-            if len(self.targets) > 1 and not refusals:
+            if len(self.targets) > 1 and not refusals and not writes:
                 complete_copies(self.object_names)
         if refusals and len(refusals) == len(solved.outputs):
             raise BakeError(" ".join(refusals))

@@ -29,6 +29,8 @@ def nowhere(folder: str) -> bool:
 def without_folder(properties: Any) -> list[Any]:
     """The settings of those targets whose folder is beside a file that was never saved."""
     of_target = {"lightmap": properties.lightmap, "camera": properties.camera, "probes": properties.probes}
+    if properties.frames.use and properties.frames.keeping == "texture":
+        of_target["vertex"] = properties.frames
     return [of for target, of in of_target.items() if target in properties.targets and nowhere(of.folder)]
 
 

@@ -27,16 +27,23 @@ class Solver(Thread):
     It knows nothing of the operator, which Blender takes away when a file is opened or the extension is turned off.
     """
 
-    def __init__(self, job: BakeJob, settings: BakeSettings, progress: Progress, inspector: Inspector) -> None:
+    def __init__(
+        self,
+        job: BakeJob,
+        settings: BakeSettings,
+        progress: Progress,
+        inspector: Inspector,
+        before: Solved | None = None,
+    ) -> None:
         super().__init__(name="Photon Bake")
         self.job, self.progress = job, progress
-        self._settings, self._inspector = settings, inspector
+        self._settings, self._inspector, self._before = settings, inspector, before
         self._solved: Solved | None = None
         self._error: Exception | None = None
 
     def run(self) -> None:
         try:
-            self._solved = self.job.solve(self._settings, self.progress, self._inspector)
+            self._solved = self.job.solve(self._settings, self.progress, self._inspector, self._before)
         except Exception as error:
             self._error = error
 
@@ -115,11 +122,17 @@ class Solving(NotWhileBaking):
         """Write what was solved; raises what went wrong."""
         raise NotImplementedError
 
+    def _goes_on(self, context: Any) -> bool:
+        """Whether another bake follows that which was solved, which is prepared then; raises what went wrong."""
+        return False
+
     def execute(self, context: Any) -> set[str]:
         """Solve and write to the end on the calling thread, for scripts."""
         try:
             self._prepare(context)
             self._solver.run()
+            while self._goes_on(context):
+                self._solver.run()
             return self._finish()
         except Exception as error:
             return self._fail(error)
@@ -150,10 +163,14 @@ class Solving(NotWhileBaking):
         if self._watch.alive and not self._solver.progress.cancelled:  # its thread ends by itself, and leaves nothing
             return {"PASS_THROUGH"}
         self._watch.end(context.window_manager)
-        hide_progress(context)
         try:
+            if self._goes_on(context):
+                self._watch = Watch(self._solver, context)
+                return {"RUNNING_MODAL"}
+            hide_progress(context)
             return self._finish()
         except Exception as error:
+            hide_progress(context)
             return self._fail(error)
 
     def cancel(self, context: Any) -> None:

@@ -193,6 +193,10 @@ class CameraPicture:
     n_points: int
     made_with: dict[str, Any]
 
+    def of_target(self, target: CameraTarget) -> "CameraPicture":
+        """See `Output.of_target`."""
+        return replace(self, target=target)
+
     @staticmethod
     def together(apart: "Mapping[str, CameraPicture]") -> "CameraPicture":
         """See `Output.together`."""

@@ -24,6 +24,7 @@ from ...addon.core.progress import Progress
 from ...addon.output import atomic_path, check_place, check_writable
 from ...addon.receivers import AttributeTarget, LightmapMesh, Receivers, Ride
 from ...addon.scene import Scene
+from ...addon.settings.frames import Frames
 from ...addon.settings.lightmap import LightmapSettings
 from ...addon.tracing import EmbreeTracer
 from ..jobs.folders import check_folder
@@ -61,6 +62,10 @@ class LightmapRequest:
         Whether objects whose mesh cannot hold their light get copies with meshes of their own.
     density_of : mapping
         Factors of texels a metre, by objects' names; others have those of their own settings.
+    frame : str
+        Of several frames, what the files' names end in.
+    layout : Layout or None
+        Of an earlier frame, which this one has too.
     """
 
     settings: LightmapSettings
@@ -70,6 +75,8 @@ class LightmapRequest:
     groups: tuple[str, ...] = ()
     copies: bool = False
     density_of: Mapping[str, float] = field(default_factory=dict)
+    frame: str = ""
+    layout: Layout | None = None
 
     def read(
         self, depsgraph: Any, scene: Any, names: list[str] | None, progress: Progress, warnings: list[str]
@@ -77,7 +84,7 @@ class LightmapRequest:
         """See `Request.read`."""
         density_of = {**density_factors(bpy.data.objects), **self.density_of}
         reading = LightmapReading(depsgraph, self.settings, self.copies, density_of, warnings, progress)
-        found = reading.objects(names)
+        found = reading.again(self.layout) if self.layout else reading.objects(names)
         paths = self._paths(found.layout)
         _check_paths(found.layout.names, paths, self.folder)
         if self.preview is not None:
@@ -93,7 +100,9 @@ class LightmapRequest:
         of_light = (KIND, *KINDS) if self.settings.directional else (KIND,)
         kinds = [*of_light, *(_of_group(kind, group) for group in self.groups for kind in of_light)]
         place, file_format = (self.folder, self.scene), self.settings.file_format
-        return [{kind: image_path(*place, name, kind, file_format) for kind in kinds} for name in layout.names]
+        return [
+            {kind: image_path(*place, name, kind, file_format, self.frame) for kind in kinds} for name in layout.names
+        ]
 
 
 def _of_group(kind: str, group: str) -> str:
@@ -206,6 +215,15 @@ class TexelSamples:
 
 
 @dataclass(frozen=True)
+class WrittenImages:
+    """What came of writing lightmaps: the files of light by image, and what is at the places that take it."""
+
+    written: Written
+    paths: dict[int, Path]
+    there: list[Any]
+
+
+@dataclass(frozen=True)
 class Lightmaps:
     """Finished images, and how many of their texels are covered.
 
@@ -221,6 +239,10 @@ class Lightmaps:
     target: LightmapTarget
     n_covered: int
     apart: "Mapping[str, Lightmaps]" = field(default_factory=dict)
+
+    def of_target(self, target: LightmapTarget) -> "Lightmaps":
+        """See `Output.of_target`."""
+        return replace(self, target=target)
 
     @staticmethod
     def together(apart: "Mapping[str, Lightmaps]") -> "Lightmaps":
@@ -242,24 +264,40 @@ class Lightmaps:
 
     def write(self) -> Written:
         """See `Output.write`."""
+        images = self.write_files()
+        self.enter(images, images.written)
+        return images.written
+
+    def write_files(self) -> "WrittenImages":
+        """Write the images of the objects that are still there; nothing in the .blend file refers to them yet.
+
+        Raises
+        ------
+        BakeError
+            If no image can be written.
+        """
         own, warnings = still_there(self.target.meanwhile)
         subjects, remaining = self.target.subjects, iter(own)
         wanted = {one.copy: one.corner_vertex for one in subjects if one.copy and one.corner_vertex is not None}
         made, changed = make_meshes(wanted)
         try:
             there = [made.get(one.copy) if one.copy else next(remaining) for one in subjects]
-            written, paths = self._write_images(there, [*warnings, *changed])
+            return WrittenImages(*self._write_images(there, [*warnings, *changed]), there)
         except BaseException:
             drop_meshes(made.values())
             raise
-        layout, settings, objects = self.target.layout, self.target.settings, self._with_copies(there, paths)
+
+    def enter(self, images: "WrittenImages", written: Written, frames: Frames | None = None) -> None:
+        """Let objects have what was written, of several frames all images; tell of it in `written`."""
+        layout, settings, paths = self.target.layout, self.target.settings, images.paths
+        objects = self._with_copies(images.there, paths)
         n_objects = sum(place.image in paths for place in layout.places)
-        written.places.append(f"{counted(len(paths), 'lightmap')} on {counted(n_objects, 'object')}")
-        written.warnings += write_lightmaps(layout, objects, paths, settings)
+        of_frames = f"{len(frames)} frames of " if frames else ""
+        written.places.append(f"{of_frames}{counted(len(paths), 'lightmap')} on {counted(n_objects, 'object')}")
+        written.warnings += write_lightmaps(layout, objects, paths, settings, frames)
         of_images = [(image, self.target.paths[image]) for image in paths]
         groups = {name: {image: of[_of_group(KIND, name)] for image, of in of_images} for name in self.apart}
-        write_lightmap_layers(layout, objects, groups, settings)
-        return written
+        write_lightmap_layers(layout, objects, groups, settings, frames)
 
     def _with_copies(self, there: list[Any], paths: Mapping[int, Path]) -> list[Any]:
         """The objects of all places, None for those without; where a mesh for a copy was made, it gets its place."""

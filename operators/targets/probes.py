@@ -164,6 +164,10 @@ class ProbeFiles:
     target: ProbeTarget
     direct: bool
 
+    def of_target(self, target: ProbeTarget) -> "ProbeFiles":
+        """See `Output.of_target`."""
+        return replace(self, target=target)
+
     @staticmethod
     def together(apart: "Mapping[str, ProbeFiles]") -> "ProbeFiles":
         """See `Output.together`; files have the light of all groups alone."""

@@ -1,7 +1,7 @@
 """What light is baked to: what is requested, the target that is read, and the output that is written."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -33,6 +33,9 @@ class Output(Protocol):
 
     @property
     def counts(self) -> dict[str, int]: ...
+
+    def of_target(self, target: Any) -> "Output":
+        """The same for a target that is the same but for its files."""
 
     @staticmethod
     def together(apart: "Mapping[str, Any]") -> "Output":
@@ -96,10 +99,18 @@ class Solved:
         Of all targets' receivers, one after the other; of vertices, as it is stored.
     outputs : list of Output
         One a target.
+    content : bytes
+        A digest of all that it is made of; empty where none was made.
     """
 
     irradiance: "Irradiance"
     outputs: list[Output]
+    content: bytes = b""
+
+    def of_targets(self, targets: Sequence[Target]) -> "Solved":
+        """The same light for targets that are the same but for their files, as those of another frame are."""
+        outputs = [output.of_target(target) for output, target in zip(self.outputs, targets, strict=True)]
+        return replace(self, outputs=outputs)
 
     @property
     def files(self) -> list[Path]:

@@ -260,6 +260,10 @@ class VertexLight:
     n_samples: int = 0
     apart: "Mapping[str, VertexLight]" = field(default_factory=dict)
 
+    def of_target(self, target: VertexTarget) -> "VertexLight":
+        """See `Output.of_target`."""
+        return replace(self, target=target)
+
     @staticmethod
     def together(apart: "Mapping[str, VertexLight]") -> "VertexLight":
         """See `Output.together`."""

@@ -219,7 +219,7 @@ def test_row_0_is_the_lowest_of_the_file(tmp_path, file_format):
 
 def test_a_wrong_pattern_is_said(tmp_path):
     with pytest.raises(BakeError, match="may hold"):
-        image_path(tmp_path, "a", "b", "c", "hdr", "{scene}_{frame}")
+        image_path(tmp_path, "a", "b", "c", "hdr", pattern="{scene}_{frame}")
 
 
 def writers():

@@ -24,7 +24,7 @@ from .scenes import add_cube, add_material, add_plane, light_of
 
 
 def test_a_cancelled_bake_changes_nothing(room, monkeypatch):
-    def solve(self, settings, progress, inspector):
+    def solve(self, settings, progress, inspector, before):
         progress.cancel()
         progress.update("Tracing photons", 0)
 
@@ -65,7 +65,7 @@ def test_reading_can_be_cancelled_at_any_time(room, tmp_path, monkeypatch):
 
 
 def test_a_fault_of_ours_is_told_and_leaves_nothing_running(room, monkeypatch, capfd):
-    def solve(self, settings, progress, inspector):
+    def solve(self, settings, progress, inspector, before):
         raise ZeroDivisionError("by zero")
 
     monkeypatch.setattr(BakeJob, "solve", solve)
@@ -135,7 +135,7 @@ def test_turned_off_while_a_bake_runs_in_a_window(room, monkeypatch):
     """Its thread ends, its timer goes, and the panel forgets it; turned on again, it bakes."""
     begun, context = Event(), FakeContext()
 
-    def solve(job, settings, progress, inspector):
+    def solve(job, settings, progress, inspector, before):
         while True:
             begun.set()
             progress.update("Tracing photons", 0)

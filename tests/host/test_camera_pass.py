@@ -261,10 +261,9 @@ def test_without_caustic_makers_there_are_no_caustics(empty_scene, tmp_path):
     ("arguments", "says"),
     [
         (["--target", "camera"], "--output DIR"),
-        (["--frames", "1-3"], "--target camera"),
         (["--target", "camera", "--output", "here", "--frames", "3-1"], "no frames"),
         (["--target", "camera", "--output", "here", "--frames", "all"], "no frames"),
-        (["--target", "camera", "--target", "vertex", "--output", "here", "--frames", "1-2"], "alone"),
+        (["--target", "camera", "--output", "here", "--frames", "1-2:0.5"], "Subframes are for vertices alone"),
         (["--target", "camera", "--output", "here", "--pixel-samples", "0"], "n_pixel_samples"),
         (["--target", "camera", "--output", "here", "--precision", "double"], "--precision"),
         (["--target", "camera", "--output", "here", "--file-name", "a/b"], "file name"),

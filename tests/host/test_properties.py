@@ -33,7 +33,7 @@ def enums_of(group, path=""):
     for name, prop in group.bl_rna.properties.items():
         if prop.type == "ENUM":
             found[path + name] = prop
-        elif prop.type == "POINTER" and name in {"lightmap", "camera", "probes"}:
+        elif prop.type == "POINTER" and name in {"lightmap", "camera", "probes", "frames"}:
             found |= enums_of(getattr(group, name), f"{path}{name}.")
     return found
 
@@ -57,6 +57,7 @@ def test_choices_keep_their_numbers(empty_scene):
         "camera.compression": {"none": 0, "rle": 1, "zips": 2, "zip": 3, "piz": 4, "dwaa": 5, "dwab": 6},
         "probes.harmonics": {"l1": 0, "l2": 1},
         "probes.axes": {"blender": 0, "gltf": 1},
+        "frames.keeping": {"texture": 0, "attributes": 1},
         "light_groups": {"together": 0, "one": 1, "apart": 2},
     }
     assert all(len(set(of_choice.values())) == len(of_choice) for of_choice in numbers.values())

@@ -114,6 +114,33 @@ class LightmapReading:
             return self._with_chosen_maps(own)
         return self._with_made_maps(own, [obj for obj in objects if obj in copied], shown)
 
+    def again(self, layout: Layout) -> LightmapObjects:
+        """What is baked to in another frame than the one whose layout is given.
+
+        Raises
+        ------
+        BakeError
+            If an object has no lightmap any more, or another mesh, naming it.
+        """
+        names = list(dict.fromkeys(place.object_name for place in layout.places))
+        check = partial(check_lightmap_object, uv_map=self.settings.uv_map)
+        objects = bake_objects(self.depsgraph, names, self.warnings, check)
+        by_name = {obj.name: obj for obj in objects}
+        read = own_subjects(objects, self.depsgraph, self.density_of, self._out, self.progress).all
+        of_object = {(one.object_name, one.mesh_name): one for one in read}
+        subjects = [_still(of_object.get((one.object_name, one.mesh_name)), one.object_name) for one in layout.places]
+        changed = [by_name[one.object_name] for one in subjects if one.changed and layout.made]
+        moved = {obj.name: uv for obj, uv in through_modifiers(changed, layout.made).items()}
+        meshes = []
+        for one, place in zip(subjects, layout.places, strict=True):
+            graph_mesh = by_name[one.object_name].evaluated_get(self.depsgraph).data
+            uv = self._uv_of(one, layout, moved) if layout.made else read_uv_map(graph_mesh, layout.uv_map)
+            if uv is None or len(uv) != one.n_corners:
+                raise BakeError(_other_than_before(one.object_name))
+            scale, offset = np.array(place.scale_offset, np.float32).reshape(2, 2)
+            meshes.append(one.mesh(place.image, uv * scale + offset))
+        return LightmapObjects(subjects, layout, meshes, [AsRead.of(by_name[one.object_name]) for one in subjects])
+
     def _with_made_maps(self, own: list[Any], copied: list[Any], shown: dict[Any, Shown]) -> LightmapObjects:
         by_name = {obj.name: obj for obj in own}
         stored = own_subjects(own, self.depsgraph, self.density_of, self._out, self.progress)
@@ -211,6 +238,21 @@ class LightmapReading:
         subjects = [subjects[i] for i in kept]
         meanwhile = [AsRead.of(objects[one.object_name]) for one in subjects if one.copy is None]
         return LightmapObjects(subjects, layout, meshes, meanwhile)
+
+
+def _still(subject: Subject | None, name: str) -> Subject:
+    """The surface of an object in a frame."""
+    if subject is None:
+        raise BakeError(_other_than_before(name))
+    return subject
+
+
+def _other_than_before(name: str) -> str:
+    """A sentence about an object that has no lightmap in a frame, though it had one in the first."""
+    return (
+        f"Object '{name}' is not the same mesh as in the first frame, so its lightmap cannot go on: keep it shown and "
+        "its faces alike, or leave it out (Selected Only, --objects)."
+    )
 
 
 def _can_serve(one: Subject, uv: np.ndarray | None, size: tuple[int, int]) -> bool:

@@ -7,6 +7,7 @@ import bpy
 import numpy as np
 
 from ...core.errors import Advice
+from ...settings.frames import Frames
 from ...settings.lightmap import LightmapSettings
 from .images import lightmap_image, load_lightmaps
 from .layout import Layout
@@ -33,6 +34,7 @@ def write_lightmaps(
     objects: "Sequence[bpy.types.Object | None]",
     paths: Mapping[int, Path],
     settings: LightmapSettings,
+    frames: Frames | None = None,
 ) -> list[str]:
     """Write the layout's UV maps and places to meshes and objects, and load the images' files.
 
@@ -42,8 +44,10 @@ def write_lightmaps(
     objects : sequence of bpy.types.Object or None
         The object of each place, with its mesh as it was before the bake; None where it takes no light.
     paths : dict of int to Path
-        Files by image. The objects of other images stay as they are.
+        Files by image, of several frames those of the first. The objects of other images stay as they are.
     settings : LightmapSettings
+    frames : Frames, optional
+        That there are files of.
 
     Returns
     -------
@@ -60,7 +64,7 @@ def write_lightmaps(
             obj[UV_MAP] = layout.uv_map
             obj[SCALE_OFFSET] = place.scale_offset
     rewritten = any(lightmap_image(layout.names[image]) for image in paths)
-    load_lightmaps(list(paths.values()), [layout.names[image] for image in paths], settings)
+    load_lightmaps(list(paths.values()), [layout.names[image] for image in paths], settings, frames)
     return _said_once() if rewritten and not bpy.app.background else []
 
 

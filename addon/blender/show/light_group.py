@@ -5,7 +5,7 @@ from typing import Any
 
 import bpy
 
-from ..lightmap.images import ENCODING, RANGE
+from ..lightmap.images import ENCODING, RANGE, play_back
 from ..lightmap.writing import SCALE_OFFSET
 from ..read.materials.nodes import SHOWN
 from .layers import Layer
@@ -89,6 +89,7 @@ def _where(tree: TreeBuilder, sheet: Sheet) -> Any:
 def _texel(tree: TreeBuilder, image: "bpy.types.Image", where: Any) -> Any:
     """Light at a place in an image, see addon/output/lightmap/shared_scale.py."""
     node = tree.add("ShaderNodeTexImage", {"image": image, "extension": "EXTEND"}, Vector=where)
+    play_back(node.image_user, image)
     texel = node.outputs
     if image.get(ENCODING) not in {"rgbm", "rgbd"}:
         return texel["Color"]

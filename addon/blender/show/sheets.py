@@ -64,8 +64,9 @@ def make_sheets(objects: "Iterable[bpy.types.Object]", layers: Sequence[Layer], 
     sheets: list[Sheet] = []
     for (uv_map, *_), of_images in of_kind.items():
         chosen = list(of_images)
-        for first in range(0, len(chosen), _MOST_TILES):
-            part = chosen[first : first + _MOST_TILES]
+        most = 1 if any(map(_is_sequence, chosen)) else _MOST_TILES
+        for first in range(0, len(chosen), most):
+            part = chosen[first : first + most]
             sheets.append(_sheet(uv_map, part, f"Photon Bake Sheet {len(sheets) + 1}"))
             for i, images in enumerate(part):
                 _place(of_images[images], len(sheets), i if len(part) > 1 else None, images)
@@ -94,6 +95,11 @@ def _place(objects: "list[bpy.types.Object]", sheet: int, tile: int | None, imag
         obj[SHEET] = sheet
         if tile is not None:
             obj[TILE] = (float(tile % _COLUMNS), float(tile // _COLUMNS), 0.5 / width, 0.5 / height)
+
+
+def _is_sequence(images: Images) -> bool:
+    """Whether images change over frames, as tiled ones cannot."""
+    return any(image is not None and image.source == "SEQUENCE" for image in images)
 
 
 def _has_pixels(image: "bpy.types.Image") -> bool:

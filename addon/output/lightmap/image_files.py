@@ -27,9 +27,10 @@ PATTERN = "{scene}_{image}_{kind}"
 
 
 def image_path(
-    folder: Path, scene: str, image: str, kind: str, file_format: FileFormat, pattern: str = PATTERN
+    folder: Path, scene: str, image: str, kind: str, file_format: FileFormat, frame: str = "", pattern: str = PATTERN
 ) -> Path:
-    """The path of an image's file; what no file name may hold becomes an underscore.
+    """The path of an image's file, which of several frames ends in its own; what no file name may hold becomes an
+    underscore.
 
     Raises
     ------
@@ -40,7 +41,7 @@ def image_path(
         name = pattern.format(scene=scene, image=image, kind=kind)
     except (KeyError, IndexError, ValueError) as error:
         raise BakeError(f"The file name {pattern!r} may hold {{scene}}, {{image}} and {{kind}} alone.") from error
-    return folder / (file_name(name) + SUFFIX[file_format])
+    return folder / (file_name(name) + (f".{frame}" if frame else "") + SUFFIX[file_format])
 
 
 def write_lightmap(

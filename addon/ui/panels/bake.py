@@ -34,6 +34,7 @@ class PHOTON_BAKE_PT_bake(Tab, bpy.types.Panel):
         row = column.row()
         row.active = properties.targets != {"camera"}
         row.prop(properties, "selected_only")
+        draw_frames(column, context.scene)
         column.prop(properties, "strict")
         draw_baked_light(self.layout, context)
         draw_pass(self.layout, context)
@@ -58,3 +59,13 @@ def draw_targets(layout: Any, properties: Any) -> None:
     grid = layout.grid_flow(row_major=True, columns=2, even_columns=True, align=True)
     grid.enabled = not bake_state.running
     grid.prop(properties, "targets", expand=True)  # a click chooses one, with Shift another too
+
+
+def draw_frames(column: Any, scene: Any) -> None:
+    """Whether frames are baked, and which: they are the scene's own, as for renders."""
+    frames = scene.photon_bake.frames
+    column.prop(frames, "use")
+    if frames.use:
+        row = column.row(align=True)
+        for name in ("frame_start", "frame_end", "frame_step"):
+            row.prop(scene, name, text="")

@@ -13,6 +13,7 @@ from ...settings.live import LiveSettings
 from ...settings.probes import PROBE_CHOICES, PROBE_FOLDER, ProbeSettings
 from . import mixer as mixer_properties
 from . import show as show_properties
+from .frames import PhotonBakeFramesProperties
 from .mixer import LIGHT_GROUPS, PhotonBakeLightLayer
 from .show import PhotonBakeShownProperties
 from .zero_values import SUBTYPES, zero_properties
@@ -242,6 +243,7 @@ _GROUPS = (
     PhotonBakeCameraProperties,
     PhotonBakeProbeProperties,
     PhotonBakeLiveProperties,
+    PhotonBakeFramesProperties,
 )
 
 
@@ -263,6 +265,7 @@ class PhotonBakeProperties(bpy.types.PropertyGroup):
         "camera": bpy.props.PointerProperty(type=PhotonBakeCameraProperties, name="Camera"),
         "probes": bpy.props.PointerProperty(type=PhotonBakeProbeProperties, name="Probes"),
         "live": bpy.props.PointerProperty(type=PhotonBakeLiveProperties, name="Live Light"),
+        "frames": bpy.props.PointerProperty(type=PhotonBakeFramesProperties, name="Frames"),
         "attribute": bpy.props.StringProperty(
             name="Attribute",
             description="Color attribute that the light is written to, made if it is not there",

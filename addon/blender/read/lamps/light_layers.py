@@ -18,6 +18,7 @@ from ....core.errors import BakeError
 from ....output import file_name
 from ....output.camera import GROUP_LAYER
 from ....scene import OTHER
+from ....settings.frames import Frames
 from ....settings.lightmap import LightmapSettings
 from ...lightmap.images import load_lightmaps
 from ...lightmap.layout import Layout
@@ -81,12 +82,13 @@ def write_lightmap_layers(
     objects: "Sequence[bpy.types.Object | None]",
     paths: Mapping[str, Mapping[int, Path]],
     settings: LightmapSettings,
+    frames: Frames | None = None,
 ) -> None:
     """Give objects the names of their groups' lightmaps, in place of those of earlier bakes, and load the files.
 
     Parameters
     ----------
-    layout, objects, settings
+    layout, objects, settings, frames
         As for `write_lightmaps`, which comes first.
     paths : dict of str to dict of int to Path
         By group, its files by image.
@@ -101,4 +103,4 @@ def write_lightmap_layers(
             if place.image in of_image:
                 obj[property_of(group)] = of_image[place.image].name
     for group, of_image in paths.items():
-        load_lightmaps(list(of_image.values()), [f"{layout.names[i]}.{group}" for i in of_image], settings)
+        load_lightmaps(list(of_image.values()), [f"{layout.names[i]}.{group}" for i in of_image], settings, frames)
