@@ -42,15 +42,8 @@ def test_what_fog_scatters_is_cycles_pass(empty_scene, tmp_path, fog):
     truth = render_passes(empty_scene, tmp_path / "cycles.exr", samples=1024)
     ours = our_pass(tmp_path, n_media_rays=256)
     found, expected = blocks(ours.volume), blocks(picture(truth, "VolumeInd"))
-    print(
-        found.mean((0, 1)),
-        expected.mean((0, 1)),
-        np.sqrt(((found - expected) ** 2).mean()) / expected.mean(),
-        ours.error.mean(),
-    )
     assert found.mean(axis=(0, 1)) == pytest.approx(expected.mean(axis=(0, 1)), rel=0.02)
     assert np.sqrt(np.mean((found - expected) ** 2)) < 0.03 * expected.mean()
-    print(blocks(ours.albedo).mean((0, 1)), blocks(picture(truth, "DiffCol")).mean((0, 1)))
     assert blocks(ours.albedo) == pytest.approx(blocks(picture(truth, "DiffCol")), rel=0.03, abs=0.005)
 
 
@@ -67,8 +60,6 @@ def test_direct_light_and_the_pass_are_the_full_render_of_a_room_of_fog(empty_sc
     add_pass(empty_scene, [bake_pass(tmp_path, n_media_rays=64)])
     ours = composed(empty_scene, tmp_path / "ours.exr", 128)
     off = np.abs(blocks(ours) - blocks(full)).max(axis=2) / blocks(full).mean()
-    print(ball, ours.mean((0, 1)), full.mean((0, 1)), np.sqrt((off**2).mean()), off.max())
-    print(((blocks(ours) - blocks(full)).mean(axis=2) / blocks(full).mean()).round(3))
     assert ours.mean() == pytest.approx(full.mean(), rel=0.02)
     assert np.sqrt((off**2).mean()) < 0.03 and off.max() < 0.1
 
@@ -82,11 +73,5 @@ def test_what_a_glass_ball_focuses_in_fog(empty_scene, tmp_path):
     bpy.context.view_layer.cycles.use_pass_volume_indirect = True
     expected = blocks(picture(render_passes(empty_scene, tmp_path / "cycles.exr", samples=4096), "VolumeInd"))
     found = blocks(our_pass(tmp_path, n_media_rays=128).volume)
-    print(
-        found.mean((0, 1)),
-        expected.mean((0, 1)),
-        ((found - expected).mean(axis=2) / expected.mean()).round(3),
-        (expected.mean(axis=2)).round(3),
-    )
     assert found.mean(axis=(0, 1)) == pytest.approx(expected.mean(axis=(0, 1)), rel=0.02)
     assert np.sqrt(np.mean((found - expected) ** 2)) < 0.05 * expected.mean()

@@ -1,4 +1,4 @@
-"""Points where media have scattered photons that came from their lamps over specular surfaces, and media after these."""
+"""Points where media have scattered photons that came over specular surfaces, and media after these, alone."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
