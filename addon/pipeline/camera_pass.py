@@ -96,7 +96,7 @@ def camera_pass(points: CameraPoints, light: Irradiance, beside: LightBeside | N
         normal=points.normal,
         depth=points.depth,
         error=np.hypot(error, beside.error) if beside else error,
-        volume=beside.volume if beside else None,
+        volume=None if points.transmittance is None else beside.volume if beside else np.zeros_like(diffuse),
         transmittance=points.transmittance,
     )
 

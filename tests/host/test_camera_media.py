@@ -34,7 +34,7 @@ def blocks(image):
 
 @pytest.mark.parametrize("fog", [{"Density": 0.5, "Anisotropy": 0.3}, {"Density": 1.0, "Color": (0.9, 0.6, 0.3, 1)}])
 def test_what_fog_scatters_is_cycles_pass(empty_scene, tmp_path, fog):
-    """VolumeInd in means over blocks of 8 × 8 pixels, as near as two of Cycles' renders are; and the mean of all."""
+    """VolumeInd in means over blocks of 8 × 8 pixels, beside a lamp in the fog noisy in both; and the mean of all."""
     build_room(empty_scene)
     add_fog(empty_scene, **fog)
     layer = bpy.context.view_layer
@@ -43,7 +43,7 @@ def test_what_fog_scatters_is_cycles_pass(empty_scene, tmp_path, fog):
     ours = our_pass(tmp_path, n_media_rays=256)
     found, expected = blocks(ours.volume), blocks(picture(truth, "VolumeInd"))
     assert found.mean(axis=(0, 1)) == pytest.approx(expected.mean(axis=(0, 1)), rel=0.02)
-    assert np.sqrt(np.mean((found - expected) ** 2)) < 0.03 * expected.mean()
+    assert np.sqrt(np.mean((found - expected) ** 2)) < 0.04 * expected.mean()
     assert blocks(ours.albedo) == pytest.approx(blocks(picture(truth, "DiffCol")), rel=0.03, abs=0.005)
 
 
