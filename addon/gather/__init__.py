@@ -17,9 +17,12 @@ from .radiance_cache.importance_pilot import ImportancePilot, importance_pilot
 from .radiance_cache.radiance_cache import RadianceCache
 from .rays.camera_gloss import camera_gloss, reflected_direct
 from .rays.camera_highlights import reflected_highlights
+from .rays.camera_media import scattered_in_media, scattered_in_mirrors
 from .rays.gather_rays import GatherRays
 from .rays.probe_light import ProbeLight, caustics_at_probes, gather_probes
 from .screen_volume.screen_volume import screen_irradiance
+from .volume_caustics.photon_points import caustic_points
+from .volume_caustics.picture import volume_caustics
 
 __all__ = [
     "LEAST_ESTIMATES",
@@ -40,6 +43,7 @@ __all__ = [
     "SampleBudget",
     "build_radiance_cache",
     "camera_gloss",
+    "caustic_points",
     "caustics_at_probes",
     "direct_irradiance",
     "direct_slope",
@@ -48,6 +52,8 @@ __all__ = [
     "importance_pilot",
     "reflected_direct",
     "reflected_highlights",
+    "scattered_in_media",
+    "scattered_in_mirrors",
     "screen_irradiance",
     "search_radius",
     "splat_gloss",
@@ -55,4 +61,5 @@ __all__ = [
     "splat_photons",
     "thinned_density",
     "upsampled",
+    "volume_caustics",
 ]

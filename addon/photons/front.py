@@ -20,7 +20,8 @@ class Photon(NamedTuple):
     gained : float32
         By what region-directed scattering has multiplied the power so far.
     specular : bool
-        It came from its light over specular surfaces only, so that it makes caustics.
+        It came from its light over specular surfaces only, and after one of them maybe through media, so that it makes
+        caustics.
     dispersed : bool
         A medium has scattered it, so that no points of lights find what it carries.
     came_from : int32
@@ -108,7 +109,7 @@ def dispersed(photon, origin, direction, power, survival):
         power,
         photon.path_density * survival,
         photon.gained,
-        False,
+        photon.specular,
         True,
         photon.came_from,
         photon.path,

@@ -1,7 +1,7 @@
 """Photons between surfaces: media scatter and absorb them, until they meet a surface or are gone.
 
-What a medium has scattered is light that no other estimator finds: it is stored as indirect light where it meets its
-first surface, and makes no caustics.
+What a medium has scattered no points of lights find: it is stored as indirect light where it meets its first surface.
+What came to the medium over mirrors or through glass no rays find either: it is a part of the caustics there.
 """
 
 import numpy as np

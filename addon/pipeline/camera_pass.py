@@ -8,10 +8,14 @@ from ..core.parallel import Workers
 from ..gather import (
     Irradiance,
     camera_gloss,
+    caustic_points,
     reflected_direct,
     reflected_highlights,
+    scattered_in_media,
+    scattered_in_mirrors,
     splat_gloss,
     splat_irradiance,
+    volume_caustics,
 )
 from ..output.camera import CameraPass
 from ..output.camera.passes import LEAST_ALBEDO
@@ -31,17 +35,20 @@ class LightBeside:
     Attributes
     ----------
     caustics, glossy : (height, width, 3) float32, W/(m² sr)
+    volume : (height, width, 3) float32 or None, W/(m² sr)
+        None in a scene without media.
     error : (height, width) float32, W/(m² sr)
-        Standard error of both together, its mean over colours.
+        Standard error of all together, its mean over colours.
     """
 
     caustics: np.ndarray
     glossy: np.ndarray
+    volume: np.ndarray | None
     error: np.ndarray
 
 
 def light_beside(
-    scene: Scene, points: CameraPoints, solution: Solution, n_gloss_rays: int, workers: Workers
+    scene: Scene, points: CameraPoints, solution: Solution, n_gloss_rays: int, n_media_rays: int, workers: Workers
 ) -> LightBeside:
     """What the points' pixels show beside the light that is gathered for them.
 
@@ -49,6 +56,8 @@ def light_beside(
     ----------
     n_gloss_rays : int
         Of a point that reflects all light in its glossy lobe.
+    n_media_rays : int
+        Of a pixel before which there are media.
     """
     gloss, of_gloss = _gloss(scene, points, solution, n_gloss_rays, workers)
     caustics, of_caustics = _caustics(points, solution, workers.part(*_OF_CAUSTICS))
@@ -57,8 +66,12 @@ def light_beside(
         scene, points, solution.direct, solution.tracer, n_gloss_rays, workers
     )
     glossy = points.beyond + points.picture(gloss + highlights) + _picture(points, direct)
-    errors = [of_caustics, of_gloss, _root_of_squares(points, of_highlights)]
-    return LightBeside(caustics, glossy, np.sqrt(np.sum([one**2 for one in errors], axis=0)))
+    errors, volume = [of_caustics, of_gloss, _root_of_squares(points, of_highlights)], None
+    if points.transmittance is not None:
+        volume, of_volume = _volume(scene, points, solution, n_media_rays, workers)
+        mirrored, of_mirrored = scattered_in_mirrors(scene, points, solution.rays, n_media_rays, workers)
+        glossy, errors = glossy + mirrored, [*errors, of_volume, of_mirrored]
+    return LightBeside(caustics, glossy, volume, np.sqrt(np.sum([one**2 for one in errors], axis=0)))
 
 
 def camera_pass(points: CameraPoints, light: Irradiance, beside: LightBeside | None) -> CameraPass:
@@ -83,6 +96,8 @@ def camera_pass(points: CameraPoints, light: Irradiance, beside: LightBeside | N
         normal=points.normal,
         depth=points.depth,
         error=np.hypot(error, beside.error) if beside else error,
+        volume=None if points.transmittance is None else beside.volume if beside else np.zeros_like(diffuse),
+        transmittance=points.transmittance,
     )
 
 
@@ -111,6 +126,19 @@ def _caustics(points: CameraPoints, solution: Solution, workers: Workers) -> tup
         radiance[k] = points.front[k] * irradiance / np.float32(np.pi)
         stderr[k] = points.front[k].mean(axis=1) * of_irradiance / np.float32(np.pi)
     return points.picture(radiance), points.picture(stderr[:, None])[..., 0]
+
+
+def _volume(
+    scene: Scene, points: CameraPoints, solution: Solution, n_rays: int, workers: Workers
+) -> tuple[np.ndarray, np.ndarray]:
+    """Radiance (height, width, 3) that media scatter before the first surfaces, and its standard error in pixels."""
+    scattered, of_scattered = scattered_in_media(points, solution.rays, n_rays, workers)
+    settings, setup = solution.settings, solution.setup
+    photons = caustic_points(
+        scene, setup.photon_tracer, solution.sources, settings.n_photons, settings.max_bounces, workers
+    )
+    caustics, of_caustics = volume_caustics(points, photons, solution.tracer, workers)
+    return scattered + caustics, np.hypot(of_scattered, of_caustics)
 
 
 def _gloss(

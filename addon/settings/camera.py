@@ -33,6 +33,7 @@ class CameraSettings:
 
     n_pixel_samples: int = knob(8, "Rays through a pixel with an edge in it; half as many go through others", 1, 1024)
     n_gloss_rays: int = knob(32, "Rays of a pixel that is all gloss; others send fewer in proportion", 2, 4096)
+    n_media_rays: int = knob(16, "Rays of a pixel before which there are volumes, for what these scatter", 2, 4096)
     pass_denoiser: PassDenoiser = "auto"
     file_name: str = knob(
         "{file}_{scene}_indirect_####",

@@ -8,7 +8,12 @@ from ...addon.core.parameters import meaning_of
 from ...addon.settings.camera import PASS_CHOICES, PASS_FOLDER, CameraSettings
 from ...addon.ui.properties.scene import CHOICE_MEANINGS
 
-CAMERA_OPTIONS = {"--pixel-samples": "n_pixel_samples", "--gloss-rays": "n_gloss_rays", "--file-name": "file_name"}
+CAMERA_OPTIONS = {
+    "--pixel-samples": "n_pixel_samples",
+    "--gloss-rays": "n_gloss_rays",
+    "--media-rays": "n_media_rays",
+    "--file-name": "file_name",
+}
 """Those that are a number or a name of `CameraSettings`."""
 
 CAMERA_CHOICE_OPTIONS = {

@@ -24,6 +24,7 @@ from ...addon.settings.bake import BakeSettings
 from ...addon.ui.properties.mixer import set_layers
 from ...addon.ui.state import duration
 from ..targets.camera import CameraTarget
+from ..targets.probes import ProbeTarget
 from ..targets.target import Request, Solved, Target
 from ..targets.vertices import VertexLight
 from .content import content_digest
@@ -253,9 +254,10 @@ class BakeJob:
         if self.shutter:
             return b""
         where = [(one.receivers, getattr(one, "eyes", None)) for one in samples]
-        cameras = [target.camera for target in self.targets if isinstance(target, CameraTarget)]
+        cameras = [(one.camera, one.settings) for one in self.targets if isinstance(one, CameraTarget)]
+        probes = [one.settings for one in self.targets if isinstance(one, ProbeTarget)]
         light = replace(settings, n_threads=0, memory=BakeSettings.memory)  # which it does not depend on
-        return content_digest(self.scene, self.groups, where, cameras, light)
+        return content_digest(self.scene, self.groups, where, cameras, probes, light)
 
     def _say(self, lit: "Lit") -> None:
         """Warn of what the solve found, and count it."""

@@ -107,9 +107,10 @@ class CameraTarget:
 
     def at_time(self, depsgraph: Any, scene: Any, n_times: int) -> "CameraTarget":
         """The same as the camera stands in a graph that was moved to one of several times, for a share of the rays."""
-        n_samples, n_rays = self.settings.n_pixel_samples, self.settings.n_gloss_rays
-        n_samples, n_rays = -(-n_samples // n_times), max(_LEAST_RAYS, -(-n_rays // n_times))
-        settings = replace(self.settings, n_pixel_samples=n_samples, n_gloss_rays=n_rays)
+        of = self.settings
+        gloss, volume = (max(_LEAST_RAYS, -(-n // n_times)) for n in (of.n_gloss_rays, of.n_media_rays))
+        n_samples = -(-of.n_pixel_samples // n_times)
+        settings = replace(of, n_pixel_samples=n_samples, n_gloss_rays=gloss, n_media_rays=volume)
         return replace(self, camera=read_camera(scene, depsgraph), settings=settings)
 
     def samples(self, scene: Scene, tracer: EmbreeTracer, workers: Workers, warnings: list[str]) -> "CameraSamples":
@@ -145,10 +146,10 @@ class CameraSamples:
         """See `Samples.lit_by`: by what gloss shows, and by caustics."""
         from ...addon.pipeline.camera_pass import light_beside
 
-        n_gloss_rays, points = self.target.settings.n_gloss_rays, self.points
+        settings, points = self.target.settings, self.points
         if solution.scene is not self.scene and points.beyond.any():  # that is the light of all lights
             points = self.target.seen(solution.scene, solution.tracer, workers)
-        beside = light_beside(solution.scene, points, solution, n_gloss_rays, workers)
+        beside = light_beside(solution.scene, points, solution, settings.n_gloss_rays, settings.n_media_rays, workers)
         return replace(self, points=points, beside=beside, solved_by=solution.settings)
 
     def kept(self) -> Any:

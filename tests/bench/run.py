@@ -8,8 +8,8 @@
 Needs scenes with truth (NAME/NAME.blend with an object "Probes", NAME/NAME.npz); without them it measures rays on the
 demo scene alone. Prints Markdown tables, and writes them to build/bench.md, or those of one PART alone: speed, rays,
 direct, lamps, window, error, scenes, volume, images, extraction, small, caustics, lightmaps, contacts, lightmap_speed,
-light_groups, camera, estimates, refine, vertex, live, live_rival, live_caustics, view_transform, shares or eevee (in
-the Blender that BLENDER names); versions where it is asked for.
+light_groups, camera, media, estimates, refine, vertex, live, live_rival, live_caustics, view_transform, shares or eevee
+(in the Blender that BLENDER names); versions where it is asked for.
 """
 
 import json
@@ -21,6 +21,7 @@ from pathlib import Path
 from time import perf_counter
 
 import bpy
+import camera_media
 import camera_pass
 import caustics
 import contacts
@@ -136,6 +137,7 @@ PARTS = {
     "lightmap_speed": lambda scenes, _: lightmap_rival.tables(scenes),
     "light_groups": lambda scenes, _: light_groups.tables(scenes),
     "camera": lambda scenes, _: camera_pass.tables(scenes),
+    "media": camera_media.tables,
     "estimates": estimates.tables,
     "refine": lambda scenes, _: refinement.tables(scenes),
     "vertex": vertex_error.tables,

@@ -27,14 +27,14 @@ def lit_box(**columns):
     return scene
 
 
-def pass_of(scene, camera, gather, n_samples=4, n_threads=0, **settings):
+def pass_of(scene, camera, gather, n_samples=4, n_threads=0, n_media_rays=16, **settings):
     """The pass of a camera in a scene."""
     tracer, points = points_of(scene, camera, n_samples)
     settings = settings_for(
         "draft", **{"n_photons": 100_000, "max_bounces": 100, "n_threads": n_threads, **settings}, gather=gather
     )
     solution = solve(scene, points.receivers(scene), settings, tracer)
-    beside = light_beside(scene, points, solution, 64, Workers(n_threads=n_threads))
+    beside = light_beside(scene, points, solution, 64, n_media_rays, Workers(n_threads=n_threads))
     return camera_pass(points, solution.irradiance(), beside)
 
 
@@ -86,7 +86,7 @@ def test_errors_of_independent_points_add_up_as_squares(monkeypatch):
     }
     for name, value in parts.items():
         monkeypatch.setattr(camera_pass_module, name, lambda *_, value=value: value)
-    beside = light_beside(scene, points, SimpleNamespace(direct=None, tracer=None), 1, Workers())
+    beside = light_beside(scene, points, SimpleNamespace(direct=None, tracer=None), 1, 2, Workers())
     np.testing.assert_allclose(beside.error, np.sqrt(9 + 16 + 144 * pixels), rtol=1e-5)
 
 

@@ -198,7 +198,7 @@ def test_furnace(glossy):
     tracer, points = points_of(scene, camera_with("equirectangular", (0, 0, 0), (24, 16)), 4)
     settings = settings_for("draft", n_photons=100_000, max_bounces=100)
     solution = solve(scene, points.receivers(scene), settings, tracer)
-    passes = camera_pass(points, solution.irradiance(), light_beside(scene, points, solution, 64, Workers()))
+    passes = camera_pass(points, solution.irradiance(), light_beside(scene, points, solution, 64, 2, Workers()))
     level = np.sin((np.arange(16) + 0.5) / 16 * np.pi)  # solid angle of each row
     seen = (passes.indirect_diffuse * passes.albedo + passes.caustics).mean(axis=(1, 2))
     assert np.average(seen, weights=level) == pytest.approx((0.5 - glossy) / np.pi, rel=0.04)

@@ -48,6 +48,23 @@ def build_room(scene, size=(48, 32)):
     return add_camera(scene)
 
 
+def add_fog(scene, size=0.98, **inputs):
+    """A cube of a scattering medium in the room, with as many volume bounces as others."""
+    scene.cycles.volume_bounces = 32
+    material = bpy.data.materials.new("Fog")
+    if bpy.app.version < (5, 0):
+        material.use_nodes = True
+    tree = material.node_tree
+    tree.nodes.clear()
+    output, shader = (tree.nodes.new(name) for name in ("ShaderNodeOutputMaterial", "ShaderNodeVolumeScatter"))
+    for name, value in inputs.items():
+        shader.inputs[name].default_value = value
+    tree.links.new(shader.outputs[0], output.inputs["Volume"])
+    fog = add_cube("Fog", material=material)
+    fog.scale = (size, size, size)
+    return fog
+
+
 def add_ball(name, location, radius, material):
     """A smooth ball."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=48, ring_count=24, radius=radius, location=location)

@@ -243,7 +243,7 @@ def test_an_unwritable_place_is_found_before_the_bake(tmp_path, option, capfd, m
 
 
 def test_ctrl_c_cancels_and_its_handler_goes(tmp_path, monkeypatch, capfd):
-    def solve(self, settings, progress, inspector=None, before=None):
+    def solve(self, settings, progress, inspector=None, before=None, store=None):
         os.kill(os.getpid(), signal.SIGINT)
         for _ in range(1000):
             progress.update("Tracing photons", 0.5)

@@ -82,6 +82,11 @@ class GatherRays:
         """Of each light, what is asked where rays end first."""
         return [steps[0][0].cache for steps in self._lights]
 
+    @property
+    def light(self) -> RayLight:
+        """What rays bring to where they start of the first light."""
+        return self._lights[0][0][0]
+
     def on_bodies(self, receivers: Receivers) -> OnBodies | None:
         """Where receivers lie on bodies, None where light walks to none of them."""
         return OnBodies.of(self._scene, self.tracer.surfaces, receivers)
@@ -112,18 +117,29 @@ class GatherRays:
             Bring also what mirrors, glass and narrow gloss show of lamps, emission and worlds.
         """
         hits = self.tracer.closest_hit(origins, directions, kind)
-        radiance = np.zeros((self.n_lights, len(origins), 3), np.float32)
         left = np.ones((len(origins), 3), np.float32) if hits.tint is None else hits.tint
         kinds = np.full(len(origins), kind, np.uint8)
         at = kernel_array(origins, np.float32), kernel_array(directions, np.float32), kinds
         met = *at, hits.triangle, hits.distance, hits.u, hits.v, left
+        return Incoming(self.followed(met, key, first, specular), hits)
+
+    def followed(
+        self, met: tuple[np.ndarray, ...], key: np.uint64, first: int = 0, specular: bool = False
+    ) -> np.ndarray:
+        """What n rays bring that are known as far as their first surfaces, (n, 3 l) float32; `radiance_of_paths`.
+
+        Parameters
+        ----------
+        met
+            Arrays of origins, directions, kinds, triangles, distances, u, v, and what is left of light; may be changed.
+        """
+        radiance = np.zeros((self.n_lights, len(met[0]), 3), np.float32)
         for steps, of_light in zip(self._lights, radiance, strict=True):
             rays = tuple(of.copy() for of in met) if len(steps) > 1 else met
             for light, first_step, last_step in steps:
                 numbers = key, first, first_step, last_step
                 _follow(self.tracer.arrays, new_ray(), light, *numbers, rays, specular, of_light)
-        joined = radiance[0] if self.n_lights == 1 else np.concatenate(radiance, axis=1)
-        return Incoming(joined, hits)
+        return radiance[0] if self.n_lights == 1 else np.concatenate(radiance, axis=1)
 
 
 @kernel

@@ -9,7 +9,7 @@ from .passes import CameraPass
 
 
 def denoised(passes: CameraPass, diffuse: bool, memory: int = MOST_MEMORY) -> CameraPass:
-    """The pass with less noise in gloss, and in indirect diffuse light if asked. Caustics stay as they are.
+    """The pass with less noise in gloss and media, and in indirect diffuse light if asked. Caustics stay as they are.
 
     The filter sees the albedo and the normals, by which it knows edges.
 
@@ -29,4 +29,5 @@ def denoised(passes: CameraPass, diffuse: bool, memory: int = MOST_MEMORY) -> Ca
         return filtered("RT", picture, {"hdr": True, "cleanAux": True}, guides, memory)
 
     light = smooth(passes.indirect_diffuse) if diffuse else passes.indirect_diffuse
-    return replace(passes, indirect_diffuse=light, glossy=smooth(passes.glossy))
+    volume = None if passes.volume is None else smooth(passes.volume)
+    return replace(passes, indirect_diffuse=light, glossy=smooth(passes.glossy), volume=volume)

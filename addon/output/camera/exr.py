@@ -80,6 +80,8 @@ def channels(passes: CameraPass, frame: PictureFrame) -> dict[str, np.ndarray]:
         "Caustics": passes.caustics,
         "Glossy": passes.glossy,
         "Albedo": passes.albedo,
+        **({"Volume": passes.volume} if passes.volume is not None else {}),
+        **({"Transmittance": passes.transmittance} if passes.transmittance is not None else {}),
         **{f"{GROUP_LAYER}_{name}": light for name, light in passes.apart.items()},
     }
     found = {f"{LAYER}.{name}.{c}": values[..., i] for name, values in coloured.items() for i, c in enumerate("RGB")}

@@ -83,7 +83,7 @@ def _camera(scene: Scene, tracer: EmbreeTracer, settings: BakeSettings) -> None:
     camera = Camera.perspective(np.array([0, 0, 3], np.float32), axes, 0.8, 12, 8)
     points = camera_points(scene, TransparencyTracer(scene, tracer), camera, PixelFilter(), 2, _WORKERS)
     solution = solve(scene, points.receivers(scene), settings, tracer)
-    beside = light_beside(scene, points, solution, 4, _WORKERS)
+    beside = light_beside(scene, points, solution, 4, 2, _WORKERS)
     camera_pass(points, solution.irradiance(), beside)
 
 

@@ -89,12 +89,17 @@ class Camera:
 
     def pixels(self, points: np.ndarray) -> np.ndarray:
         """The pixel that each point (n, 3) falls into, hidden or not: (n,) int64, −1 outside the picture."""
-        left, right, bottom, top = self.window
-        plane = self.lens.project(self.local(points))
-        x = np.floor((plane[:, 0] - np.float32(left)) * np.float32(self.width / (right - left)))
-        y = np.floor((np.float32(top) - plane[:, 1]) * np.float32(self.height / (top - bottom)))
+        x, y = np.floor(self.places(points)).T
         inside = (x >= 0) & (x < self.width) & (y >= 0) & (y < self.height)
         return np.where(inside, np.where(inside, y, 0) * self.width + np.where(inside, x, 0), -1).astype(np.int64)
+
+    def places(self, points: np.ndarray) -> np.ndarray:
+        """Where points (n, 3) appear, hidden or not, in columns and rows as for `rays`, (n, 2); NaN for none."""
+        left, right, bottom, top = self.window
+        plane = self.lens.project(self.local(points))
+        x = (plane[:, 0] - np.float32(left)) * np.float32(self.width / (right - left))
+        y = (np.float32(top) - plane[:, 1]) * np.float32(self.height / (top - bottom))
+        return np.stack([x, y], axis=1)
 
     def local(self, points: np.ndarray) -> np.ndarray:
         """Points (n, 3) in the camera's frame."""

@@ -19,6 +19,7 @@ from ...scene import RayKind, Scene
 from ...scene.hit import emitted, hit_at, is_back
 from ...tracing import Hits, TransparencyTracer
 from ...tracing.embree import new_ray
+from ...tracing.media.flight import media_left
 from ...tracing.transparency import closest_hit
 
 _MOST_FOLLOWED = 8
@@ -150,6 +151,8 @@ def _branch(tracing, room, lamps, world, key, path, branch, direction, met, thro
         kind = _GLOSSY_RAY if dot(on.direction, hit.normal) > ZERO else _TRANSMITTED_RAY
         triangle, distance, u, v, tint = closest_hit(tracing, room, on.origin, on.direction, kind)
         direction, throughput = on.direction, mul(throughput, mul(on.weight, tint))
+        if tracing.media.any:
+            throughput = mul(throughput, media_left(tracing, room, on.origin, direction, distance))
         if step > 0:
             object_ = scene.object[hit.triangle]
             met_lamps = radiance_of_lamps(lamps, on.origin, direction, distance, kind, object_, _INFINITY)

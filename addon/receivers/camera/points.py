@@ -38,13 +38,15 @@ class CameraPoints:
         Of its pixel's samples that each stands for.
     front, back : (n, 3) float32
         Of the irradiance in front of the surface and behind it, over π, what the pixel gets as radiance: the mean
-        albedo of the diffuse and of the translucent lobe, times what mirrors and glass on the way leave, times `share`.
+        albedo of the diffuse and of the translucent lobe, times what mirrors, glass and media on the way leave, times
+        `share`.
     tint : (n, 3) float32
-        What mirrors and glass on the way leave, times `share`.
+        What mirrors, glass and media on the way leave, times `share`.
     n_followed : (n,) uint8
         How many of them there were.
-    depth, normal, beyond
+    depth, normal, beyond, transmittance
         As in `CameraSamples`.
+    pixel_filter : PixelFilter
     """
 
     camera: Camera
@@ -57,6 +59,8 @@ class CameraPoints:
     depth: np.ndarray
     normal: np.ndarray
     beyond: np.ndarray
+    transmittance: np.ndarray | None
+    pixel_filter: PixelFilter
 
     def __len__(self) -> int:
         return len(self.seen)
@@ -114,7 +118,8 @@ def camera_points(
         samples = camera_samples(scene, tracer, camera, pixel_filter, n, pixel, random)
         clusters = _clusters(scene, samples, n)
         seen = replace(clusters.seen, pixel=pixel[clusters.seen.pixel])
-        return [samples.depth, samples.normal, samples.beyond], replace(clusters, seen=seen)
+        pictures = [samples.depth, samples.normal, samples.beyond, samples.transmittance]
+        return [one for one in pictures if one is not None], replace(clusters, seen=seen)
 
     def look(chunk: slice, random: np.random.Generator) -> tuple[list[np.ndarray], "_Clusters"]:
         pixel = np.arange(chunk.start, chunk.stop)
@@ -146,7 +151,16 @@ def camera_points(
 
     seen = SeenSurface.join([clusters.seen for clusters in parts])
     columns = {name: joined(name) for name in _COLUMNS}
-    return CameraPoints(camera, seen, **columns, depth=picture(0), normal=picture(1), beyond=picture(2))
+    return CameraPoints(
+        camera,
+        seen,
+        **columns,
+        depth=picture(0),
+        normal=picture(1),
+        beyond=picture(2),
+        transmittance=picture(3) if tracer.arrays.media.any else None,
+        pixel_filter=pixel_filter,
+    )
 
 
 @dataclass(frozen=True)

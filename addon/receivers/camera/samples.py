@@ -9,7 +9,7 @@ from ...core.sampling.sequences import r2_sequence
 from ...core.sampling.vectors import rows
 from ...scene import Scene
 from ...tracing import Hits, TransparencyTracer
-from .camera import Camera, SeenSurface, first_hits, surface_seen
+from .camera import Camera, CameraRays, SeenSurface, first_hits, surface_seen
 from .paths import followed_paths
 from .pixel_filter import PixelFilter
 
@@ -28,7 +28,7 @@ class CameraSamples:
     share : (k,) float32
         Of their sample: 1 for what was not split.
     throughput : (k, 3) float32
-        What mirrors and glass on the way leave of the light.
+        What mirrors, glass and media on the way leave of the light.
     n_followed : (k,) uint8
         How many of them there were.
     depth : (p,) float32, m
@@ -37,6 +37,8 @@ class CameraSamples:
         Mean shading normal of the first surfaces, 0 counting where there are none.
     beyond : (p, 3) float32, W/(m² sr)
         What the world, surfaces and lamps emit that is seen over more than one mirror or surface of glass.
+    transmittance : (p, 3) float32 or None
+        What media leave of light between the camera and the first surfaces; None in a scene without media.
     """
 
     seen: SeenSurface
@@ -46,6 +48,7 @@ class CameraSamples:
     depth: np.ndarray
     normal: np.ndarray
     beyond: np.ndarray
+    transmittance: np.ndarray | None
 
 
 def camera_samples(
@@ -68,6 +71,7 @@ def camera_samples(
     offsets = pixel_filter.offsets(u - np.floor(u)).reshape(n, 2)
     rays = camera.rays(np.repeat(rows(camera.middles, pixel), n_samples, axis=0) + offsets)
     hits = first_hits(tracer, rays)
+    left = media_left(tracer, rays, hits)
     held_out = np.flatnonzero(hits.hit)
     held_out = held_out[scene.objects.held_out[scene.object_of_triangle[hits.triangle[held_out]]]]
     hits.put(held_out, Hits.none(len(held_out)))
@@ -84,7 +88,7 @@ def camera_samples(
     facing_area[hit] = camera.pixel_area(position)
 
     key = np.uint64(random.integers(1 << 63))
-    paths = followed_paths(scene, tracer, hits, rays.directions, hits.tinted(np.ones((n, 3), np.float32)), key)
+    paths = followed_paths(scene, tracer, hits, rays.directions, hits.tinted(left), key)
     sample = paths.sample
     grown = (paths.distance / first_distance[sample]) ** 2
     area = facing_area[sample] * grown
@@ -98,4 +102,15 @@ def camera_samples(
         depth=depth.reshape(shape)[:, 0],
         normal=normals.reshape(*shape, 3).mean(axis=1),
         beyond=paths.beyond.reshape(*shape, 3).mean(axis=1),
+        transmittance=left.reshape(*shape, 3).mean(axis=1) if tracer.arrays.media.any else None,
     )
+
+
+def media_left(tracer: TransparencyTracer, rays: CameraRays, hits: Hits) -> np.ndarray:
+    """What media leave of light on a camera's rays between their hits, or the end of the clipping, and it, (n, 3)."""
+    left = np.ones((len(rays.length), 3), np.float32)
+    k = np.flatnonzero(np.isfinite(rays.directions[:, 0])) if tracer.arrays.media.any else np.zeros(0, int)
+    if len(k):
+        far = np.minimum(hits.distance, rays.length)[k]
+        left[k] = tracer.media_left(rows(rays.origins, k), rows(rays.directions, k), far)
+    return left

@@ -16,5 +16,5 @@ class PHOTON_BAKE_PT_camera(TargetSection, bpy.types.Panel):
     def draw(self, context: Any) -> None:
         camera = context.scene.photon_bake.camera
         column = settings_column(self.layout)
-        draw_knobs(column, camera, "folder", "file_name", "n_pixel_samples", "n_gloss_rays")
+        draw_knobs(column, camera, "folder", "file_name", "n_pixel_samples", "n_gloss_rays", "n_media_rays")
         draw_knobs(column, camera, "pass_denoiser", "precision", "compression")
